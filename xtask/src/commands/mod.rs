@@ -3,4 +3,5 @@
 pub mod dataset;
 pub mod label;
 pub mod metrics;
+pub mod models;
 pub mod trace;

@@ -1,0 +1,30 @@
+//! The models of Map2APS in [candle](candle_core): from a city map and two positions to an angle power spectrum.
+//!
+//! Input of every model is a batch of condition images (batch, 3, height, width): buildings, transmitter heatmap, receiver
+//! heatmap. Output is (batch, 180): the normalised spectrum.
+#![forbid(unsafe_code)]
+
+mod error;
+mod mode;
+mod parameters;
+
+pub use candle_core;
+pub use error::{Error, Result};
+pub use mode::Mode;
+pub use parameters::{Init, Kind, Parameter, Parameters, Scope};
+
+use candle_core::Tensor;
+
+/// Angle bins of a spectrum.
+pub const ANGLE_BINS: usize = 180;
+
+/// What every predictor of spectra is.
+pub trait Model: Send + Sync {
+    /// Spectra (batch, [`ANGLE_BINS`]) of condition images (batch, 3, height, width).
+    ///
+    /// In [`Mode::Train`] batch statistics are used and the running ones moved, and dropout drops.
+    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor>;
+
+    /// All tensors of the model, by their PyTorch names.
+    fn parameters(&self) -> &Parameters;
+}

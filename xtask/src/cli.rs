@@ -1,0 +1,66 @@
+//! The command line: one variant a command.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::commands;
+
+/// City maps to ray-traced paths to angle power spectra.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Make a labelled data set from maps.
+    Dataset(commands::dataset::Args),
+    /// Trace single links and print or draw their paths.
+    Trace(commands::trace::Args),
+    /// Make labels for path lists from anywhere.
+    Label(commands::label::Args),
+    /// Score predictions of any model against labels.
+    Metrics(commands::metrics::Args),
+    /// Train a model on a data set.
+    #[command(disable_help_flag = true)]
+    Train(commands::models::Args),
+    /// Predict spectra with a trained model.
+    #[command(disable_help_flag = true)]
+    Predict(commands::models::Args),
+}
+
+/// Runs the command line of this process.
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Dataset(args) => args.run(),
+        Command::Trace(args) => args.run(),
+        Command::Label(args) => args.run(),
+        Command::Metrics(args) => args.run(),
+        Command::Train(args) => args.run("train"),
+        Command::Predict(args) => args.run("predict"),
+    };
+    exit_code(result)
+}
+
+/// Prints the error, if any, in one line.
+pub fn exit_code(result: anyhow::Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads the output has seen enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let is_pipe = |e: &std::io::Error| e.kind() == std::io::ErrorKind::BrokenPipe;
+    error
+        .chain()
+        .any(|cause| cause.downcast_ref().is_some_and(is_pipe))
+}

@@ -1,0 +1,17 @@
+//! The runner behind `cargo xtask`: its command line, and what its commands share.
+//!
+//! A library, so that the commands that need models (package `xtask-models`) draw the same pictures and read the same
+//! maps, while those that need none are built without them.
+
+// Brackets in the comments of arguments are units in the help that clap makes of them.
+#![allow(rustdoc::broken_intra_doc_links)]
+
+mod args;
+pub mod cli;
+mod commands;
+mod maps;
+mod picture;
+mod produce;
+mod sampling;
+mod summary;
+mod wire;
