@@ -10,8 +10,8 @@ from pathlib import Path
 
 import osmium
 
-# West, south, east, north [deg]: 2 x 2 maps of 256 m and a little more.
-BOX = (24.9410, 60.1660, 24.9512, 60.1712)
+# West, south, east, north [deg]: a little less than 2 x 2 maps of 256 m.
+BOX = (24.9415, 60.1661, 24.9506, 60.1706)
 # Tags kept: what a reader looks at, and what tells a person which building it is.
 TAGS = ("type", "building", "building:part", "building:levels", "height", "name", "highway", "landuse")
 DECIMALS = 7  # about 1 cm, as OpenStreetMap stores them
