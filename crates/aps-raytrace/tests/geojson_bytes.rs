@@ -36,7 +36,9 @@ fn read_all_ways(text: &str) {
         let Ok(tiling) = Tiling::new(city.footprints, 256.0) else {
             continue;
         };
-        for id in tiling.ids(1).take(3) {
+        // The scene is another matter: one city in four is enough for it.
+        let tiles = if text.len().is_multiple_of(4) { 3 } else { 0 };
+        for id in tiling.ids(1).take(tiles) {
             let tile = tiling.tile(id).expect("listed tiles are there");
             // Repair may refuse, but never panic.
             let _ = Scene::new(&tile.footprints, Some(Area { ..tile.area }));

@@ -21,7 +21,7 @@ pub struct Released<'a> {
 enum Source<'a> {
     Paths {
         table: PathTable,
-        labeler: Labeler,
+        labeler: Box<Labeler>,
     },
     Stored {
         aps: &'a Profile,
@@ -44,7 +44,7 @@ impl<'a> Released<'a> {
             serde_json::from_value(manifest.configuration["label"].clone()).ok();
         let (source, bins) = match (label, &map.aps) {
             (Some(label), _) if manifest.layout.paths => {
-                let labeler = Labeler::new(&LabelConfig { pdp: true, ..label })?;
+                let labeler = Box::new(Labeler::new(&LabelConfig { pdp: true, ..label })?);
                 let bins = [
                     Some(labeler.angles_deg().len()),
                     Some(labeler.delays_s().len()),
