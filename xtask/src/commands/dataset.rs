@@ -49,8 +49,6 @@ pub struct Args {
     /// for N made-up cities.
     #[arg(long, default_value = "synthetic")]
     maps: MapSource,
-    #[command(flatten)]
-    tiles: TileArgs,
     /// Which of them, like 0-4,7 [default: by profile].
     #[arg(long)]
     map_ids: Option<IdList>,
@@ -80,6 +78,8 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     trace: TraceArgs,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 impl Args {

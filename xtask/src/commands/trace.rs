@@ -32,8 +32,6 @@ pub struct Args {
     /// Which tile of a city [default: the first with a building].
     #[arg(long)]
     map_id: Option<u32>,
-    #[command(flatten)]
-    tiles: TileArgs,
     /// Seed of the synthetic city.
     #[arg(long, default_value_t = 42)]
     seed: u64,
@@ -57,6 +55,8 @@ pub struct Args {
     protocol: Protocol,
     #[command(flatten)]
     trace: TraceArgs,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 impl Args {

@@ -46,8 +46,6 @@ pub struct Args {
     /// Buildings of the maps: a folder of 0.json, 1.json, ... [default: none, their images stay empty].
     #[arg(long)]
     maps: Option<MapSource>,
-    #[command(flatten)]
-    tiles: TileArgs,
     /// Draw so many of a map's receivers [default: all].
     #[arg(long)]
     rx_per_map: Option<usize>,
@@ -68,6 +66,8 @@ pub struct Args {
     store: Vec<Store>,
     #[command(flatten)]
     target: Target,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 /// A place in the plane by the bits of its coordinates [m].

@@ -29,9 +29,9 @@ pub struct Args {
     #[arg(long)]
     maps: Option<MapSource>,
     #[command(flatten)]
-    tiles: TileArgs,
-    #[command(flatten)]
     target: Target,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 impl Args {
