@@ -9,7 +9,7 @@ use aps_data::{Dataset, LinkStatus};
 use crate::{fail, succeed};
 
 /// Every file of a data set by its relative name.
-fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+pub fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![root.to_path_buf()];
     while let Some(folder) = folders.pop() {

@@ -1,6 +1,8 @@
 //! The runner as a user meets it: its commands on real arguments, its files, its errors.
 
+mod city;
 mod dataset;
+mod exchange;
 mod label;
 mod metrics;
 mod trace;

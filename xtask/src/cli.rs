@@ -24,6 +24,10 @@ enum Command {
     Label(commands::label::Args),
     /// Score predictions of any model against labels.
     Metrics(commands::metrics::Args),
+    /// Write a data set as the files of the published data.
+    Export(commands::export::Args),
+    /// Make a data set of the published data's files.
+    Import(commands::import::Args),
     /// Train a model on a data set.
     #[command(disable_help_flag = true)]
     Train(commands::models::Args),
@@ -39,6 +43,8 @@ pub fn run() -> ExitCode {
         Command::Trace(args) => args.run(),
         Command::Label(args) => args.run(),
         Command::Metrics(args) => args.run(),
+        Command::Export(args) => args.run(),
+        Command::Import(args) => args.run(),
         Command::Train(args) => args.run("train"),
         Command::Predict(args) => args.run("predict"),
     };

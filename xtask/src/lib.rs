@@ -14,4 +14,6 @@ mod picture;
 mod produce;
 mod sampling;
 mod summary;
+mod tiles;
+mod whole_files;
 mod wire;

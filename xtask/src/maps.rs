@@ -1,18 +1,28 @@
-//! Where maps come from: a folder of RadioMapSeer files, or the synthetic city.
+//! Where maps come from: a folder of RadioMapSeer files, a city in GeoJSON, or the synthetic city.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
+use aps_data::{Raster, RasterGrid};
 use aps_raytrace::Scene;
 use aps_raytrace::scene::{Area, CityConfig, Footprint, parse_radiomapseer};
+use serde_json::{Value, json};
+
+use crate::tiles::{CutCity, TileArgs};
 
 /// A value of `--maps`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub enum MapSource {
     /// `DIR`: files `0.json`, `1.json`, ...
     Folder(PathBuf),
+    /// `FILE.geojson`, cut into tiles by [`MapSource::cut`].
+    City {
+        file: PathBuf,
+        cut: Option<Arc<CutCity>>,
+    },
     /// `synthetic` or `synthetic:N`.
     Synthetic { count: Option<u32> },
 }
@@ -29,15 +39,25 @@ impl FromStr for MapSource {
                     "'{count}' is not a number of maps; try synthetic:10"
                 )),
             },
+            _ if is_geojson(Path::new(text)) => Ok(Self::City {
+                file: text.into(),
+                cut: None,
+            }),
             _ => Ok(Self::Folder(text.into())),
         }
     }
 }
 
+/// Whether a file is a city in GeoJSON, by its name.
+pub fn is_geojson(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("geojson"))
+}
+
 impl fmt::Display for MapSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Folder(path) => write!(f, "{}", path.display()),
+            Self::Folder(path) | Self::City { file: path, .. } => write!(f, "{}", path.display()),
             Self::Synthetic { .. } => write!(f, "synthetic city"),
         }
     }
@@ -49,11 +69,57 @@ pub struct Map {
     pub scene: Scene,
 }
 
+impl Map {
+    /// The image of its buildings.
+    pub fn raster(&self, grid: RasterGrid) -> Result<Raster> {
+        let mut raster = Raster::empty(grid)?;
+        for f in &self.footprints {
+            let rings = std::iter::once(&f.outer).chain(&f.holes);
+            let rings: Vec<Vec<[f64; 2]>> = rings
+                .map(|ring| ring.iter().map(|p| p.to_array()).collect())
+                .collect();
+            raster.fill_building(rings.iter().map(Vec::as_slice))?;
+        }
+        Ok(raster)
+    }
+}
+
 impl MapSource {
-    /// The maps there are, by id: all that the folder holds, or as many cities as asked for.
+    /// Reads a city and cuts it into tiles; other sources stay as they are.
+    pub fn cut(self, args: &TileArgs) -> Result<Self> {
+        match self {
+            Self::City { file, .. } => Ok(Self::City {
+                cut: Some(Arc::new(CutCity::read(&file, args)?)),
+                file,
+            }),
+            _ => Ok(self),
+        }
+    }
+
+    /// What decides the maps, as a manifest keeps it.
+    pub fn describe(&self) -> Value {
+        match self {
+            Self::Folder(_) => json!("radiomapseer"),
+            Self::City { cut, .. } => cut.as_ref().map_or(Value::Null, |city| city.describe()),
+            Self::Synthetic { .. } => json!("synthetic"),
+        }
+    }
+
+    /// The image of a map: 256 x 256 pixels, whatever its size.
+    pub fn raster(&self) -> RasterGrid {
+        match self {
+            Self::City {
+                cut: Some(city), ..
+            } => RasterGrid::square(256, city.side_m()),
+            _ => RasterGrid::default(),
+        }
+    }
+
+    /// The maps there are, by id: all that the folder holds, the city's tiles, or as many cities as asked for.
     pub fn ids(&self, default_count: u32) -> Result<Vec<u32>> {
         let folder = match self {
             Self::Synthetic { count } => return Ok((0..count.unwrap_or(default_count)).collect()),
+            Self::City { file, cut } => return uncut(file, cut)?.ids(),
             Self::Folder(folder) => folder,
         };
         let entries = std::fs::read_dir(folder).with_context(|| {
@@ -81,6 +147,7 @@ impl MapSource {
     pub fn load(&self, id: u32, seed: u64) -> Result<Map> {
         match self {
             Self::Folder(folder) => load_file(&folder.join(format!("{id}.json"))),
+            Self::City { file, cut } => uncut(file, cut)?.load(id),
             Self::Synthetic { .. } => {
                 let config = CityConfig {
                     seed: seed.wrapping_add(u64::from(id)),
@@ -93,6 +160,11 @@ impl MapSource {
             }
         }
     }
+}
+
+fn uncut<'a>(file: &Path, cut: &'a Option<Arc<CutCity>>) -> Result<&'a CutCity> {
+    let place = || format!("city '{}' was not cut into tiles", file.display());
+    cut.as_deref().with_context(place)
 }
 
 /// Reads and checks one RadioMapSeer file.

@@ -11,6 +11,7 @@
 //! - For training: [`Split`] says which maps train and test, [`ConditionImages`] makes a model's input from a
 //!   [`Raster`] of buildings and the ends of a link.
 //! - [`npy`] reads and writes single arrays.
+//! - [`propbin`] and [`released`] read and write the files of the data published with the benchmark.
 //!
 //! ```
 //! use aps_data::*;
@@ -83,8 +84,10 @@ mod map_writer;
 pub mod npy;
 mod paths;
 mod profile;
+pub mod propbin;
 mod raster;
 mod reader;
+pub mod released;
 mod split;
 mod status;
 mod writer;

@@ -18,6 +18,7 @@ use crate::maps::{IdList, MapSource, choose};
 use crate::produce::Run;
 use crate::sampling;
 use crate::summary::{Summary, Tally};
+use crate::tiles::TileArgs;
 
 /// Sizes of a run; any of them can be set by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -44,7 +45,8 @@ pub enum Store {
 /// Make a labelled data set from maps.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder of RadioMapSeer files 0.json, 1.json, ..., or synthetic[:N] for N made-up cities.
+    /// Folder of RadioMapSeer files 0.json, 1.json, ..., a city in FILE.geojson, or synthetic[:N]
+    /// for N made-up cities.
     #[arg(long, default_value = "synthetic")]
     maps: MapSource,
     /// Which of them, like 0-4,7 [default: by profile].
@@ -76,11 +78,14 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     trace: TraceArgs,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 impl Args {
     /// Runs the command.
-    pub fn run(self) -> Result<()> {
+    pub fn run(mut self) -> Result<()> {
+        self.maps = self.maps.cut(&self.tiles)?;
         if let Some(threads) = self.threads {
             ensure!(threads > 0, "--threads must be at least 1");
             rayon::ThreadPoolBuilder::new()
@@ -224,13 +229,10 @@ impl Args {
                 aps: stores(Store::Aps).then(|| ProfileLayout::over(angles)),
                 pdp: stores(Store::Pdp).then(|| ProfileLayout::over(delays)),
                 paths: stores(Store::Paths),
-                ..Layout::default()
+                raster: self.maps.raster(),
             },
             configuration: json!({
-                "maps": match self.maps {
-                    MapSource::Folder(_) => "radiomapseer",
-                    MapSource::Synthetic { .. } => "synthetic",
-                },
+                "maps": self.maps.describe(),
                 "sampling": { "tx_per_map": tx, "rx_per_map": rx, "grid_m": 1.0 },
                 "trace": trace_json(trace),
                 "label": label,

@@ -10,8 +10,9 @@ use aps_raytrace::{Interaction, InteractionKind, Link, PathRecord, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
-use crate::maps::{Map, MapSource, load_file};
+use crate::maps::{Map, MapSource, is_geojson, load_file};
 use crate::picture;
+use crate::tiles::{CutCity, TileArgs};
 use crate::wire::{LinkEntry, LinkList};
 
 /// Forms of output.
@@ -25,9 +26,12 @@ pub enum Format {
 /// Trace single links and print or draw their paths.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A RadioMapSeer file, or synthetic for the made-up city of --seed.
+    /// A RadioMapSeer file, a city in FILE.geojson, or synthetic for the made-up city of --seed.
     #[arg(long, default_value = "synthetic")]
     map: PathBuf,
+    /// Which tile of a city [default: the first with a building].
+    #[arg(long)]
+    map_id: Option<u32>,
     /// Seed of the synthetic city.
     #[arg(long, default_value_t = 42)]
     seed: u64,
@@ -51,6 +55,8 @@ pub struct Args {
     protocol: Protocol,
     #[command(flatten)]
     trace: TraceArgs,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 impl Args {
@@ -75,6 +81,9 @@ impl Args {
     fn map(&self) -> Result<Map> {
         if self.map == Path::new("synthetic") {
             MapSource::Synthetic { count: None }.load(0, self.seed)
+        } else if is_geojson(&self.map) {
+            let city = CutCity::read(&self.map, &self.tiles)?;
+            city.load(self.map_id.unwrap_or(city.ids()?[0]))
         } else {
             load_file(&self.map)
         }

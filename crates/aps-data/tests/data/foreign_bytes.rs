@@ -1,9 +1,11 @@
-//! Readers fed with 100,000 array files and 4,000 manifests a run, random ones and valid ones with
-//! bytes changed.
+//! Readers fed with 100,000 array files, 200,000 .propbin files, 40,000 samples and 4,000 manifests a run, random ones
+//! and valid ones with bytes changed.
 
 use std::fs;
 
 use aps_data::npy::{self, Header};
+use aps_data::propbin::{Chain, Propbin};
+use aps_data::released::Sample;
 use aps_data::{Dataset, FORMAT_VERSION};
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -66,6 +68,93 @@ proptest! {
         }
         read_all_ways(&bytes);
         read_all_ways(&bytes[..cut.index(bytes.len())]);
+    }
+}
+
+const FULL: &[u8] = include_bytes!("../../../../tests/golden/released/full.propbin");
+const COMPACT: &[u8] = include_bytes!("../../../../tests/golden/released/compact.propbin.gz");
+const SAMPLE: &[u8] = include_bytes!("../../../../tests/golden/released/sample.npz");
+
+/// Whatever the bytes, the reader returns; what it returns is finite and no longer than the bytes.
+fn read_propbin(bytes: &[u8]) {
+    let Ok(file) = Propbin::from_bytes(bytes) else {
+        return;
+    };
+    let mut paths = 0;
+    for receiver in file.receivers() {
+        assert!(receiver.position_m.iter().all(|v| v.is_finite()));
+        for (path, chain) in file.paths_of(receiver) {
+            paths += 1;
+            assert!(path.loss_db.is_finite() && path.delay_ns.is_finite());
+            let (Chain::Points(_) | Chain::Vertices(_) | Chain::Rooftop(_)) = chain;
+            if let Chain::Points(points) = chain {
+                assert!(points.as_flattened().iter().all(|v| v.is_finite()));
+            }
+        }
+    }
+    assert!(paths <= file.to_bytes().expect("it was small enough to read").len() / 24);
+}
+
+fn changed(bytes: &[u8], changes: &[(Index, u8)]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for (at, value) in changes {
+        let at = at.index(bytes.len());
+        bytes[at] = *value;
+    }
+    bytes
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100_000))]
+
+    #[test]
+    fn propbin_with_bytes_changed(
+        changes in prop::collection::vec((any::<Index>(), any::<u8>()), 1..6),
+        header in prop::collection::vec((0_usize..32, prop::sample::select(vec![0_u8, 1, 2, 3, 4, 255])), 0..2),
+        cut in prop::option::weighted(0.1, any::<Index>()),
+    ) {
+        let mut bytes = changed(FULL, &changes);
+        for (at, value) in header {
+            bytes[at] = value;
+        }
+        bytes.truncate(cut.map_or(bytes.len(), |cut| cut.index(bytes.len())));
+        read_propbin(&bytes);
+    }
+
+    #[test]
+    fn compressed_propbin_with_bytes_changed(
+        changes in prop::collection::vec((any::<Index>(), any::<u8>()), 1..6),
+        inside in any::<bool>(),
+    ) {
+        thread_local! {
+            static PLAIN: Vec<u8> = Propbin::from_bytes(COMPACT).unwrap().to_bytes().unwrap();
+        }
+        if inside {
+            read_propbin(&PLAIN.with(|plain| changed(plain, &changes)));
+        } else {
+            read_propbin(&changed(COMPACT, &changes));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40_000))]
+
+    #[test]
+    fn sample_with_bytes_changed(
+        changes in prop::collection::vec((any::<Index>(), any::<u8>()), 1..6),
+        directory in prop::option::of((any::<Index>(), any::<u8>())),
+    ) {
+        let mut bytes = changed(SAMPLE, &changes[..changes.len() / 2]);
+        // Most of what can go wrong is in the directory at the end and in the headers of the arrays.
+        if let Some((at, value)) = directory {
+            let start = bytes.len() - 160;
+            let at = start + at.index(160);
+            bytes[at] = value;
+        }
+        if let Ok(sample) = Sample::from_npz(&bytes) {
+            assert!(sample.aps_norm.len() + sample.cond_img.len() < 1 << 16);
+        }
     }
 }
 

@@ -8,6 +8,8 @@ mod foreign_bytes;
 mod golden;
 /// Our arrays against an independent reader and writer of the same format.
 mod npy;
+/// The formats of the published data.
+mod released;
 /// Interrupted, repeated, shared and refused runs.
 mod resume;
 /// What is written is what is read.

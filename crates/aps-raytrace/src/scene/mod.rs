@@ -2,10 +2,14 @@
 
 mod city;
 mod footprint;
+#[cfg(feature = "geojson")]
+mod geojson;
 mod locate;
+mod plane;
 mod radiomapseer;
 mod repair;
 mod ring;
+mod tiles;
 mod union;
 
 use std::ops::Range;
@@ -14,9 +18,13 @@ use glam::DVec2;
 
 pub use city::CityConfig;
 pub use footprint::Footprint;
+#[cfg(feature = "geojson")]
+pub use geojson::{Coordinates, GeoJsonCity, GeoJsonConfig, GeoJsonError, Skipped, parse_geojson};
 pub use locate::Location;
+pub use plane::LocalPlane;
 pub use radiomapseer::parse_radiomapseer;
 pub use repair::{Repair, RepairKind, RepairReport};
+pub use tiles::{Tile, Tiling, TilingError};
 
 use crate::error::SceneError;
 use crate::material::Material;

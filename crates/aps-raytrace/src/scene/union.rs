@@ -49,6 +49,14 @@ pub(super) fn unite(
     let shapes: Vec<(usize, Vec<Contour>)> = buildings
         .iter()
         .map(|(building, rings)| (*building, grid.resolve(rings)))
+        .filter(|(building, contours)| {
+            // Its holes leave nothing of it.
+            let is_gone = contours.iter().all(Vec::is_empty);
+            if is_gone {
+                report.push(*building, RepairKind::Sliver);
+            }
+            !is_gone
+        })
         .collect();
     report_contacts(&shapes, report);
 

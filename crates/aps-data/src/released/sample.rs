@@ -1,0 +1,136 @@
+//! Preprocessed samples: `.npz` archives of a model's target and input.
+
+use std::io::{Cursor, Read, Seek, Write};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+use crate::npy::{self, Array, NpyError};
+
+/// Largest array of a sample that is read \[bytes\].
+pub const MAX_SAMPLE_BYTES: u64 = 1 << 26;
+
+/// What `np.load` finds in a preprocessed sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// The normalised APS, shape (bins,).
+    pub aps_norm: Vec<f32>,
+    /// Height and width of the condition image.
+    pub size: [usize; 2],
+    /// The condition image, shape (3, height, width): buildings, transmitter, receiver.
+    pub cond_img: Vec<f32>,
+}
+
+/// Why a sample cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SampleError {
+    /// The file is no archive, or a damaged one.
+    #[error("not a readable .npz archive: {0}")]
+    Zip(#[from] zip::result::ZipError),
+    /// An array of the archive is not what it should be.
+    #[error("{array}: {source}")]
+    Npy {
+        /// Name of the array.
+        array: &'static str,
+        /// What is wrong with it.
+        source: NpyError,
+    },
+    /// An array is larger than any sample's.
+    #[error("{array} is {bytes} bytes long, at most {MAX_SAMPLE_BYTES} are read")]
+    TooLarge {
+        /// Name of the array.
+        array: &'static str,
+        /// Its length according to the archive.
+        bytes: u64,
+    },
+    /// An array has another shape.
+    #[error("{array} has the shape {found:?}, expected {expected}")]
+    Shape {
+        /// Name of the array.
+        array: &'static str,
+        /// What was expected.
+        expected: &'static str,
+        /// Its shape.
+        found: Vec<usize>,
+    },
+    /// A number is NaN or infinite.
+    #[error("{array} holds a number that is not finite")]
+    NotFinite {
+        /// Name of the array.
+        array: &'static str,
+    },
+}
+
+const TARGET: &str = "aps_norm";
+const IMAGE: &str = "cond_img";
+
+impl Sample {
+    /// The bytes of an archive as `np.savez_compressed` makes it: the same arrays, compressed; the same bytes each time.
+    ///
+    /// # Errors
+    /// [`SampleError::Npy`] when the image does not have three planes of its size, [`SampleError::Zip`].
+    pub fn to_npz(&self) -> Result<Vec<u8>, SampleError> {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        // Spots and zeros compress well at any level; the fastest halves the time.
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Deflated)
+            .compression_level(Some(1));
+        let arrays = [
+            (TARGET, vec![self.aps_norm.len()], &self.aps_norm),
+            (IMAGE, vec![3, self.size[0], self.size[1]], &self.cond_img),
+        ];
+        for (array, shape, data) in arrays {
+            let mut bytes = Vec::new();
+            npy::write_to(&mut bytes, &shape, data)
+                .map_err(|source| SampleError::Npy { array, source })?;
+            zip.start_file(format!("{array}.npy"), options)?;
+            zip.write_all(&bytes).map_err(zip::result::ZipError::Io)?;
+        }
+        Ok(zip.finish()?.into_inner())
+    }
+
+    /// Reads an archive with these two arrays, compressed or not; others are passed over.
+    ///
+    /// # Errors
+    /// [`SampleError`]. No array takes more memory than [`MAX_SAMPLE_BYTES`].
+    pub fn from_npz(bytes: &[u8]) -> Result<Self, SampleError> {
+        let mut zip = ZipArchive::new(Cursor::new(bytes))?;
+        let target = array(&mut zip, TARGET)?;
+        let image = array(&mut zip, IMAGE)?;
+        let shape = |array, expected, found| SampleError::Shape {
+            array,
+            expected,
+            found,
+        };
+        let [_] = target.shape[..] else {
+            return Err(shape(TARGET, "(bins,)", target.shape));
+        };
+        let [3, height, width] = image.shape[..] else {
+            return Err(shape(IMAGE, "(3, height, width)", image.shape));
+        };
+        Ok(Sample {
+            aps_norm: target.data,
+            size: [height, width],
+            cond_img: image.data,
+        })
+    }
+}
+
+fn array<R: Read + Seek>(
+    zip: &mut ZipArchive<R>,
+    array: &'static str,
+) -> Result<Array<f32>, SampleError> {
+    let file = zip.by_name(&format!("{array}.npy"))?;
+    // What the archive says its array is long; a lie is found when the array does not fit it.
+    let bytes = file.size();
+    if bytes > MAX_SAMPLE_BYTES {
+        return Err(SampleError::TooLarge { array, bytes });
+    }
+    let found =
+        npy::from_reader(file, bytes).map_err(|source| SampleError::Npy { array, source })?;
+    match found.data.iter().all(|v: &f32| v.is_finite()) {
+        true => Ok(found),
+        false => Err(SampleError::NotFinite { array }),
+    }
+}

@@ -1,0 +1,276 @@
+//! The published data's formats against files written by NumPy and by Python's struct.
+
+use aps_data::npy;
+use aps_data::propbin::{Chain, Direction, Path, Propbin, PropbinError, Version};
+use aps_data::released::{ProfileFile, Sample, SampleError};
+use proptest::prelude::*;
+use serde_json::Value;
+
+macro_rules! golden {
+    ($name:literal) => {
+        include_bytes!(concat!("../../../../tests/golden/released/", $name))
+    };
+}
+
+#[test]
+fn profiles_are_the_bytes_numpy_writes() {
+    for (values, file) in [
+        (&golden!("aps.json")[..], &golden!("aps.npy")[..]),
+        (golden!("pdp.json"), golden!("pdp.npy")),
+    ] {
+        let values: Value = serde_json::from_slice(values).unwrap();
+        let column = |name: &str| -> Vec<f64> {
+            let numbers = values[name].as_array().unwrap();
+            numbers.iter().map(|v| v.as_f64().unwrap()).collect()
+        };
+        let profile = ProfileFile::rounded(&column("db"), &column("place"));
+        assert_eq!(profile.to_bytes(), file);
+        assert_eq!(ProfileFile::from_bytes(file).unwrap(), profile);
+        assert!(profile.is_finite() && !profile.is_all_zero());
+    }
+}
+
+#[test]
+fn profile_of_another_shape_is_refused() {
+    let mut bytes = Vec::new();
+    npy::write_to(&mut bytes, &[6], &[half::f16::ONE; 6]).unwrap();
+    assert!(ProfileFile::from_bytes(&bytes).is_err());
+}
+
+#[test]
+fn sample_of_numpy_is_read() {
+    let sample = Sample::from_npz(golden!("sample.npz")).unwrap();
+    assert_eq!((sample.aps_norm.len(), sample.size), (180, [8, 4]));
+    let expected: Vec<f32> = (0..96).map(|i| (f64::from(i) / 96.0) as f32).collect();
+    assert_eq!(sample.cond_img, expected);
+    assert_eq!(Sample::from_npz(&sample.to_npz().unwrap()).unwrap(), sample);
+}
+
+#[test]
+fn bad_samples_are_told_apart() {
+    let sample = Sample::from_npz(golden!("sample.npz")).unwrap();
+    let transposed = Sample {
+        size: [8, 5],
+        ..sample.clone()
+    };
+    assert!(matches!(transposed.to_npz(), Err(SampleError::Npy { .. })));
+    let not_finite = Sample {
+        aps_norm: vec![f32::NAN],
+        ..sample
+    };
+    let bytes = not_finite.to_npz().unwrap();
+    assert!(matches!(
+        Sample::from_npz(&bytes),
+        Err(SampleError::NotFinite { array: "aps_norm" })
+    ));
+    assert!(matches!(
+        Sample::from_npz(&bytes[..bytes.len() - 1]),
+        Err(SampleError::Zip(_))
+    ));
+}
+
+/// The paths of the golden files, which half precision holds exactly.
+fn golden_paths() -> [Path; 3] {
+    let path = |loss_db, length_m, delay_ns, [a, b, c, d]: [f32; 4]| Path {
+        loss_db,
+        length_m,
+        delay_ns,
+        departure: Direction {
+            azimuth_rad: a,
+            elevation_rad: b,
+        },
+        arrival: Direction {
+            azimuth_rad: c,
+            elevation_rad: d,
+        },
+    };
+    [
+        path(61.5, 20.0, 66.75, [0.0; 4]),
+        path(80.25, 35.5, 118.5, [1.25, 0.5, -2.5, -0.5]),
+        path(95.0, 50.0, 166.75, [-1.5, 0.25, 3.0, 0.125]),
+    ]
+}
+
+#[track_caller]
+fn check_golden(file: &Propbin, version: Version) {
+    assert_eq!(
+        (file.version(), file.source_m()),
+        (version, [10.0, 20.0, 1.5])
+    );
+    let [first, second] = file.receivers() else {
+        panic!("two receivers")
+    };
+    assert_eq!((first.id, first.position_m), (7, [30.0, 20.0, 1.5]));
+    assert_eq!(
+        (first.total_power_dbm, first.total_loss_db),
+        (Some(-60.5), Some(61.5))
+    );
+    assert_eq!(
+        (second.id, second.total_power_dbm, second.total_loss_db),
+        (-1, None, None)
+    );
+    let paths: Vec<Path> = file.paths_of(first).map(|(path, _)| *path).collect();
+    assert_eq!(paths, golden_paths());
+    assert_eq!(file.paths_of(second).count(), 0);
+    assert_eq!(file.unusable_paths(), 0);
+}
+
+#[test]
+fn full_propbin_is_read_and_written_alike() {
+    let bytes = golden!("full.propbin");
+    let file = Propbin::from_bytes(bytes).unwrap();
+    check_golden(&file, Version::Full);
+    let chains: Vec<Chain<'_>> = file
+        .paths_of(&file.receivers()[0])
+        .map(|(_, chain)| chain)
+        .collect();
+    let lengths = chains.iter().map(|chain| match chain {
+        Chain::Points(points) => points.len(),
+        _ => panic!("points"),
+    });
+    assert_eq!(lengths.collect::<Vec<_>>(), [2, 3, 4]);
+
+    let mut written = Propbin::new(Version::Full, file.source_m());
+    for receiver in file.receivers() {
+        written.add_receiver(
+            receiver.id,
+            receiver.position_m,
+            receiver.total_power_dbm,
+            receiver.total_loss_db,
+        );
+        for (path, chain) in file.paths_of(receiver) {
+            written.add_path(path, &chain).unwrap();
+        }
+    }
+    // The golden file has infinities where nothing arrives, ours NaN: equal but for these eight bytes.
+    let written = written.to_bytes().unwrap();
+    let differing: Vec<usize> = (0..bytes.len())
+        .filter(|&i| written[i] != bytes[i])
+        .collect();
+    assert!(
+        differing.iter().all(|i| (80..88).contains(i)),
+        "{differing:?}"
+    );
+    assert_eq!(Propbin::from_bytes(&written).unwrap(), file);
+}
+
+#[test]
+fn compact_propbin_is_read_compressed() {
+    let file = Propbin::from_bytes(golden!("compact.propbin.gz")).unwrap();
+    check_golden(&file, Version::Compact);
+    let chains: Vec<Chain<'_>> = file
+        .paths_of(&file.receivers()[0])
+        .map(|(_, chain)| chain)
+        .collect();
+    let expected = [
+        Chain::Vertices((&[]).into()),
+        Chain::Vertices((&[3, 700]).into()),
+        Chain::Rooftop((&[[14.5, 21.0], [25.0, 20.5]]).into()),
+    ];
+    assert_eq!(chains, expected);
+    assert_eq!(
+        Propbin::from_bytes(&file.to_bytes().unwrap()).unwrap(),
+        file
+    );
+    assert_eq!(Propbin::from_bytes(&file.to_gzip().unwrap()).unwrap(), file);
+}
+
+#[test]
+fn name_does_not_decide_about_compression() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("source_0.propbin.gz");
+    std::fs::write(&path, golden!("full.propbin")).unwrap();
+    check_golden(&Propbin::read(&path).unwrap(), Version::Full);
+}
+
+#[test]
+fn faults_of_propbin_are_named() {
+    let bytes = golden!("full.propbin").to_vec();
+    let read = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = bytes.clone();
+        change(&mut bytes);
+        Propbin::from_bytes(&bytes).unwrap_err()
+    };
+    assert!(matches!(read(&|b| b[0] = 0), PropbinError::Magic { .. }));
+    assert!(matches!(
+        read(&|b| b[4] = 3),
+        PropbinError::Version { found: 3 }
+    ));
+    assert!(matches!(
+        read(&|b| b.truncate(20)),
+        PropbinError::Length {
+            expected: 32,
+            found: 20
+        }
+    ));
+    assert!(matches!(
+        read(&|b| b.truncate(b.len() - 1)),
+        PropbinError::Length { .. }
+    ));
+    assert!(matches!(read(&|b| b.push(0)), PropbinError::Length { .. }));
+    // Sizes that are only claimed.
+    assert!(matches!(
+        read(&|b| b[20..32].fill(0xff)),
+        PropbinError::TooLarge { .. }
+    ));
+    let entry = |error| match error {
+        PropbinError::Entry { what, index, .. } => (what, index),
+        other => panic!("{other}"),
+    };
+    // The second receiver claims the first one's paths, or paths beyond the last.
+    assert_eq!(entry(read(&|b| b[88] = 1)), ("receiver", 1));
+    assert_eq!(entry(read(&|b| b[60] = 1)), ("receiver", 0));
+    assert_eq!(entry(read(&|b| b[39] = 0x7f)), ("receiver", 0));
+    assert_eq!(entry(read(&|b| b[10..12].fill(0xff))), ("source", 0));
+    let chain = 96 + 36 + 28;
+    assert_eq!(entry(read(&|b| b[chain] = 200)), ("path", 1));
+}
+
+#[test]
+fn path_that_is_not_a_number_is_passed_over_and_counted() {
+    let mut bytes = golden!("full.propbin").to_vec();
+    bytes[96 + 36..96 + 40].copy_from_slice(&f32::NAN.to_le_bytes());
+    let file = Propbin::from_bytes(&bytes).unwrap();
+    assert_eq!(file.unusable_paths(), 1);
+    assert_eq!(file.paths_of(&file.receivers()[0]).count(), 2);
+}
+
+#[test]
+fn chain_of_another_version_is_refused() {
+    let mut file = Propbin::new(Version::Full, [0.0; 3]);
+    let [path, ..] = golden_paths();
+    assert!(file.add_path(&path, &Chain::Points((&[]).into())).is_err());
+    file.add_receiver(0, [1.0; 3], None, None);
+    assert!(
+        file.add_path(&path, &Chain::Vertices((&[1]).into()))
+            .is_err()
+    );
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_what_is_read(
+        values in prop::collection::vec((any::<[i16; 7]>(), prop::collection::vec(any::<[i16; 3]>(), 0..5)), 0..20),
+        per_receiver in 1_usize..7,
+    ) {
+        let mut file = Propbin::new(Version::Full, [1.0, 2.0, 3.0]);
+        for (i, (v, chain)) in values.iter().enumerate() {
+            if i % per_receiver == 0 {
+                file.add_receiver(i as i32, [i as f32, 0.5, 1.5], None, Some(80.0));
+            }
+            let v = v.map(|v| f32::from(v) / 64.0);
+            let direction = |azimuth_rad, elevation_rad| Direction { azimuth_rad, elevation_rad };
+            let path = Path {
+                loss_db: v[0],
+                length_m: v[1],
+                delay_ns: v[2],
+                departure: direction(v[3], v[4]),
+                arrival: direction(v[5], v[6]),
+            };
+            let points: Vec<[f32; 3]> = chain.iter().map(|p| p.map(f32::from)).collect();
+            file.add_path(&path, &Chain::Points(points.into())).unwrap();
+        }
+        let bytes = file.to_bytes().unwrap();
+        prop_assert_eq!(Propbin::from_bytes(&bytes).unwrap(), file);
+    }
+}

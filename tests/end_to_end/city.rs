@@ -1,0 +1,122 @@
+//! A city in GeoJSON: maps of it are traced and labelled like others.
+
+use std::fs;
+
+use aps_data::Dataset;
+
+use crate::{fail, succeed, xtask};
+
+const HELSINKI: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../tests/data/helsinki.geojson"
+);
+
+#[test]
+fn helsinki_becomes_a_data_set() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("data");
+    let args = |out: &str, more: &[&str]| -> Vec<String> {
+        let base = [
+            "dataset",
+            "--maps",
+            HELSINKI,
+            "--profile",
+            "smoke",
+            "--map-ids",
+            "0,2",
+            "--out",
+            out,
+        ];
+        base.iter().chain(more).map(|s| s.to_string()).collect()
+    };
+    let run = |out: &str, more: &[&str]| {
+        let args = args(out, more);
+        xtask(&args.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let output = run(out.to_str().unwrap(), &[]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{told}");
+    assert!(
+        told.contains("75 buildings") && told.contains("tiles of 256 m"),
+        "{told}"
+    );
+
+    let dataset = Dataset::open(&out).unwrap();
+    assert_eq!(dataset.verify().len(), 0);
+    let maps = &dataset.manifest().configuration["maps"];
+    assert_eq!(
+        (maps["kind"].as_str(), maps["tile_m"].as_f64()),
+        (Some("geojson"), Some(256.0))
+    );
+    assert_eq!(dataset.manifest().totals.maps, 2);
+    for entry in &dataset.manifest().maps {
+        let map = dataset.map(entry.id).unwrap();
+        let built = map.buildings.pixels().iter().filter(|&&p| p == 1).count();
+        assert!((5_000..60_000).contains(&built), "{built} pixels");
+        assert!(map.valid_links().count() > 40);
+    }
+
+    // Another cut of the same city is another data set.
+    let output = run(out.to_str().unwrap(), &["--tile", "200"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        !output.status.success() && told.contains("tile_m"),
+        "{told}"
+    );
+
+    let again = root.path().join("again");
+    assert!(
+        run(again.to_str().unwrap(), &["--threads", "1"])
+            .status
+            .success()
+    );
+    let manifest = |folder: &std::path::Path| fs::read(folder.join("manifest.json")).unwrap();
+    assert_eq!(manifest(&out), manifest(&again));
+}
+
+#[test]
+fn link_in_a_tile_is_traced_and_drawn() {
+    let root = tempfile::tempdir().unwrap();
+    let svg = root.path().join("link.svg");
+    let table = succeed(&[
+        "trace",
+        "--map",
+        HELSINKI,
+        "--map-id",
+        "2",
+        "--tx",
+        "169,247",
+        "--rx",
+        "186,166",
+        "--svg",
+        svg.to_str().unwrap(),
+    ]);
+    assert!(table.contains("54 paths"), "{table}");
+    assert!(fs::read_to_string(svg).unwrap().contains("<svg"));
+}
+
+#[test]
+fn cities_without_maps_are_explained() {
+    let root = tempfile::tempdir().unwrap();
+    let city = root.path().join("city.geojson");
+    let out = root.path().join("data");
+    let args = [
+        "dataset",
+        "--maps",
+        city.to_str().unwrap(),
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    assert!(fail(&args).contains("city.geojson"));
+    fs::write(&city, "{").unwrap();
+    assert!(fail(&args).contains("not valid GeoJSON"));
+    let bare = r#"{"type":"Polygon","coordinates":[[[24.945,60.168],[24.946,60.168],[24.946,60.1685],[24.945,60.168]]]}"#;
+    fs::write(&city, bare).unwrap();
+    let error = fail(&args);
+    assert!(
+        error.contains("`building` tag") && error.contains("--all-polygons"),
+        "{error}"
+    );
+    let error = fail(&[&args[..], &["--all-polygons", "--min-buildings", "5"]].concat());
+    assert!(error.contains("no tile has 5 buildings"), "{error}");
+}
