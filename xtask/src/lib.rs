@@ -7,11 +7,15 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
+pub mod chart;
 pub mod cli;
 mod commands;
+pub mod drawing;
 mod maps;
+pub mod page;
 mod picture;
 mod produce;
 mod sampling;
 mod summary;
+pub mod theme;
 mod wire;
