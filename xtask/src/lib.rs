@@ -17,6 +17,7 @@ pub mod page;
 mod picture;
 mod produce;
 mod sampling;
+mod source;
 mod spectra;
 mod summary;
 pub mod theme;

@@ -29,6 +29,13 @@ impl Labels {
         self.taken.push([x - 5.0, y - 5.0, x + 5.0, y + 5.0]);
     }
 
+    /// Takes the place of a text of 15 px that is drawn from `x` on, at `y`.
+    pub fn text(&mut self, x: f64, y: f64, text: &str, anchor: &str) {
+        let w = 1.2 * text_width(text);
+        let left = if anchor == "end" { x - w } else { x };
+        self.taken.push([left, y - 13.0, left + w, y + 4.0]);
+    }
+
     /// A place for a text beside a dot: right of it, left, above or below, else right all the same.
     /// Returns start or end of its base line and the anchor.
     pub fn beside(&mut self, x: f64, y: f64, text: &str) -> (f64, f64, &'static str) {

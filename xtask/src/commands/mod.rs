@@ -1,6 +1,8 @@
 //! The commands, one file each.
 
 pub mod dataset;
+pub mod explain;
+pub mod gallery;
 pub mod label;
 pub mod metrics;
 pub mod models;

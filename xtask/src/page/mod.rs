@@ -141,6 +141,11 @@ impl Section {
         self.body.push(html! { p { (text) } });
     }
 
+    /// Adds a heading within the section.
+    pub fn heading(&mut self, title: impl Render) {
+        self.body.push(html! { h3 { (title) } });
+    }
+
     /// Adds a picture with a caption, over the whole width.
     pub fn figure(&mut self, drawing: &Drawing, caption: impl Render) {
         self.body.push(figure(drawing, caption));

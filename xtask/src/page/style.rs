@@ -11,10 +11,12 @@ body{margin:0;background:var(--paper);color:var(--ink);font:16px/1.55 system-ui,
 main{max-width:1080px;margin:0 auto;padding:1.5rem 1rem 4rem}
 h1{font-size:1.7rem;line-height:1.2;margin:.3rem 0 .8rem}
 h2{font-size:1.25rem;margin:2.4rem 0 .6rem;padding-top:.6rem;border-top:1px solid var(--grid)}
+h3{font-size:1.05rem;margin:1.8rem 0 .2rem}
 p{max-width:72ch;margin:.6rem 0}
 .lead{color:var(--soft)}
 a{color:var(--accent)}
 code{font:.9em ui-monospace,monospace;background:var(--panel);padding:.1em .3em;border-radius:3px;overflow-wrap:anywhere}
+pre{overflow-x:auto}
 nav ul{list-style:none;padding:0;margin:1rem 0;display:flex;flex-wrap:wrap;gap:.3rem 1.2rem}
 figure{margin:1rem 0;width:100%}
 figcaption{font-size:.875rem;line-height:1.4;color:var(--soft);margin-top:.3rem}

@@ -2,7 +2,7 @@
 
 use maud::{Markup, Render, html};
 
-/// A table. A column whose cells all begin like numbers is set flush right.
+/// A table. A column of numbers, with or without units, is set flush right.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
     caption: String,
@@ -58,9 +58,13 @@ impl Table {
     }
 
     fn is_numeric(&self, column: usize) -> bool {
+        // A number, alone or with its unit.
         let is_number = |cell: &String| {
-            let start = cell.trim_start_matches(['\u{2212}', '-', '+', '>', '<', ' ']);
-            cell.is_empty() || cell == "\u{2013}" || start.starts_with(|c: char| c.is_ascii_digit())
+            let unsigned = cell.trim_start_matches(['\u{2212}', '-', '+', '>', '<', ' ']);
+            let mut words = unsigned.split_whitespace();
+            let number = words.next().is_some_and(|word| word.parse::<f64>().is_ok());
+            let is_blank = cell.is_empty() || cell == "\u{2013}";
+            is_blank || (number && words.count() <= 1)
         };
         let mut cells = self
             .rows

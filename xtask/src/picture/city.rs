@@ -34,8 +34,9 @@ pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -
     let mut group = Group::new().add(ground).add(buildings(outlines, &frame));
     let (tx, rx) = (frame.place(link.tx), frame.place(link.rx));
     let mut labels = Labels::inside(0.0, 0.0, side, side);
-    labels.dot(tx.0, tx.1);
-    labels.dot(rx.0, rx.1);
+    let terminals = Group::new()
+        .add(terminal("Tx", Colour::Series(1), tx, rx, side, &mut labels))
+        .add(terminal("Rx", Colour::Series(0), rx, tx, side, &mut labels));
     let mut badges = Group::new();
     for ray in rays {
         let mut drawn = draw_ray(link, ray, &frame);
@@ -54,11 +55,7 @@ pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -
             badges = badges.add(badge);
         }
     }
-    let group = group
-        .add(badges)
-        .add(terminal("Tx", Colour::Series(1), tx, rx, side))
-        .add(terminal("Rx", Colour::Series(0), rx, tx, side))
-        .add(ruler(&frame));
+    let group = group.add(badges).add(terminals).add(ruler(&frame));
     let label = format!(
         "map with transmitter at ({:.1}, {:.1}) m, receiver at ({:.1}, {:.1}) m and {} paths",
         link.tx.x,
@@ -182,7 +179,14 @@ fn along(way: Vec<(f64, f64)>) -> impl Iterator<Item = (f64, f64)> + Clone {
 }
 
 /// The name stands on the side away from the other end.
-fn terminal(name: &str, colour: Colour, at: (f64, f64), other: (f64, f64), side: f64) -> Group {
+fn terminal(
+    name: &str,
+    colour: Colour,
+    at: (f64, f64),
+    other: (f64, f64),
+    side: f64,
+    labels: &mut Labels,
+) -> Group {
     let (x, y) = at;
     let is_left = (x < other.0 && x > 30.0) || x > side - 30.0;
     let (dx, anchor) = if is_left {
@@ -205,6 +209,8 @@ fn terminal(name: &str, colour: Colour, at: (f64, f64), other: (f64, f64), side:
         .set("cy", y)
         .set("r", 7)
         .set("class", "paper");
+    labels.dot(x, y);
+    labels.text(x + dx, y + dy, name, anchor);
     let text = Text::new(name)
         .set("x", px(x + dx))
         .set("y", px(y + dy))

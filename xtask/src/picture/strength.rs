@@ -28,6 +28,11 @@ impl GainScale {
         }
     }
 
+    /// The strongest gain \[dB\]; minus infinity without paths.
+    pub fn strongest_db(&self) -> f64 {
+        self.strongest_db
+    }
+
     /// Place of a gain in the range, 0 to 1.
     fn part(&self, gain_db: f64) -> f64 {
         let range = self.strongest_db - self.weakest_db;
