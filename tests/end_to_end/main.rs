@@ -3,6 +3,7 @@
 mod dataset;
 mod label;
 mod metrics;
+mod pages;
 mod trace;
 
 use std::process::{Command, Output};

@@ -170,7 +170,7 @@ impl Chart {
         let title_height = if self.title.is_empty() { 0.0 } else { 24.0 };
         let margins = Margins {
             left: 30.0 + frame::tick_width(&y).max(16.0),
-            right: 14.0,
+            right: 19.0,
             top: 10.0 + title_height + 20.0 * key.len() as f64,
             bottom: 48.0,
         };

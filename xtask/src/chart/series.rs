@@ -47,7 +47,8 @@ pub enum Mark {
         /// Heights.
         heights: Vec<f64>,
     },
-    /// Vertical lines from the bottom up to each point.
+    /// Vertical lines from the bottom up to each point; those beyond the ends of the x axis, or below
+    /// the bottom, are left out.
     Stems {
         /// Tips.
         points: Vec<[f64; 2]>,
@@ -157,7 +158,10 @@ impl Series {
                 group
             }
             Mark::Stems { points, dashed } => {
-                for &p in points.iter().filter(|&&p| shown(p)) {
+                let seen = |p: &&[f64; 2]| {
+                    shown(**p) && frame.x.contains(p[0]) && frame.y.part(p[1]) > 0.0
+                };
+                for &p in points.iter().filter(seen) {
                     let (x, y) = frame.place(p);
                     group = group.add(line(x, frame.bottom(), x, y, &stroke(*dashed)));
                 }

@@ -33,6 +33,7 @@ td:first-child,th:first-child{padding-left:.2rem}
 tr[data-path]{cursor:default}
 tr[data-path]:hover,tr[data-path]:focus{background:var(--panel);outline:none}
 .linked [data-path]{transition:opacity .12s}
+@media(max-width:760px){th,td{white-space:nowrap}}
 @media print{.beside{display:block}}
 ";
 

@@ -35,11 +35,11 @@ pub fn curve(spectrum: &Spectrum, protocol: Protocol, colour: Colour) -> Series 
     }
 }
 
-/// Power over delay, `[delay in ns, dB]`, for each name and colour.
-pub fn delay_chart(profiles: &[(String, Colour, Vec<[f64; 2]>)]) -> Chart {
+/// Power over delay up to `last_ns`, `[delay in ns, dB]`, for each name and colour.
+pub fn delay_chart(last_ns: f64, profiles: &[(String, Colour, Vec<[f64; 2]>)]) -> Chart {
     let levels = profiles.iter().flat_map(|p| &p.2).map(|p| p[1]);
     let top_db = levels.fold(f64::NEG_INFINITY, f64::max);
-    let x = Axis::linear("delay [ns]").over(0.0, 1000.0);
+    let x = Axis::linear("delay [ns]").over(0.0, last_ns);
     let chart = Chart::new(x, level_axis(top_db, false));
     profiles
         .iter()

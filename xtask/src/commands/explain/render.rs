@@ -36,7 +36,7 @@ impl Picture<'_> {
         }
         let caption_map = html! {
             "Paths that make a lobe in colour, with their numbers; others in grey. "
-            "White dots are reflections, dark dots diffractions."
+            "Open dots are reflections, filled dots diffractions."
         };
         let caption_spectrum = html! {
             "The spectrum under the " (e.spectrum.protocol) " protocol, and dashed under the other. "

@@ -19,10 +19,13 @@ const PROTOCOLS: [(Protocol, Colour); 2] = [
     (Protocol::Paper, Colour::Ink),
 ];
 
+/// Where the delay profiles of both protocols end \[ns\].
+const PROFILE_NS: f64 = 1000.0;
+
 /// What all links have in common.
 pub fn legend() -> Markup {
     html! {
-        "The map shows all paths, the stronger the brighter and wider; white dots are reflections, dark dots "
+        "The map shows all paths, the stronger the brighter and wider; open dots are reflections, filled dots "
         "diffractions. The spectra are those of the paper's definition (solid) and of the released code (dashed), "
         "over the power sent and by the angle of arrival; stems are the paths. A path makes a second lobe at 180 deg "
         "minus its own angle, because the array knows directions by their sine only. Where the two curves differ, the "
@@ -55,7 +58,10 @@ pub fn exhibit(
         @if let Some(aps) = aps { (figure(&aps, "Angle power spectrum.")) }
         @if let Some(pdp) = pdp { (figure(&pdp, "Power delay profile.")) }
     };
-    let caption = format!("Strongest path {:.1} dB.", scale.strongest_db());
+    let caption = format!(
+        "The strongest path has a gain of {:.1} dB.",
+        scale.strongest_db()
+    );
     let caption = if link.paths.is_empty() {
         String::new()
     } else {
@@ -129,7 +135,12 @@ fn labelled(
         .into_iter()
         .map(|(s, colour)| (s.protocol.to_string(), colour, s.pdp))
         .collect();
-    let mut pdp = picture::delay_chart(&profiles).sized(480.0, 250.0);
+    // Paths that come later than the profiles reach are to be seen, unless nobody would see them.
+    let weakest_db = top_db - 45.0;
+    let delays = link.paths.iter().filter(|p| p.gain_db > weakest_db);
+    let latest_ns = delays.map(|p| p.delay_s * 1e9).fold(PROFILE_NS, f64::max);
+    let last_ns = (latest_ns / 100.0).ceil() * 100.0;
+    let mut pdp = picture::delay_chart(last_ns, &profiles).sized(480.0, 250.0);
     let stems = picture::rays_by_gain(link, scale)
         .into_iter()
         .map(|ray| Series {
@@ -192,7 +203,11 @@ fn stored(
                 .zip(read(&profile))
                 .map(|(ns, db)| [ns, db]);
             let profiles = [(protocol.to_string(), Colour::Ink, points.collect())];
-            Some(picture::delay_chart(&profiles).sized(480.0, 250.0).draw())
+            Some(
+                picture::delay_chart(PROFILE_NS, &profiles)
+                    .sized(480.0, 250.0)
+                    .draw(),
+            )
         }
     };
     Ok((aps, pdp))
