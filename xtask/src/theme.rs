@@ -4,8 +4,9 @@
 //! reader's theme; in a picture that stands alone as a file it is written out in its light value,
 //! since viewers other than browsers know no variables.
 //!
-//! Series colours follow Okabe and Ito, "Color Universal Design" (2008), for readers who do not see
-//! red and green apart, darkened on white and lightened on black until lines stand out from both.
+//! The first three series colours are blue, vermilion and green of Okabe and Ito, "Color Universal
+//! Design" (2008), lightened for dark pages. The others were searched for, one in each of five hues,
+//! so that any two differ by at least 20 in CIE L*a*b* for normal, red-blind and green-blind sight.
 
 use std::fmt;
 
@@ -25,11 +26,11 @@ const TOKENS: [(&str, &str, &str); 27] = [
     ("s1", "#0072b2", "#4fb0f0"),
     ("s2", "#d55e00", "#ff8f4d"),
     ("s3", "#009e73", "#35cf9f"),
-    ("s4", "#b04a8f", "#e493c6"),
-    ("s5", "#a67c00", "#f2cf4a"),
-    ("s6", "#2b2f77", "#a9aef5"),
-    ("s7", "#7a1f3d", "#f07f95"),
-    ("s8", "#6b7280", "#a6afbb"),
+    ("s4", "#cf13f7", "#ab6193"),
+    ("s5", "#6e5a2a", "#f8ec2d"),
+    ("s6", "#441289", "#6572fb"),
+    ("s7", "#581f23", "#de3653"),
+    ("s8", "#555c63", "#d7eafd"),
     ("g0", "#440154", "#5a4a78"),
     ("g1", "#433e85", "#5f64a6"),
     ("g2", "#31688e", "#4e83ad"),
@@ -163,6 +164,72 @@ mod tests {
         for used in css.split("var(").skip(1) {
             let name = used.split(')').next().unwrap();
             assert_eq!(variables.matches(&format!("{name}:")).count(), 2, "{name}");
+        }
+    }
+
+    /// Linear red, green and blue of `#rrggbb`.
+    fn linear(hex: &str) -> [f64; 3] {
+        [1, 3, 5].map(|i| {
+            let c = f64::from(u8::from_str_radix(&hex[i..i + 2], 16).unwrap()) / 255.0;
+            if c <= 0.04045 {
+                c / 12.92
+            } else {
+                ((c + 0.055) / 1.055).powf(2.4)
+            }
+        })
+    }
+
+    fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+        m.map(|row| row.iter().zip(v).map(|(a, b)| a * b).sum())
+    }
+
+    /// CIE L*a*b* of linear sRGB, white D65.
+    fn lab(rgb: [f64; 3]) -> [f64; 3] {
+        const XYZ: [[f64; 3]; 3] = [
+            [0.4124, 0.3576, 0.1805],
+            [0.2126, 0.7152, 0.0722],
+            [0.0193, 0.1192, 0.9505],
+        ];
+        let [x, y, z] = times(&XYZ, rgb.map(|c| c.clamp(0.0, 1.0)));
+        let f = |t: f64| match t > 0.008856 {
+            true => t.cbrt(),
+            false => 7.787 * t + 16.0 / 116.0,
+        };
+        let [x, y, z] = [f(x / 0.9505), f(y), f(z / 1.089)];
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    #[test]
+    fn series_differ_for_those_who_see_no_red_or_no_green() {
+        // Machado, Oliveira, Fernandes, "A physiologically-based model for simulation of color
+        // vision deficiency" (2009), severity 1.
+        let sights = [
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            [
+                [0.152286, 1.052583, -0.204868],
+                [0.114503, 0.786281, 0.099216],
+                [-0.003882, -0.048116, 1.051998],
+            ],
+            [
+                [0.367322, 0.860646, -0.227968],
+                [0.280085, 0.672501, 0.047413],
+                [-0.011820, 0.042940, 0.968881],
+            ],
+        ];
+        let is_series = |t: &&(&str, &str, &str)| t.0.starts_with('s') && t.0.len() == 2;
+        let series: Vec<_> = TOKENS.iter().filter(is_series).collect();
+        assert_eq!(series.len(), SERIES_COLOURS);
+        for sight in &sights {
+            for (i, a) in series.iter().enumerate() {
+                for b in &series[..i] {
+                    for (p, q) in [(a.1, b.1), (a.2, b.2)] {
+                        let [p_lab, q_lab] = [p, q].map(|hex| lab(times(sight, linear(hex))));
+                        let squares = p_lab.iter().zip(q_lab).map(|(u, v)| (u - v).powi(2));
+                        let apart = squares.sum::<f64>().sqrt();
+                        assert!(apart >= 20.0, "{} {p} and {} {q}: {apart:.1}", a.0, b.0);
+                    }
+                }
+            }
         }
     }
 }
