@@ -5,6 +5,7 @@ mod dataset;
 mod exchange;
 mod label;
 mod metrics;
+mod pages;
 mod trace;
 
 use std::process::{Command, Output};

@@ -20,6 +20,10 @@ enum Command {
     Dataset(commands::dataset::Args),
     /// Trace single links and print or draw their paths.
     Trace(commands::trace::Args),
+    /// Show which path makes which lobe of a spectrum.
+    Explain(commands::explain::Args),
+    /// Show a data set on one page: links to look at, and statistics.
+    Gallery(commands::gallery::Args),
     /// Make labels for path lists from anywhere.
     Label(commands::label::Args),
     /// Score predictions of any model against labels.
@@ -41,6 +45,8 @@ pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Dataset(args) => args.run(),
         Command::Trace(args) => args.run(),
+        Command::Explain(args) => args.run(),
+        Command::Gallery(args) => args.run(),
         Command::Label(args) => args.run(),
         Command::Metrics(args) => args.run(),
         Command::Export(args) => args.run(),

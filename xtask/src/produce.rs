@@ -181,7 +181,8 @@ fn positions(points: &[DVec2]) -> Vec<[f64; 2]> {
     points.iter().map(|p| p.to_array()).collect()
 }
 
-fn rings_of(f: &Footprint) -> Vec<Vec<[f64; 2]>> {
+/// Outer ring and courtyards of a building, as a raster takes them.
+pub fn rings_of(f: &Footprint) -> Vec<Vec<[f64; 2]>> {
     std::iter::once(&f.outer)
         .chain(&f.holes)
         .map(|ring| positions(ring))

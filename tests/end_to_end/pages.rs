@@ -1,0 +1,246 @@
+//! `explain` and `gallery`: what the pages say is what the crates compute, and every picture is well formed.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use aps_data::Dataset;
+use aps_label::{LabelConfig, Labeler, PathSample};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::{Scene, TraceConfig, Tracer};
+
+use crate::{fail, succeed};
+
+fn dataset(root: &Path, store: &str) -> PathBuf {
+    let out = root.join(format!("data-{}", store.replace(',', "-")));
+    let name = out.to_str().unwrap();
+    succeed(&[
+        "dataset",
+        "--profile",
+        "smoke",
+        "--store",
+        store,
+        "--out",
+        name,
+    ]);
+    out
+}
+
+/// Number of pictures in a page, each parsed.
+#[track_caller]
+fn pictures_in(page: &str) -> usize {
+    let mut found = 0;
+    let mut rest = page;
+    while let Some(start) = rest.find("<svg") {
+        let end = start + rest[start..].find("</svg>").expect("it is closed") + "</svg>".len();
+        roxmltree::Document::parse(&rest[start..end]).expect("it is well formed");
+        found += 1;
+        rest = &rest[end..];
+    }
+    found
+}
+
+/// The text of each cell of each row that is linked to a path.
+fn linked_rows(page: &str) -> Vec<Vec<String>> {
+    let text = |cell: &str| {
+        let cell = cell.split("</td>").next().unwrap();
+        let words = cell.split('<').filter_map(|part| part.split_once('>'));
+        words.map(|(_, text)| text).collect::<String>()
+    };
+    page.split("<tr data-path=")
+        .skip(1)
+        .map(|row| row.split("</tr>").next().unwrap())
+        .map(|row| {
+            row.split("<td")
+                .skip(1)
+                .map(|cell| text(&format!("<td{cell}")))
+                .collect()
+        })
+        .collect()
+}
+
+fn number(cell: &str) -> f64 {
+    let text = cell.replace('\u{2212}', "-");
+    text.split_whitespace().next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn table_of_paths_holds_what_the_tracer_found() {
+    let root = tempfile::tempdir().unwrap();
+    let map = root.path().join("house.json");
+    let house = "[[[100,100],[120,100],[120,110],[100,110],[100,100]]]";
+    fs::write(&map, house).unwrap();
+    let page = root.path().join("link.html");
+    succeed(&[
+        "explain",
+        "--map",
+        map.to_str().unwrap(),
+        "--tx",
+        "90,130",
+        "--rx",
+        "120,120",
+        "--out",
+        page.to_str().unwrap(),
+    ]);
+    let page = fs::read_to_string(page).unwrap();
+    assert_eq!(pictures_in(&page), 2);
+
+    let scene = Scene::from_radiomapseer(house).unwrap();
+    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let mut paths = tracer
+        .trace(DVec2::new(90.0, 130.0), DVec2::new(120.0, 120.0))
+        .unwrap()
+        .paths;
+    paths.sort_by(|p, q| q.gain_db().total_cmp(&p.gain_db()));
+    let rows: Vec<Vec<String>> = linked_rows(&page)
+        .into_iter()
+        .filter(|r| r.len() == 9)
+        .collect();
+    assert_eq!(rows.len(), paths.len());
+    for (i, (row, path)) in rows.iter().zip(&paths).enumerate() {
+        assert_eq!(number(&row[0]) as usize, i + 1);
+        assert_eq!(row[1] == "LoS", path.is_line_of_sight());
+        for (cell, value) in [
+            (2, path.length_m),
+            (3, path.delay_s * 1e9),
+            (4, path.arrival_azimuth_rad.to_degrees()),
+            (5, path.gain_db()),
+        ] {
+            assert!(
+                (number(&row[cell]) - value).abs() < 0.051,
+                "{row:?}: {value}"
+            );
+        }
+    }
+
+    // The highest lobe is as high as the label, and its table names the label's angle.
+    let samples: Vec<PathSample> = paths
+        .iter()
+        .map(|p| PathSample {
+            delay_s: p.delay_s,
+            arrival_azimuth_rad: p.arrival_azimuth_rad,
+            gain_db: p.gain_db(),
+        })
+        .collect();
+    let labeler = Labeler::new(&LabelConfig::paper()).unwrap();
+    let label = labeler.label(&samples).unwrap().unwrap();
+    let top_db = label
+        .aps_db
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let bin = label.aps_db.iter().position(|db| *db == top_db).unwrap();
+    let lobes: Vec<Vec<String>> = linked_rows(&page)
+        .into_iter()
+        .filter(|r| r.len() == 6)
+        .collect();
+    let top = lobes
+        .iter()
+        .find(|row| (number(&row[2]) - top_db).abs() < 0.051);
+    let at = |row: &Vec<String>| number(&row[1]);
+    assert!(
+        lobes.iter().any(|row| at(row) == labeler.angles_deg()[bin]),
+        "{lobes:?}"
+    );
+    // Its mirror lobe is where the formula puts it.
+    let top = top.expect("the highest lobe is in the table");
+    let apart = (180.0 - at(top) - number(&top[5])).rem_euclid(360.0);
+    assert!(apart.min(360.0 - apart) <= 4.0, "{top:?}");
+}
+
+#[test]
+fn stored_and_retraced_paths_make_the_same_page() {
+    let root = tempfile::tempdir().unwrap();
+    let stored = dataset(root.path(), "aps,paths");
+    let bare = dataset(root.path(), "aps");
+    let page = |data: &Path, name: &str| {
+        let out = root.path().join(name);
+        let (data, file) = (data.to_str().unwrap(), out.to_str().unwrap());
+        succeed(&["explain", data, "--link", "1,2,5", "--out", file]);
+        fs::read_to_string(out).unwrap()
+    };
+    // The synthetic city is known from the manifest.
+    let again = page(&bare, "again.svg");
+    assert!(page(&stored, "stored.svg") == again);
+    let document = roxmltree::Document::parse(&again).unwrap();
+    assert!(document.descendants().any(|n| n.has_attribute("data-path")));
+    assert!(
+        !again.contains("var("),
+        "a file of its own knows no variables"
+    );
+}
+
+#[test]
+fn gallery_shows_links_and_counts_all() {
+    let root = tempfile::tempdir().unwrap();
+    let data = dataset(root.path(), "aps,pdp,paths");
+    let out = root.path().join("gallery.html");
+    let (data_arg, file) = (data.to_str().unwrap(), out.to_str().unwrap());
+    let show = |more: &[&str]| {
+        succeed(&[&["gallery", data_arg, "--out", file], more].concat());
+        fs::read_to_string(&out).unwrap()
+    };
+    let page = show(&["--count", "3"]);
+    assert_eq!(
+        page,
+        show(&["--count", "3"]),
+        "the same seed shows the same links"
+    );
+    // Six of statistics, three a link.
+    assert_eq!(pictures_in(&page), 6 + 3 * 3);
+    assert!(page.len() < 400_000, "{} bytes", page.len());
+    assert!(!page.contains("<script") && !page.contains("NaN"));
+
+    let manifest = Dataset::open(&data).unwrap().manifest().clone();
+    let valid = manifest.totals.status["valid"];
+    assert!(
+        page.contains(&format!("Over all {valid} links with a label")),
+        "{page}"
+    );
+    // The mean number of dominant peaks is the one counted when the data set was made; half
+    // precision may change a link or two.
+    let (mut links, mut peaks) = (0.0, 0.0);
+    for map in &manifest.maps {
+        for (k, n) in map.statistics["dominant_peaks"].as_object().unwrap() {
+            links += n.as_f64().unwrap();
+            peaks += n.as_f64().unwrap() * k.parse::<f64>().unwrap();
+        }
+    }
+    let shown = page.split("protocol: ").nth(1).unwrap();
+    assert!(
+        (number(shown) - peaks / links).abs() < 0.03,
+        "{}",
+        &shown[..40]
+    );
+
+    let page = show(&["--links", "0,1,2", "1,3,19", "--sample", "50"]);
+    assert!(page.contains("Map 1, transmitter 3, receiver 19"));
+    assert!(page.contains("random sample of 50 of the"));
+    assert_eq!(pictures_in(&page), 6 + 2 * 3);
+}
+
+#[test]
+fn links_that_are_not_there_are_told() {
+    let root = tempfile::tempdir().unwrap();
+    let data = dataset(root.path(), "aps");
+    let data = data.to_str().unwrap();
+    let maps = root.path().join("maps");
+    fs::create_dir(&maps).unwrap();
+    fs::write(maps.join("0.json"), "[[[0,0],[10,0],[10,10]]]").unwrap();
+    let maps = maps.to_str().unwrap();
+    let out = root.path().join("x.html");
+    let out = out.to_str().unwrap();
+
+    let error = fail(&["explain", data, "--link", "0,9,1", "--out", out]);
+    assert!(error.contains("no link from transmitter 9"), "{error}");
+    let error = fail(&["explain", data, "--link", "0;1", "--out", out]);
+    assert!(error.contains("MAP,TX,RX"), "{error}");
+    let error = fail(&["explain", data, "--link", "0,1,1", "--out", "x.png"]);
+    assert!(error.contains(".html or .svg"), "{error}");
+    let error = fail(&[
+        "explain", data, "--link", "0,1,1", "--maps", maps, "--out", out,
+    ]);
+    assert!(error.contains("buildings differ"), "{error}");
+    let error = fail(&["gallery", data, "--links", "7,0,0", "--out", out]);
+    assert!(error.contains("no map 7"), "{error}");
+    assert!(fail(&["explain", "--out", out]).contains("name a link"));
+}

@@ -1,0 +1,130 @@
+//! `cargo xtask explain`: every lobe of a spectrum with the path that makes it and its mirror lobe.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use aps_label::{LabelConfig, Protocol};
+use aps_raytrace::Tracer;
+use aps_raytrace::glam::DVec2;
+
+use crate::args::{TraceArgs, parse_point};
+use crate::maps::{MapSource, load_file};
+use crate::picture::Outlines;
+use crate::source::{LinkId, Source, must_have_paths};
+use crate::view::LinkView;
+
+mod explanation;
+mod render;
+
+use explanation::Explanation;
+
+/// Show which path makes which lobe of a spectrum.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder of a data set.
+    #[arg(conflicts_with_all = ["map", "tx", "rx"], requires = "link")]
+    dataset: Option<PathBuf>,
+    /// A link of the data set: MAP,TX,RX, the rows of its transmitter and receiver.
+    #[arg(long, requires = "dataset")]
+    link: Option<LinkId>,
+    /// The maps the data set was made from, where it stores no paths: a folder of RadioMapSeer
+    /// files. Synthetic ones are found without.
+    #[arg(long, requires = "dataset")]
+    maps: Option<MapSource>,
+    /// Trace a link now: a RadioMapSeer file, or synthetic for the made-up city of --seed.
+    #[arg(long, requires_all = ["tx", "rx"])]
+    map: Option<PathBuf>,
+    /// Seed of the synthetic city.
+    #[arg(long, default_value_t = 42)]
+    seed: u64,
+    /// Transmitter X,Y [m].
+    #[arg(long, value_parser = parse_point, allow_hyphen_values = true, requires = "map")]
+    tx: Option<DVec2>,
+    /// Receiver X,Y [m].
+    #[arg(long, value_parser = parse_point, allow_hyphen_values = true, requires = "map")]
+    rx: Option<DVec2>,
+    /// Definition of the spectrum whose lobes are explained: paper or released.
+    #[arg(long, default_value = "paper")]
+    protocol: Protocol,
+    /// File to write: .html for a page, .svg for a picture.
+    #[arg(long)]
+    out: PathBuf,
+    #[command(flatten)]
+    trace: TraceArgs,
+}
+
+/// A link with everything that is to be shown of it.
+struct Subject {
+    title: String,
+    outlines: Outlines,
+    link: LinkView,
+    label: LabelConfig,
+}
+
+impl Args {
+    /// Runs the command.
+    pub fn run(self) -> Result<()> {
+        let form = self.out.extension().and_then(|e| e.to_str());
+        let is_page = match form {
+            Some("html") => true,
+            Some("svg") => false,
+            _ => bail!("--out '{}': name a file .html or .svg", self.out.display()),
+        };
+        let subject = self.subject()?;
+        let explanation = Explanation::of(&subject.link, self.protocol, &subject.label)?
+            .with_context(|| {
+                format!(
+                    "{}: it has no path that the {} protocol counts",
+                    subject.title, self.protocol
+                )
+            })?;
+        let picture = render::Picture {
+            title: &subject.title,
+            outlines: &subject.outlines,
+            explanation: &explanation,
+        };
+        if is_page {
+            picture.page().save(&self.out)?;
+        } else {
+            picture.drawing().save(&self.out)?;
+        }
+        println!(
+            "{}: {} lobes, {} paths: '{}'",
+            subject.title,
+            explanation.lobes.len(),
+            subject.link.paths.len(),
+            self.out.display()
+        );
+        Ok(())
+    }
+
+    fn subject(&self) -> Result<Subject> {
+        if let (Some(folder), Some(id)) = (&self.dataset, self.link) {
+            let source = Source::open(folder, self.maps.clone())?;
+            let map = source.map(id.map)?;
+            let row = map.row_of(id.tx, id.rx)?;
+            must_have_paths(&map, row)?;
+            return Ok(Subject {
+                title: format!("Map {}, transmitter {}, receiver {}", id.map, id.tx, id.rx),
+                link: map.links(&[row])?.remove(0),
+                outlines: map.outlines,
+                label: source.label().clone(),
+            });
+        }
+        let (Some(file), Some(tx), Some(rx)) = (&self.map, self.tx, self.rx) else {
+            bail!("name a link: DATASET --link MAP,TX,RX, or --map FILE --tx X,Y --rx X,Y");
+        };
+        let map = match file.to_str() {
+            Some("synthetic") => MapSource::Synthetic { count: None }.load(0, self.seed)?,
+            _ => load_file(file)?,
+        };
+        let tracer = Tracer::new(&map.scene, self.trace.config())?;
+        let link = tracer.trace(tx, rx)?;
+        Ok(Subject {
+            title: format!("From ({}, {}) m to ({}, {}) m", tx.x, tx.y, rx.x, rx.y),
+            outlines: Outlines::of_scene(&map.scene),
+            link: LinkView::traced(tx, rx, &link.paths),
+            label: LabelConfig::default(),
+        })
+    }
+}

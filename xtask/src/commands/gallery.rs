@@ -1,0 +1,216 @@
+//! `cargo xtask gallery`: a data set on one page, its links to look at and its statistics.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
+use maud::html;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::maps::MapSource;
+use crate::page::{Page, Section};
+use crate::source::{LinkId, Source};
+
+mod charts;
+mod links;
+mod statistics;
+
+use statistics::Statistics;
+
+/// Random streams of the two choices, so that one does not depend on the size of the other.
+const LINK_STREAM: u64 = 0;
+const SAMPLE_STREAM: u64 = 1;
+
+/// Show a data set on one page: links with maps, paths and spectra, and statistics.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder of a data set.
+    dataset: PathBuf,
+    /// Page to write.
+    #[arg(long, default_value = "gallery.html")]
+    out: PathBuf,
+    /// Links to show: MAP,TX,RX, the rows of transmitter and receiver [default: random ones].
+    #[arg(long, num_args = 1..)]
+    links: Vec<LinkId>,
+    /// How many random links to show.
+    #[arg(long, default_value_t = 12)]
+    count: usize,
+    /// Links that the statistics are taken from, drawn from all maps.
+    #[arg(long, default_value_t = 20_000)]
+    sample: usize,
+    /// The maps the data set was made from: a folder of RadioMapSeer files. Gives paths where none
+    /// are stored, and exact walls. Synthetic ones are found without.
+    #[arg(long)]
+    maps: Option<MapSource>,
+    /// Seed of the random choices.
+    #[arg(long, default_value_t = 42)]
+    seed: u64,
+}
+
+/// Rows of a map that are needed.
+#[derive(Default)]
+struct Wanted {
+    shown: Vec<usize>,
+    sampled: Vec<usize>,
+}
+
+impl Args {
+    /// Runs the command.
+    pub fn run(self) -> Result<()> {
+        let source = Source::open(&self.dataset, self.maps.clone())?;
+        let manifest = source.dataset().manifest();
+        let valid = |map: &aps_data::MapEntry| map.status.get("valid").copied().unwrap_or(0);
+        let counts: Vec<(u32, u64)> = manifest.maps.iter().map(|m| (m.id, valid(m))).collect();
+        let sampled = shares(&counts, self.sample as u64, &mut self.random(SAMPLE_STREAM));
+        let shown = match self.links.is_empty() {
+            true => shares(&counts, self.count as u64, &mut self.random(LINK_STREAM)),
+            false => BTreeMap::new(),
+        };
+
+        let progress = progress_bar(counts.len() as u64);
+        let mut statistics = Statistics::new(&source);
+        let mut gallery = Section::new("Links");
+        gallery.paragraph(links::legend());
+        let mut exhibits = 0;
+        for &(id, _) in &counts {
+            progress.set_message(format!("map {id}"));
+            let asked: Vec<&LinkId> = self.links.iter().filter(|l| l.map == id).collect();
+            let (n_shown, n_sampled) = (shown.get(&id), sampled.get(&id));
+            if asked.is_empty() && n_shown.is_none() && n_sampled.is_none() {
+                progress.inc(1);
+                continue;
+            }
+            let map = source.map(id)?;
+            let rows: Vec<usize> = map.data.valid_links().collect();
+            let draw = |n: Option<&u64>, stream: u64| {
+                let mut rng = self.random(stream);
+                rng.set_word_pos((u128::from(id) + 1) << 32);
+                choose(&rows, n.copied().unwrap_or(0) as usize, &mut rng)
+            };
+            let mut wanted = Wanted {
+                shown: draw(n_shown, LINK_STREAM),
+                sampled: draw(n_sampled, SAMPLE_STREAM),
+            };
+            for link in asked {
+                wanted.shown.push(map.row_of(link.tx, link.rx)?);
+            }
+            let views = map.links(&wanted.sampled)?;
+            statistics.add(&map, &wanted.sampled, &views)?;
+            let views = map.links(&wanted.shown)?;
+            for (&row, view) in wanted.shown.iter().zip(&views) {
+                links::exhibit(&mut gallery, &source, &map, row, view)?;
+                exhibits += 1;
+            }
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        for link in &self.links {
+            ensure!(
+                counts.iter().any(|c| c.0 == link.map),
+                "the data set has no map {}; it has {:?}",
+                link.map,
+                counts.iter().map(|c| c.0).collect::<Vec<_>>()
+            );
+        }
+        let name = self
+            .dataset
+            .file_name()
+            .map(|n| n.to_string_lossy().into_owned());
+        let page = Page::new(format!("Data set {}", name.unwrap_or_default()))
+            .lead(statistics.summary())
+            .section(statistics.section())
+            .section(gallery)
+            .section(settings(&source)?);
+        page.save(&self.out)?;
+        println!(
+            "{exhibits} links of '{}' on '{}'",
+            self.dataset.display(),
+            self.out.display()
+        );
+        Ok(())
+    }
+
+    fn random(&self, stream: u64) -> ChaCha8Rng {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(stream);
+        rng
+    }
+}
+
+/// How many of `n` links drawn without replacement fall on each map that has some.
+fn shares(counts: &[(u32, u64)], n: u64, rng: &mut ChaCha8Rng) -> BTreeMap<u32, u64> {
+    let mut left: Vec<(u32, u64)> = counts.to_vec();
+    let mut total: u64 = left.iter().map(|c| c.1).sum();
+    let mut drawn = BTreeMap::new();
+    for _ in 0..n.min(total) {
+        let mut ticket = rng.random_range(0..total);
+        for (id, count) in &mut left {
+            if ticket < *count {
+                *count -= 1;
+                *drawn.entry(*id).or_default() += 1;
+                break;
+            }
+            ticket -= *count;
+        }
+        total -= 1;
+    }
+    drawn
+}
+
+/// Some of the rows, each at most once, in ascending order.
+fn choose(rows: &[usize], n: usize, rng: &mut ChaCha8Rng) -> Vec<usize> {
+    let mut rows = rows.to_vec();
+    let n = n.min(rows.len());
+    for i in 0..n {
+        let j = rng.random_range(i..rows.len());
+        rows.swap(i, j);
+    }
+    rows.truncate(n);
+    rows.sort_unstable();
+    rows
+}
+
+fn settings(source: &Source) -> Result<Section> {
+    let manifest = source.dataset().manifest();
+    let mut section = Section::new("Settings");
+    section.paragraph("As the manifest keeps them.");
+    let text = serde_json::to_string_pretty(&serde_json::json!({
+        "seed": manifest.seed,
+        "layout": manifest.layout,
+        "configuration": manifest.configuration,
+    }))?;
+    section.markup(html! { details { summary { "Show" } pre { code { (text) } } } });
+    Ok(section)
+}
+
+fn progress_bar(maps: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:8} [{bar:40}] {pos}/{len} maps, {eta} left")
+        .expect("the template is well formed")
+        .progress_chars("=> ");
+    ProgressBar::new(maps).with_style(style)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn draws_are_without_replacement_and_repeatable() {
+        let counts = [(0, 3), (4, 0), (7, 1000)];
+        let rng = || ChaCha8Rng::seed_from_u64(1);
+        let drawn = shares(&counts, 100, &mut rng());
+        assert_eq!(drawn, shares(&counts, 100, &mut rng()));
+        assert_eq!(drawn.values().sum::<u64>(), 100);
+        let all = shares(&counts, u64::MAX, &mut rng());
+        assert_eq!(all, BTreeMap::from([(0, 3), (7, 1000)]));
+        let rows: Vec<usize> = (10..20).collect();
+        assert_eq!(choose(&rows, 99, &mut rng()), rows);
+        let some = choose(&rows, 4, &mut rng());
+        assert!(
+            some.len() == 4 && some.is_sorted_by(|a, b| a < b),
+            "{some:?}"
+        );
+    }
+}

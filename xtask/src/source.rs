@@ -1,0 +1,288 @@
+//! Links of a data set as pictures need them: with buildings and paths, stored or traced again.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use aps_data::{Dataset, MapData, PathTable, Raster};
+use aps_label::LabelConfig;
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::{Link, Material, Receiver, TraceConfig, Tracer, Transmitter};
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use crate::maps::{Map, MapSource};
+use crate::picture::Outlines;
+use crate::produce::rings_of;
+use crate::view::{LinkView, PathView};
+
+/// A data set, and the maps it was made from where they are at hand.
+pub struct Source {
+    dataset: Dataset,
+    /// The maps, and whether they were asked for by name.
+    maps: Option<(MapSource, bool)>,
+    label: LabelConfig,
+    trace: Option<TraceConfig>,
+}
+
+/// One map of it.
+pub struct SourceMap {
+    pub data: MapData,
+    pub outlines: Outlines,
+    stored: Option<PathTable>,
+    again: Option<(Map, TraceConfig)>,
+}
+
+/// The settings that the runner keeps in the manifest; imported data sets may have none.
+#[derive(Debug, Default, Deserialize)]
+struct Configuration {
+    #[serde(default)]
+    maps: Option<String>,
+    #[serde(default)]
+    label: Option<LabelConfig>,
+    #[serde(default)]
+    trace: Option<StoredTrace>,
+}
+
+#[derive(Debug, Deserialize)]
+struct StoredTrace {
+    frequency_hz: f64,
+    material: StoredMaterial,
+    max_reflections: usize,
+    max_diffractions: usize,
+    max_interactions: usize,
+    dynamic_range_db: Option<f64>,
+    accuracy_db: Option<f64>,
+    max_fallback_diffractions: usize,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum StoredMaterial {
+    Name(String),
+    Values([f64; 2]),
+}
+
+impl Source {
+    /// Opens a data set. Without `maps` its own are used if they were synthetic.
+    pub fn open(folder: &Path, maps: Option<MapSource>) -> Result<Self> {
+        let place = || format!("data set '{}'", folder.display());
+        let dataset = Dataset::open(folder).with_context(place)?;
+        let configuration = &dataset.manifest().configuration;
+        let settings: Configuration = match configuration.is_null() {
+            true => Configuration::default(),
+            false => Configuration::deserialize(configuration)
+                .with_context(|| format!("{}: settings in its manifest", place()))?,
+        };
+        let own = (settings.maps.as_deref() == Some("synthetic"))
+            .then_some((MapSource::Synthetic { count: None }, false));
+        Ok(Self {
+            maps: maps.map(|maps| (maps, true)).or(own),
+            label: settings.label.unwrap_or_default(),
+            trace: settings.trace.map(StoredTrace::config).transpose()?,
+            dataset,
+        })
+    }
+
+    /// The data set.
+    pub fn dataset(&self) -> &Dataset {
+        &self.dataset
+    }
+
+    /// How its labels were made.
+    pub fn label(&self) -> &LabelConfig {
+        &self.label
+    }
+
+    /// Loads a map with its buildings and, where there are any, its paths.
+    pub fn map(&self, id: u32) -> Result<SourceMap> {
+        let data = self.dataset.map(id)?;
+        let stores_paths = self.dataset.manifest().layout.paths;
+        let stored = stores_paths.then(|| self.dataset.paths(id)).transpose()?;
+        let map = self.original(id, &data.buildings)?;
+        let outlines = match &map {
+            Some(map) => Outlines::of_scene(&map.scene),
+            None => Outlines::of_raster(&data.buildings),
+        };
+        let again = map.filter(|_| stored.is_none()).zip(self.trace.clone());
+        Ok(SourceMap {
+            data,
+            outlines,
+            stored,
+            again,
+        })
+    }
+
+    /// The map it was made from: one given by name must be it, another is used if it is.
+    fn original(&self, id: u32, buildings: &Raster) -> Result<Option<Map>> {
+        let Some((maps, is_asked_for)) = &self.maps else {
+            return Ok(None);
+        };
+        let map = match maps.load(id, self.dataset.manifest().seed) {
+            Ok(map) => map,
+            Err(_) if !is_asked_for => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        let mut raster = Raster::empty(buildings.grid())?;
+        for footprint in &map.footprints {
+            let rings = rings_of(footprint);
+            raster.fill_building(rings.iter().map(Vec::as_slice))?;
+        }
+        match (raster == *buildings, is_asked_for) {
+            (true, _) => Ok(Some(map)),
+            (false, false) => Ok(None),
+            (false, true) => bail!(
+                "map {id} of '{maps}' is not the one the data set was made from: their buildings differ"
+            ),
+        }
+    }
+}
+
+impl SourceMap {
+    /// Whether links come with their paths.
+    pub fn has_paths(&self) -> bool {
+        self.stored.is_some() || self.again.is_some()
+    }
+
+    /// Some links, by their rows. Without paths, they have none.
+    pub fn links(&self, rows: &[usize]) -> Result<Vec<LinkView>> {
+        if let Some((map, config)) = &self.again {
+            return trace_again(&self.data, map, config, rows);
+        }
+        let view = |&row: &usize| {
+            let (tx, rx) = self.data.ends_m(row);
+            LinkView {
+                tx: tx.into(),
+                rx: rx.into(),
+                paths: match &self.stored {
+                    Some(table) => PathView::stored(table, row),
+                    None => Vec::new(),
+                },
+            }
+        };
+        Ok(rows.iter().map(view).collect())
+    }
+
+    /// The row of the link from one transmitter to one receiver.
+    pub fn row_of(&self, tx: u32, rx: u32) -> Result<usize> {
+        let found = self.data.links.iter().position(|&l| l == [tx, rx]);
+        found.with_context(|| {
+            format!(
+                "map {} has no link from transmitter {tx} to receiver {rx}; it has {} transmitters, {} receivers and {} links",
+                self.data.id,
+                self.data.tx_m.len(),
+                self.data.rx_m.len(),
+                self.data.links.len()
+            )
+        })
+    }
+}
+
+fn trace_again(
+    data: &MapData,
+    map: &Map,
+    config: &TraceConfig,
+    rows: &[usize],
+) -> Result<Vec<LinkView>> {
+    let tracer = Tracer::new(&map.scene, config.clone())?;
+    let mut of_tx: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    let mut rx: BTreeMap<u32, Option<Receiver>> = BTreeMap::new();
+    for (place, &row) in rows.iter().enumerate() {
+        let [t, r] = data.links[row];
+        of_tx.entry(t).or_default().push(place);
+        rx.insert(r, None);
+    }
+    rx.par_iter_mut().try_for_each(|(&r, receiver)| {
+        *receiver = Some(tracer.receiver(data.rx_m[r as usize].into())?);
+        anyhow::Ok(())
+    })?;
+    let one = |tx: &Transmitter, row: usize| -> Result<LinkView> {
+        let mut link = Link::default();
+        let end = rx[&data.links[row][1]].as_ref();
+        tracer.link(tx, end.expect("every receiver was prepared"), &mut link)?;
+        let (tx, rx) = data.ends_m(row);
+        Ok(LinkView::traced(
+            DVec2::from(tx),
+            DVec2::from(rx),
+            &link.paths,
+        ))
+    };
+    let groups: Vec<Vec<(usize, LinkView)>> = of_tx
+        .into_par_iter()
+        .map(|(t, places)| {
+            let tx = tracer.transmitter(data.tx_m[t as usize].into())?;
+            let traced = places
+                .into_iter()
+                .map(|place| Ok((place, one(&tx, rows[place])?)));
+            traced.collect::<Result<Vec<_>>>()
+        })
+        .collect::<Result<_>>()?;
+    let mut links: Vec<(usize, LinkView)> = groups.into_iter().flatten().collect();
+    links.sort_by_key(|(place, _)| *place);
+    Ok(links.into_iter().map(|(_, link)| link).collect())
+}
+
+impl StoredTrace {
+    fn config(self) -> Result<TraceConfig> {
+        let material = match self.material {
+            StoredMaterial::Name(name) if name == "concrete" => Material::Concrete,
+            StoredMaterial::Name(name) if name == "pec" => Material::PerfectConductor,
+            StoredMaterial::Name(name) => bail!("the manifest's material '{name}' is not known"),
+            StoredMaterial::Values([relative_permittivity, conductivity_s_per_m]) => {
+                Material::Dielectric {
+                    relative_permittivity,
+                    conductivity_s_per_m,
+                }
+            }
+        };
+        let config = TraceConfig {
+            frequency_hz: self.frequency_hz,
+            material,
+            max_reflections: self.max_reflections,
+            max_diffractions: self.max_diffractions,
+            max_interactions: self.max_interactions,
+            dynamic_range_db: self.dynamic_range_db,
+            accuracy_db: self.accuracy_db,
+            max_fallback_diffractions: self.max_fallback_diffractions,
+            ..TraceConfig::default()
+        };
+        config.validate()?;
+        Ok(config)
+    }
+}
+
+/// A link of a data set, `MAP,TX,RX`: map number, rows of transmitter and receiver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LinkId {
+    pub map: u32,
+    pub tx: u32,
+    pub rx: u32,
+}
+
+impl std::str::FromStr for LinkId {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || format!("'{text}' is not MAP,TX,RX, three whole numbers like 0,3,17");
+        let numbers: Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+        match numbers.map_err(|_| wrong())?[..] {
+            [map, tx, rx] => Ok(Self { map, tx, rx }),
+            _ => Err(wrong()),
+        }
+    }
+}
+
+/// Refuses a link that has no paths to look at, and says why.
+pub fn must_have_paths(map: &SourceMap, row: usize) -> Result<()> {
+    ensure!(
+        map.has_paths(),
+        "the data set stores no paths; give the maps it was made from with --maps, or make it with --store aps,paths"
+    );
+    let status = map.data.status[row];
+    ensure!(
+        status.is_valid(),
+        "link {row} of map {} has no label: {status}",
+        map.data.id
+    );
+    Ok(())
+}
