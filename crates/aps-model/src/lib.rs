@@ -5,13 +5,22 @@
 #![forbid(unsafe_code)]
 
 mod error;
+mod init;
+mod kind;
+pub mod layers;
 mod mode;
+pub mod models;
+pub mod ops;
 mod parameters;
+pub mod portable;
 
 pub use candle_core;
 pub use error::{Error, Result};
+pub use init::Init;
+pub use kind::{ModelKind, Preset};
 pub use mode::Mode;
-pub use parameters::{Init, Kind, Parameter, Parameters, Scope};
+pub use models::Regularizer;
+pub use parameters::{Kind, Parameter, Parameters, Scope};
 
 use candle_core::Tensor;
 
