@@ -2,10 +2,11 @@
 //!
 //! Input of every model is a batch of condition images (batch, 3, height, width): buildings, transmitter heatmap, receiver
 //! heatmap. Output is (batch, 180): the normalised spectrum.
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 mod error;
 mod init;
+mod kernels;
 mod kind;
 pub mod layers;
 mod mode;

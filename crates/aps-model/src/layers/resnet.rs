@@ -41,7 +41,7 @@ impl BasicBlock {
             None => x.clone(),
             Some((conv, bn)) => bn.forward(&conv.forward(x)?, mode)?,
         };
-        ops::relu(&(y + shortcut)?)
+        ops::add_relu(&y, &shortcut)
     }
 }
 

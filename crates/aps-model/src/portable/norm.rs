@@ -5,9 +5,9 @@ use candle_core::{D, DType, Tensor, Var};
 use crate::{Error, Mode, Result};
 
 /// Added to variances before the root (PyTorch's default).
-const EPSILON: f64 = 1e-5;
+pub(crate) const EPSILON: f64 = 1e-5;
 /// Weight of the newest batch in the running statistics (PyTorch's default).
-const MOMENTUM: f64 = 0.1;
+pub(crate) const MOMENTUM: f64 = 0.1;
 
 /// The tensors of a batch normalisation, each (channels).
 #[derive(Debug, Clone, Copy)]
