@@ -10,4 +10,10 @@ pub enum Error {
     /// A tensor operation failed: shapes, memory, device.
     #[error(transparent)]
     Candle(#[from] candle_core::Error),
+    /// Condition images cannot be made of what was given.
+    #[error("condition images: {0}")]
+    Condition(String),
+    /// Examples are not what a training can learn from.
+    #[error("examples: {0}")]
+    Samples(String),
 }

@@ -4,9 +4,14 @@
 //! heatmap. Output is (batch, 180): the normalised spectrum.
 #![forbid(unsafe_code)]
 
+pub mod condition;
+pub mod data;
 mod error;
 mod mode;
+pub mod loss;
+pub mod optim;
 mod parameters;
+pub mod train;
 
 pub use candle_core;
 pub use error::{Error, Result};
