@@ -7,16 +7,25 @@
 pub mod condition;
 pub mod data;
 mod error;
-mod mode;
+mod init;
+mod kind;
+pub mod layers;
 pub mod loss;
+mod mode;
+pub mod models;
+pub mod ops;
 pub mod optim;
 mod parameters;
+pub mod portable;
 pub mod train;
 
 pub use candle_core;
 pub use error::{Error, Result};
+pub use init::Init;
+pub use kind::{ModelKind, Preset};
 pub use mode::Mode;
-pub use parameters::{Init, Kind, Parameter, Parameters, Scope};
+pub use models::Regularizer;
+pub use parameters::{Kind, Parameter, Parameters, Scope};
 
 use candle_core::Tensor;
 

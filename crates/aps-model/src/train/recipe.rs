@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Quantity, TrainConfig};
 use crate::optim::{Adam, clip_factor, gradient_norm};
-use crate::{Mode, Model, Parameters, Result, loss};
+use crate::{Mode, Model, Parameters, Regularizer, Result, loss};
 
 /// A network that scores how well a spectrum suits a condition image, used in training only.
 pub trait Regularize: Send + Sync {
@@ -16,10 +16,24 @@ pub trait Regularize: Send + Sync {
     fn encode(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor>;
 
     /// Scores, before the sigmoid, of spectra (batch, bins) under encoded images: (batch, 1).
-    fn score(&self, encoded: &Tensor, spectra: &Tensor, mode: Mode<'_>) -> Result<Tensor>;
+    fn score(&self, encoded: &Tensor, spectra: &Tensor) -> Result<Tensor>;
 
     /// All tensors of the network, by their PyTorch names.
     fn parameters(&self) -> &Parameters;
+}
+
+impl Regularize for Regularizer {
+    fn encode(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+        self.encode(images, mode)
+    }
+
+    fn score(&self, encoded: &Tensor, spectra: &Tensor) -> Result<Tensor> {
+        self.score(encoded, spectra)
+    }
+
+    fn parameters(&self) -> &Parameters {
+        self.parameters()
+    }
 }
 
 /// The networks of a training.
@@ -122,7 +136,7 @@ impl Learner {
                 let outcome = judge.teach_regularizer(&**network, adam)?;
                 // The encoding by the moved regularizer is a constant to the predictor.
                 let encoded = network.encode(&lesson.images, mode)?.detach();
-                let score = network.score(&encoded, &predicted, mode)?;
+                let score = network.score(&encoded, &predicted)?;
                 let fooled = loss::bce_with_logits(&score, &score.ones_like()?)?;
                 ((fooled + (error * config.l1_weight)?)?, Some(outcome))
             }
@@ -152,8 +166,8 @@ impl Judge<'_> {
     ) -> StdResult<RegularizerOutcome, Fault> {
         let mode = Mode::Train(self.lesson.generator);
         let encoded = network.encode(&self.lesson.images, mode)?;
-        let real = network.score(&encoded, &self.lesson.targets, mode)?;
-        let predicted = network.score(&encoded, &self.predicted.detach(), mode)?;
+        let real = network.score(&encoded, &self.lesson.targets)?;
+        let predicted = network.score(&encoded, &self.predicted.detach())?;
         let loss = (loss::bce_with_logits(&real, &real.ones_like()?)?
             + loss::bce_with_logits(&predicted, &predicted.zeros_like()?)?)?;
         Ok(RegularizerOutcome {
