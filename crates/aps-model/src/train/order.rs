@@ -41,6 +41,10 @@ impl Order {
         }
     }
 
+    pub fn batch(&self) -> usize {
+        self.batch
+    }
+
     pub fn steps_per_epoch(&self) -> u64 {
         (self.examples / self.batch) as u64
     }

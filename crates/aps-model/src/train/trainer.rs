@@ -225,6 +225,11 @@ impl Trainer {
         self.schedule.total
     }
 
+    /// Links learnt from in each step.
+    pub fn links_per_step(&self) -> usize {
+        self.order.batch()
+    }
+
     /// Steps of an epoch.
     pub fn steps_per_epoch(&self) -> u64 {
         self.order.steps_per_epoch()
