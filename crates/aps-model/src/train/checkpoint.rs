@@ -163,12 +163,15 @@ fn difference(stored: &Header, own: &Header) -> Option<String> {
             stored.examples, own.examples
         ));
     }
-    let mut settings =
-        [stored, own].map(|h| serde_json::to_value(&h.config).expect("plain numbers"));
-    for (settings, header) in settings.iter_mut().zip([stored, own]) {
+    // Read back from text, as the stored one was: JSON may lose the last bit of a number with 17 digits.
+    let text = serde_json::to_string(own).ok()?;
+    let own: Header = serde_json::from_str(&text).ok()?;
+    let settings = |header: &Header| -> Option<serde_json::Value> {
+        let mut settings = serde_json::to_value(&header.config).ok()?;
         settings["image_size"] = header.image_size.into();
-    }
-    let [stored, own] = settings;
+        Some(settings)
+    };
+    let (stored, own) = (settings(stored)?, settings(&own)?);
     let (key, value) = own
         .as_object()?
         .iter()
