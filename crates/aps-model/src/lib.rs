@@ -13,6 +13,7 @@ pub mod models;
 pub mod ops;
 mod parameters;
 pub mod portable;
+pub mod weights;
 
 pub use candle_core;
 pub use error::{Error, Result};
