@@ -18,6 +18,7 @@ pub mod optim;
 mod parameters;
 pub mod portable;
 pub mod train;
+pub mod weights;
 
 pub use candle_core;
 pub use error::{Error, Result};
