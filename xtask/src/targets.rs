@@ -1,8 +1,8 @@
 //! Learning targets of a data set's labels, alike for whoever trains on them and whoever scores against them.
 
+use anyhow::{Context, Result};
 use aps_data::{Dataset, MapData, Part, Profile};
 use aps_label::{MeanStd, Moments, Normalization, Protocol, relative_power};
-use anyhow::{Context, Result};
 use rayon::prelude::*;
 
 /// The protocol the labels were made under, if that is known.

@@ -77,7 +77,10 @@ fn at_its_own_size_the_image_is_that_of_the_data_set_bit_for_bit() {
 #[test]
 fn a_smaller_image_is_the_average_of_the_large_one() {
     let maps = maps();
-    let (large, small) = (values(&conditions(&maps, 256)), values(&conditions(&maps, 64)));
+    let (large, small) = (
+        values(&conditions(&maps, 256)),
+        values(&conditions(&maps, 64)),
+    );
     let mut worst = [0.0_f32; 3];
     for (i, &value) in small.iter().enumerate() {
         let (plane, row, column) = (i / (64 * 64), i / 64 % 64, i % 64);
@@ -93,7 +96,10 @@ fn a_smaller_image_is_the_average_of_the_large_one() {
 fn the_same_bytes_for_any_number_of_threads() {
     let maps = maps();
     let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| values(&conditions(&maps, 48)))
     };
     assert_eq!(on(1), on(3));
@@ -102,14 +108,22 @@ fn the_same_bytes_for_any_number_of_threads() {
 #[test]
 fn what_cannot_be_drawn_is_told() {
     let conditions = conditions(&maps(), 32);
-    let [good, ..] = links()[..] else { unreachable!() };
+    let [good, ..] = links()[..] else {
+        unreachable!()
+    };
     let told = |link| match conditions.images(&[good, link]) {
         Err(Error::Condition(problem)) => problem,
         other => panic!("{other:?}"),
     };
     assert!(told(Link { map: 2, ..good }).contains("link 1"));
     let nowhere = [f64::NAN, 0.0];
-    assert!(told(Link { rx_m: nowhere, ..good }).contains("finite"));
+    assert!(
+        told(Link {
+            rx_m: nowhere,
+            ..good
+        })
+        .contains("finite")
+    );
 
     let rasters = |pixels, height| Rasters {
         pixels,
@@ -118,7 +132,10 @@ fn what_cannot_be_drawn_is_told() {
         metres_per_pixel: 1.0,
     };
     let config = ConditionConfig::default();
-    let none = ConditionConfig { image_size: 0, ..config };
+    let none = ConditionConfig {
+        image_size: 0,
+        ..config
+    };
     for (rasters, config) in [
         (rasters(&[0.0; 5], 2), config),
         (rasters(&[], 2), config),

@@ -63,7 +63,10 @@ fn gradients(of: &[(Var, Tensor)]) -> GradStore {
 fn variables(dtype: DType) -> Parameters {
     let parameters = Parameters::new(&Device::Cpu, dtype, 0);
     for (name, shape) in SHAPES {
-        parameters.root().trainable(name, shape, Init::Constant(0.0)).unwrap();
+        parameters
+            .root()
+            .trainable(name, shape, Init::Constant(0.0))
+            .unwrap();
     }
     for (name, var) in parameters.trainable() {
         let values = start(&name, var.elem_count());
@@ -96,7 +99,8 @@ fn assert_trajectory(name: &str, config: AdamConfig, learning_rate: f64, dtype: 
         let gradients = step_gradients(&parameters, step);
         let found = gradient_norm(&gradients, adam.variables()).unwrap();
         assert_close(&[found], &[norm], 1e-6);
-        adam.step(&gradients, learning_rate, clip_factor(found, 1.0)).unwrap();
+        adam.step(&gradients, learning_rate, clip_factor(found, 1.0))
+            .unwrap();
         if let Some(weights) = expected["weights"].get((step + 1).to_string()) {
             for (name, var) in parameters.trainable() {
                 assert_close(&values(&var), &numbers(&weights[&name]), 2e-6);
@@ -134,11 +138,16 @@ fn composed_update_is_pytorchs_too() {
 #[test]
 fn restored_optimizer_goes_on_as_if_never_stopped() {
     let bits = |parameters: &Parameters| -> Vec<Vec<f64>> {
-        parameters.trainable().iter().map(|(_, v)| values(v)).collect()
+        parameters
+            .trainable()
+            .iter()
+            .map(|(_, v)| values(v))
+            .collect()
     };
     let run = |steps: std::ops::Range<usize>, parameters: &Parameters, adam: &mut Adam| {
         for step in steps {
-            adam.step(&step_gradients(parameters, step), 1e-2, 0.5).unwrap();
+            adam.step(&step_gradients(parameters, step), 1e-2, 0.5)
+                .unwrap();
         }
     };
     let straight = variables(DType::F32);
@@ -162,12 +171,20 @@ fn restored_optimizer_goes_on_as_if_never_stopped() {
 #[test]
 fn variable_without_gradient_stays() {
     let parameters = variables(DType::F32);
-    let before: Vec<_> = parameters.trainable().iter().map(|(_, v)| values(v)).collect();
+    let before: Vec<_> = parameters
+        .trainable()
+        .iter()
+        .map(|(_, v)| values(v))
+        .collect();
     let mut adam = Adam::new(&parameters, ADAMW).unwrap();
     let (_, a) = parameters.trainable().swap_remove(0);
     let ones = a.ones_like().unwrap();
     adam.step(&gradients(&[(a, ones)]), 0.1, 1.0).unwrap();
-    let after: Vec<_> = parameters.trainable().iter().map(|(_, v)| values(v)).collect();
+    let after: Vec<_> = parameters
+        .trainable()
+        .iter()
+        .map(|(_, v)| values(v))
+        .collect();
     assert_ne!(before[0], after[0]);
     assert_eq!(before[1], after[1]);
 }
@@ -190,7 +207,11 @@ fn losses_and_gradients_are_pytorchs_even_at_huge_logits() {
         };
         let input = Var::from_tensor(&read("input")).unwrap();
         let value = loss(&input, &read("target")).unwrap();
-        assert_close(&values(&value), &[expected["value"].as_f64().unwrap()], 1e-6);
+        assert_close(
+            &values(&value),
+            &[expected["value"].as_f64().unwrap()],
+            1e-6,
+        );
         let gradients = value.backward().unwrap();
         let gradient = values(gradients.get(&input).unwrap());
         for (found, expected) in gradient.iter().zip(numbers(&expected["gradient"])) {
@@ -213,12 +234,17 @@ fn norm_that_is_not_a_number_is_told() {
 #[test]
 fn norm_does_not_depend_on_threads() {
     let n = 200_003;
-    let values: Vec<f64> = (0..n).map(|i| ((i * 7919) % 1001) as f64 / 997.0 - 0.5).collect();
+    let values: Vec<f64> = (0..n)
+        .map(|i| ((i * 7919) % 1001) as f64 / 997.0 - 0.5)
+        .collect();
     let values = tensor(values, &[n], DType::F32);
     let var = Var::from_tensor(&values).unwrap();
     let gradients = gradients(&[(var.clone(), values)]);
     let norm = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| gradient_norm(&gradients, [&var]).unwrap().to_bits())
     };
     assert_eq!(norm(1), norm(3));

@@ -32,7 +32,11 @@ pub fn open(root: &Path) -> Result<Dataset> {
 pub fn target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Normalization)> {
     let protocol = xtask::targets::protocol_of(dataset).unwrap_or(Protocol::Released);
     let train = xtask::targets::training_statistics(dataset)?;
-    Ok((protocol, train, xtask::targets::normalization(protocol, train)))
+    Ok((
+        protocol,
+        train,
+        xtask::targets::normalization(protocol, train),
+    ))
 }
 
 /// Condition images of some maps, with the place of each map among them.
@@ -94,7 +98,9 @@ pub fn divide(split: &Split, chosen: Option<&DevMaps>) -> Result<(Vec<u32>, Vec<
         None => split.develop.clone(),
         Some(DevMaps::Ids(IdList(ids))) => {
             if let Some(id) = ids.iter().find(|id| !pool.contains(id)) {
-                bail!("--dev-maps names map {id}; development maps must be among the training maps {pool:?}");
+                bail!(
+                    "--dev-maps names map {id}; development maps must be among the training maps {pool:?}"
+                );
             }
             ids.clone()
         }
@@ -110,8 +116,14 @@ pub fn divide(split: &Split, chosen: Option<&DevMaps>) -> Result<(Vec<u32>, Vec<
         !develop.is_empty(),
         "the data set has no development maps to choose the best weights by; name some of {pool:?} with --dev-maps"
     );
-    let train: Vec<u32> = pool.into_iter().filter(|id| !develop.contains(id)).collect();
-    ensure!(!train.is_empty(), "no map is left to train on beside the development maps {develop:?}");
+    let train: Vec<u32> = pool
+        .into_iter()
+        .filter(|id| !develop.contains(id))
+        .collect();
+    ensure!(
+        !train.is_empty(),
+        "no map is left to train on beside the development maps {develop:?}"
+    );
     Ok((train, develop))
 }
 
@@ -132,13 +144,24 @@ mod tests {
     fn development_maps_are_held_out_of_the_training_maps() {
         assert_eq!(parts(None).unwrap(), (vec![0, 1, 4, 5], vec![2, 3]));
         assert_eq!(parts(Some("0,5")).unwrap(), (vec![1, 2, 3, 4], vec![0, 5]));
-        assert_eq!(parts(Some("count:1")).unwrap(), (vec![0, 1, 3, 4, 5], vec![2]));
-        assert_eq!(parts(Some("count:3")).unwrap(), (vec![0, 1, 4], vec![2, 3, 5]));
+        assert_eq!(
+            parts(Some("count:1")).unwrap(),
+            (vec![0, 1, 3, 4, 5], vec![2])
+        );
+        assert_eq!(
+            parts(Some("count:3")).unwrap(),
+            (vec![0, 1, 4], vec![2, 3, 5])
+        );
     }
 
     #[test]
     fn test_maps_are_never_developed_on() {
-        assert!(parts(Some("2,6")).unwrap_err().to_string().contains("map 6"));
+        assert!(
+            parts(Some("2,6"))
+                .unwrap_err()
+                .to_string()
+                .contains("map 6")
+        );
         assert!(parts(Some("count:6")).is_err());
         assert!("count:x".parse::<DevMaps>().is_err());
     }

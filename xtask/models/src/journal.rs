@@ -21,8 +21,13 @@ impl Journal {
             _ => first_lines(&path, columns, rows).with_context(place)?,
         };
         fs::write(&path, kept).with_context(place)?;
-        let file = OpenOptions::new().append(true).open(&path).with_context(place)?;
-        let writer = csv::WriterBuilder::new().has_headers(false).from_writer(file);
+        let file = OpenOptions::new()
+            .append(true)
+            .open(&path)
+            .with_context(place)?;
+        let writer = csv::WriterBuilder::new()
+            .has_headers(false)
+            .from_writer(file);
         Ok(Self { path, writer })
     }
 
@@ -43,7 +48,9 @@ fn first_lines(path: &Path, columns: &[String], rows: u64) -> Result<String> {
     let text = fs::read_to_string(path)?;
     let lines: Vec<&str> = text.split_inclusive('\n').take(rows as usize + 1).collect();
     ensure!(
-        lines.first().is_some_and(|line| line.trim_end() == columns.join(",")),
+        lines
+            .first()
+            .is_some_and(|line| line.trim_end() == columns.join(",")),
         "its columns are not those of this run; move it away to continue without it"
     );
     ensure!(

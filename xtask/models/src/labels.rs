@@ -11,6 +11,7 @@ use aps_model::data::Examples;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rand::SeedableRng;
+use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 /// Which row of which map a link is.
@@ -52,7 +53,8 @@ impl Labels {
         let total = valid_links(dataset, maps);
         let chosen = limit.filter(|&limit| limit < total).map(|limit| {
             let mut generator = ChaCha8Rng::seed_from_u64(seed);
-            let mut chosen = rand::seq::index::sample(&mut generator, total, limit).into_vec();
+            let mut all: Vec<usize> = (0..total).collect();
+            let mut chosen = all.partial_shuffle(&mut generator, limit).0.to_vec();
             chosen.sort_unstable();
             chosen
         });
@@ -116,7 +118,9 @@ impl Labels {
         self.db[link * ANGLE_BINS..][..ANGLE_BINS].convert_to_f32_slice(&mut stored);
         let mut values = stored.map(f64::from);
         let normalised = self.normalization.apply(&mut values);
-        normalised.expect("the data set was checked to hold finite numbers, the statistics were used before");
+        normalised.expect(
+            "the data set was checked to hold finite numbers, the statistics were used before",
+        );
         values
     }
 }

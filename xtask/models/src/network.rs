@@ -34,9 +34,9 @@ pub fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) ->
     let place = path.display();
     let stored = weights::read_label(path).with_context(|| format!("weights '{place}'"))?;
     let label = Label {
-        kind: kind
-            .or(stored.map(|s| s.kind))
-            .with_context(|| format!("'{place}' does not say which model it is of; give --model"))?,
+        kind: kind.or(stored.map(|s| s.kind)).with_context(|| {
+            format!("'{place}' does not say which model it is of; give --model")
+        })?,
         preset: preset.or(stored.map(|s| s.preset)).unwrap_or(Preset::Paper),
     };
     match stored.filter(|&stored| stored != label) {

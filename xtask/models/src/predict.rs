@@ -15,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::data;
 use crate::device::{Device, use_threads};
-use crate::labels::{Labels, Row};
+use crate::labels::{Labels, Row, valid_links};
 use crate::network;
 use crate::settings::Settings;
 
@@ -111,29 +111,56 @@ impl Args {
             Split::Test => Part::Test,
         };
         let maps = dataset.manifest().split.maps(part);
-        ensure!(!maps.is_empty(), "data set '{}' has no {part:?} maps", root.display());
+        ensure!(
+            !maps.is_empty(),
+            "data set '{}' has no {part:?} maps",
+            root.display()
+        );
         let trained = Settings::beside(&self.weights)?;
         let image_size = self.image_size_of(label, trained.as_ref());
         if let Some(trained) = &trained {
             warn_of_differences(trained, &dataset, root);
         }
-        let mut output = Output::create(&self.out, dataset_links(&dataset, maps))?;
-        let mut names = csv::Writer::from_path(self.links_path())?;
-        names.write_record(["row", "map", "link", "tx", "rx", "tx_x_m", "tx_y_m", "rx_x_m", "rx_y_m"])?;
+        let mut output = Output::create(&self.out, valid_links(&dataset, maps))?;
+        let names = csv::Writer::from_path(self.links_path());
+        let mut names =
+            names.with_context(|| format!("cannot create '{}'", self.links_path().display()))?;
+        names.write_record([
+            "row", "map", "link", "tx", "rx", "tx_x_m", "tx_y_m", "rx_x_m", "rx_y_m",
+        ])?;
         // A map at a time: its labels are not needed, but its links and buildings are.
         for &id in maps {
             let (conditions, index_of) = data::conditions(&dataset, [id], image_size, device)?;
-            let any = aps_label::Normalization::Paper(aps_label::MeanStd { mean: 0.0, std: 1.0 });
+            let any = aps_label::Normalization::Paper(aps_label::MeanStd {
+                mean: 0.0,
+                std: 1.0,
+            });
             let labels = Labels::load(&dataset, &[id], &index_of, None, 0, any)?;
             for (offset, (row, link)) in labels.rows().iter().zip(labels.links()).enumerate() {
-                let Row { map, link: of_map, tx, rx } = *row;
-                let numbers = [(output.rows + offset) as u64, map.into(), of_map.into(), tx.into(), rx.into()];
+                let Row {
+                    map,
+                    link: of_map,
+                    tx,
+                    rx,
+                } = *row;
+                let numbers = [
+                    (output.rows + offset) as u64,
+                    map.into(),
+                    of_map.into(),
+                    tx.into(),
+                    rx.into(),
+                ];
                 let ends = [link.tx_m, link.rx_m].concat();
-                let cells = numbers.iter().map(u64::to_string).chain(ends.iter().map(f64::to_string));
+                let cells = numbers
+                    .iter()
+                    .map(u64::to_string)
+                    .chain(ends.iter().map(f64::to_string));
                 names.write_record(cells)?;
             }
             let links = labels.links().iter().copied();
-            predict(model, &conditions, links, self.batch, |_, spectra| output.push(spectra))?;
+            predict(model, &conditions, links, self.batch, |_, spectra| {
+                output.push(spectra)
+            })?;
         }
         names.flush()?;
         let rows = output.finish()?;
@@ -145,14 +172,28 @@ impl Args {
         Ok(())
     }
 
-    fn of_images(&self, path: &Path, model: &dyn Model, device: &candle_core::Device) -> Result<()> {
+    fn of_images(
+        &self,
+        path: &Path,
+        model: &dyn Model,
+        device: &candle_core::Device,
+    ) -> Result<()> {
         let place = || format!("images '{}'", path.display());
         let images = npy::read::<f32>(path).with_context(place)?;
         let [samples, 3, height, width] = images.shape[..] else {
-            bail!("{} have shape {:?}, expected (samples, 3, height, width)", place(), images.shape);
+            bail!(
+                "{} have shape {:?}, expected (samples, 3, height, width)",
+                place(),
+                images.shape
+            );
         };
         if let Some(bad) = images.data.iter().position(|x| !x.is_finite()) {
-            bail!("{}: sample {} holds {}", place(), bad / (3 * height * width), images.data[bad]);
+            bail!(
+                "{}: sample {} holds {}",
+                place(),
+                bad / (3 * height * width),
+                images.data[bad]
+            );
         }
         if let Some(trained) = Settings::beside(&self.weights)? {
             let size = trained.image_size;
@@ -167,10 +208,15 @@ impl Args {
         for batch in images.data.chunks(self.batch * image.max(1)) {
             let shape = (batch.len() / image, 3, height, width);
             let spectra = model.forward(&Tensor::from_slice(batch, shape, device)?, Mode::Eval);
-            let spectra = spectra.with_context(place)?.flatten_all()?.to_vec1::<f32>()?;
+            let spectra = spectra
+                .with_context(place)?
+                .flatten_all()?
+                .to_vec1::<f32>()?;
             if let Some(bad) = spectra.iter().position(|x| !x.is_finite()) {
                 let sample = output.rows + bad / ANGLE_BINS;
-                bail!("the prediction of sample {sample} is not finite: the weights are damaged, or belong elsewhere");
+                bail!(
+                    "the prediction of sample {sample} is not finite: the weights are damaged, or belong elsewhere"
+                );
             }
             output.push(&spectra)?;
         }
@@ -181,19 +227,20 @@ impl Args {
 
     fn image_size_of(&self, label: Label, trained: Option<&Settings>) -> usize {
         let trained = trained.map(|settings| settings.image_size);
-        if let (Some(asked), Some(trained)) = (self.image_size, trained.filter(|&t| Some(t) != self.image_size)) {
+        if let (Some(asked), Some(trained)) = (
+            self.image_size,
+            trained.filter(|&t| Some(t) != self.image_size),
+        ) {
             eprintln!("note: the model was trained on images of {trained} pixels, not {asked}");
         }
-        self.image_size.or(trained).unwrap_or(network::image_size(label.preset))
+        self.image_size
+            .or(trained)
+            .unwrap_or(network::image_size(label.preset))
     }
 
     fn links_path(&self) -> PathBuf {
         self.out.with_extension("links.csv")
     }
-}
-
-fn dataset_links(dataset: &Dataset, maps: &[u32]) -> usize {
-    crate::labels::valid_links(dataset, maps)
 }
 
 /// Tells of what a prediction can be given for, but hardly a good one.
@@ -217,10 +264,13 @@ struct Output {
 
 impl Output {
     fn create(path: &Path, rows: usize) -> Result<Self> {
-        let file = File::create(path).with_context(|| format!("cannot create '{}'", path.display()))?;
-        let style = ProgressStyle::with_template("[{bar:40}] {human_pos}/{human_len} spectra, {per_sec}, {eta} left")
-            .expect("the template is well formed")
-            .progress_chars("=> ");
+        let file =
+            File::create(path).with_context(|| format!("cannot create '{}'", path.display()))?;
+        let style = ProgressStyle::with_template(
+            "[{bar:40}] {human_pos}/{human_len} spectra, {per_sec}, {eta} left",
+        )
+        .expect("the template is well formed")
+        .progress_chars("=> ");
         Ok(Self {
             writer: npy::Writer::new(BufWriter::new(file), &[ANGLE_BINS])?,
             path: path.into(),
@@ -241,7 +291,8 @@ impl Output {
     fn finish(self) -> Result<usize> {
         self.bar.finish_and_clear();
         let finished = self.writer.finish();
-        let (_, rows) = finished.with_context(|| format!("cannot write '{}'", self.path.display()))?;
+        let (_, rows) =
+            finished.with_context(|| format!("cannot write '{}'", self.path.display()))?;
         Ok(rows)
     }
 }

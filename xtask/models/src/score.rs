@@ -57,7 +57,11 @@ impl Development {
     /// Scores of predicting the same for every link.
     pub fn score_constant(&self, spectrum: &[f64]) -> Result<GroupReport> {
         let mut evaluation = Evaluation::new(self.protocol);
-        let repeated: Vec<f32> = spectrum.iter().map(|&x| x as f32).collect::<Vec<_>>().repeat(BLOCK);
+        let repeated: Vec<f32> = spectrum
+            .iter()
+            .map(|&x| x as f32)
+            .collect::<Vec<_>>()
+            .repeat(BLOCK);
         for first in (0..self.len()).step_by(BLOCK) {
             let rows = BLOCK.min(self.len() - first);
             self.push(&mut evaluation, first, &repeated[..rows * ANGLE_BINS])?;
@@ -69,13 +73,18 @@ impl Development {
         let rows = predicted.len() / ANGLE_BINS;
         let target = |i: usize| self.labels.target(first + i);
         let truth: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(target).collect();
-        let (truth, predicted) = (Spectra::new(&truth, ANGLE_BINS)?, Spectra::new(predicted, ANGLE_BINS)?);
+        let (truth, predicted) = (
+            Spectra::new(&truth, ANGLE_BINS)?,
+            Spectra::new(predicted, ANGLE_BINS)?,
+        );
         Ok(evaluation.push(truth, predicted, None)?)
     }
 }
 
 fn report(evaluation: &Evaluation) -> Result<GroupReport> {
-    let range = evaluation.truth_range().context("there is no development link")?;
+    let range = evaluation
+        .truth_range()
+        .context("there is no development link")?;
     Ok(evaluation.report(range).overall)
 }
 

@@ -17,9 +17,9 @@ use crate::data::{self, DevMaps};
 use crate::device::{Device, use_threads};
 use crate::journal::Journal;
 use crate::labels::Labels;
+use crate::network;
 use crate::score::{self, Development};
 use crate::settings::{RunFolder, Settings};
-use crate::network;
 
 /// Steps between two checkpoints within an epoch.
 const STEPS_BETWEEN_CHECKPOINTS: u64 = 1000;
@@ -125,7 +125,8 @@ impl Args {
     fn prepare(&self, folder: RunFolder) -> Result<Run> {
         let device = self.device.open()?;
         let dataset = data::open(&self.data)?;
-        let (train_maps, dev_maps) = data::divide(&dataset.manifest().split, self.dev_maps.as_ref())?;
+        let (train_maps, dev_maps) =
+            data::divide(&dataset.manifest().split, self.dev_maps.as_ref())?;
         let (protocol, training_statistics, normalization) = data::target(&dataset)?;
         let all = train_maps.iter().chain(&dev_maps).copied();
         let image_size = self.image_size.unwrap_or(network::image_size(self.preset));
@@ -136,8 +137,14 @@ impl Args {
         let train = load(&train_maps, self.limit)?;
         let dev = load(&dev_maps, (self.dev_limit > 0).then_some(self.dev_limit))?;
         let counts = [train.rows().len(), dev.rows().len()];
-        ensure!(counts[0] > 0, "the training maps {train_maps:?} have no link with a label");
-        ensure!(counts[1] > 0, "the development maps {dev_maps:?} have no link with a label");
+        ensure!(
+            counts[0] > 0,
+            "the training maps {train_maps:?} have no link with a label"
+        );
+        ensure!(
+            counts[1] > 0,
+            "the development maps {dev_maps:?} have no link with a label"
+        );
 
         let label = Label {
             kind: self.model,
@@ -247,11 +254,18 @@ impl Run {
         }
         let mut last = None;
         while let Some(report) = self.step(&bar, &interrupted)? {
-            bar.set_message(format!("epoch {}, loss {:.4}", report.epoch + 1, report.loss));
+            bar.set_message(format!(
+                "epoch {}, loss {:.4}",
+                report.epoch + 1,
+                report.loss
+            ));
             if report.ends_epoch {
                 last = Some(self.end_epoch(&report, &bar)?);
             }
-            let is_due = self.trainer.steps_done().is_multiple_of(STEPS_BETWEEN_CHECKPOINTS);
+            let is_due = self
+                .trainer
+                .steps_done()
+                .is_multiple_of(STEPS_BETWEEN_CHECKPOINTS);
             if report.ends_epoch || is_due {
                 self.save()?;
             }
@@ -292,7 +306,10 @@ impl Run {
         self.epochs.push(&epoch_cells(step.epoch, loss, &scores))?;
         self.epochs.flush()?;
         self.progress.epochs = step.epoch + 1;
-        let is_best = self.progress.best.is_none_or(|(_, best)| mse < f64::from_bits(best));
+        let is_best = self
+            .progress
+            .best
+            .is_none_or(|(_, best)| mse < f64::from_bits(best));
         if is_best {
             let parameters = self.trainer.predictor().parameters();
             weights::save(&self.folder.best(), parameters, Some(self.label))?;
@@ -310,7 +327,8 @@ impl Run {
 
     fn score(&self) -> Result<GroupReport> {
         let (model, conditions) = (self.trainer.predictor(), self.trainer.conditions());
-        self.development.score(model, conditions, self.trainer.config().batch)
+        self.development
+            .score(model, conditions, self.trainer.config().batch)
     }
 
     fn save(&mut self) -> Result<()> {
@@ -331,7 +349,10 @@ impl Run {
         };
         let mean = self.development.score_constant(&self.mean_spectrum)?;
         println!("{} development links:", self.development.len());
-        let rows = [("last epoch".to_owned(), &last), ("mean training spectrum".to_owned(), &mean)];
+        let rows = [
+            ("last epoch".to_owned(), &last),
+            ("mean training spectrum".to_owned(), &mean),
+        ];
         println!("{}", score::table(&rows));
         let (best_mse, mean_mse) = (f64::from_bits(best_mse), score::mean(&mean, Metric::Mse));
         println!(
@@ -341,16 +362,26 @@ impl Run {
             self.folder.best().display()
         );
         if best_mse >= mean_mse {
-            println!("WARNING: the model does no better than the mean training spectrum: it has not learnt");
+            println!(
+                "WARNING: the model does no better than the mean training spectrum: it has not learnt"
+            );
         }
         Ok(())
     }
 }
 
 fn step_columns() -> Vec<String> {
-    ["step", "epoch", "learning_rate", "loss", "gradient_norm", "regularizer_loss", "regularizer_gradient_norm"]
-        .map(str::to_owned)
-        .into()
+    [
+        "step",
+        "epoch",
+        "learning_rate",
+        "loss",
+        "gradient_norm",
+        "regularizer_loss",
+        "regularizer_gradient_norm",
+    ]
+    .map(str::to_owned)
+    .into()
 }
 
 fn step_cells(report: &StepReport) -> [String; 7] {
@@ -367,13 +398,24 @@ fn step_cells(report: &StepReport) -> [String; 7] {
 }
 
 fn epoch_columns() -> Vec<String> {
-    let metrics = Metric::ALL.iter().map(|metric| format!("dev_{}", metric.key()));
-    ["epoch", "train_loss"].map(str::to_owned).into_iter().chain(metrics).collect()
+    let metrics = Metric::ALL
+        .iter()
+        .map(|metric| format!("dev_{}", metric.key()));
+    ["epoch", "train_loss"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(metrics)
+        .collect()
 }
 
 fn epoch_cells(epoch: u64, loss: f64, scores: &GroupReport) -> Vec<String> {
-    let metrics = Metric::ALL.iter().map(|&metric| score::mean(scores, metric).to_string());
-    [epoch.to_string(), loss.to_string()].into_iter().chain(metrics).collect()
+    let metrics = Metric::ALL
+        .iter()
+        .map(|&metric| score::mean(scores, metric).to_string());
+    [epoch.to_string(), loss.to_string()]
+        .into_iter()
+        .chain(metrics)
+        .collect()
 }
 
 /// Counts links.

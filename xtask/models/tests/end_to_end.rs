@@ -6,8 +6,8 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use aps_data::{
-    Dataset, DatasetConfig, DatasetWriter, LinkRows, LinkStatus, Links, MapInput, Part, ProfileRows, Raster, RasterGrid,
-    Split, npy,
+    Dataset, DatasetConfig, DatasetWriter, LinkRows, LinkStatus, Links, MapInput, Part,
+    ProfileRows, Raster, RasterGrid, Split, npy,
 };
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -70,7 +70,9 @@ fn write_map(writer: &DatasetWriter, id: u32) {
     let house = vec![[x, y], [x + 40.0, y], [x + 40.0, y + 20.0], [x, y + 20.0]];
     let buildings = Raster::of_polygons(&[house], RasterGrid::default()).unwrap();
     let tx_m = [[10.0, 20.0 + f64::from(id)], [240.0, 200.0]];
-    let rx_m: Vec<[f64; 2]> = (0..8).map(|i| [30.0 + 25.0 * f64::from(i), 150.0 + 7.0 * f64::from(i)]).collect();
+    let rx_m: Vec<[f64; 2]> = (0..8)
+        .map(|i| [30.0 + 25.0 * f64::from(i), 150.0 + 7.0 * f64::from(i)])
+        .collect();
     let input = MapInput {
         buildings: &buildings,
         tx_m: &tx_m,
@@ -90,7 +92,10 @@ fn write_map(writer: &DatasetWriter, id: u32) {
     status[3] = LinkStatus::NoPath;
     map.push(&LinkRows {
         status: &status,
-        aps: Some(ProfileRows { db: &db, argmax: None }),
+        aps: Some(ProfileRows {
+            db: &db,
+            argmax: None,
+        }),
         ..LinkRows::default()
     })
     .unwrap();
@@ -99,7 +104,15 @@ fn write_map(writer: &DatasetWriter, id: u32) {
 
 /// Arguments of a short training of `model` into `out`.
 fn training<'a>(model: &'a str, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
-    let mut args = vec!["train", "--model", model, "--data", text(dataset()), "--image-size", "32"];
+    let mut args = vec![
+        "train",
+        "--model",
+        model,
+        "--data",
+        text(dataset()),
+        "--image-size",
+        "32",
+    ];
     args.extend(["--batch", "10", "--out", text(out)]);
     args.extend(more);
     args
@@ -115,7 +128,11 @@ fn trained() -> &'static Trained {
     static TRAINED: OnceLock<Trained> = OnceLock::new();
     TRAINED.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        let report = succeed(&training("resnet_mlp", &folder.path().join("run"), &["--epochs", "2"]));
+        let report = succeed(&training(
+            "resnet_mlp",
+            &folder.path().join("run"),
+            &["--epochs", "2"],
+        ));
         Trained { folder, report }
     })
 }
@@ -131,24 +148,39 @@ fn lines(path: &Path) -> usize {
 #[test]
 fn training_leaves_weights_logs_and_every_setting() {
     let report = &trained().report;
-    assert!(report.contains("mean training spectrum") && report.contains("best: epoch"), "{report}");
-    assert_eq!((lines(&file("steps.csv")), lines(&file("epochs.csv"))), (1 + 6, 1 + 2));
-    let config: Value = serde_json::from_str(&fs::read_to_string(file("config.json")).unwrap()).unwrap();
+    assert!(
+        report.contains("mean training spectrum") && report.contains("best: epoch"),
+        "{report}"
+    );
+    assert_eq!(
+        (lines(&file("steps.csv")), lines(&file("epochs.csv"))),
+        (1 + 6, 1 + 2)
+    );
+    let config: Value =
+        serde_json::from_str(&fs::read_to_string(file("config.json")).unwrap()).unwrap();
     assert_eq!(config["model"], "resnet_mlp");
     assert_eq!(config["train_maps"], json!([0, 1]));
     assert_eq!(config["dev_maps"], json!([2]));
-    assert_eq!((&config["train_links"], &config["dev_links"]), (&json!(30), &json!(15)));
+    assert_eq!(
+        (&config["train_links"], &config["dev_links"]),
+        (&json!(30), &json!(15))
+    );
     assert_eq!(config["training"]["batch"], 10);
     assert!(file("best.safetensors").is_file());
 }
 
 #[test]
 fn stopped_run_continues_to_the_same_bytes() {
-    // A run with as many epochs that was stopped in between: its checkpoint is put back to an earlier one.
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let (again, early) = (folder.path().join("again"), folder.path().join("early.safetensors"));
-    let args = |out, more: &[&'static str]| training("ms_areg", out, &[&["--epochs", "2", "--threads", "1"], more].concat());
+    let again = folder.path().join("again");
+    let args = |out, more: &[&'static str]| {
+        training(
+            "ms_areg",
+            out,
+            &[&["--epochs", "2", "--threads", "1"], more].concat(),
+        )
+    };
     let kill_after_an_epoch = |out: &Path| {
         let mut child = Command::new(env!("CARGO_BIN_EXE_xtask-models"))
             .args(training("ms_areg", out, &["--epochs", "2"]))
@@ -164,9 +196,13 @@ fn stopped_run_continues_to_the_same_bytes() {
     };
     succeed(&args(&out, &[]));
     kill_after_an_epoch(&again);
-    fs::copy(again.join("last.safetensors"), &early).unwrap();
     succeed(&args(&again, &["--resume"]));
-    for name in ["steps.csv", "epochs.csv", "best.safetensors", "last.safetensors"] {
+    for name in [
+        "steps.csv",
+        "epochs.csv",
+        "best.safetensors",
+        "last.safetensors",
+    ] {
         let read = |folder: &Path| fs::read(folder.join(name)).unwrap();
         assert!(read(&out) == read(&again), "{name}");
     }
@@ -177,14 +213,33 @@ fn predictions_are_rows_of_the_test_links() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("pred.npy");
     let (weights, data) = (file("best.safetensors"), dataset());
-    succeed(&["predict", "--weights", text(&weights), "--data", text(data), "--split", "test", "--out", text(&out)]);
+    succeed(&[
+        "predict",
+        "--weights",
+        text(&weights),
+        "--data",
+        text(data),
+        "--split",
+        "test",
+        "--out",
+        text(&out),
+    ]);
     let spectra = npy::read::<f32>(&out).unwrap();
-    let map = Dataset::open(data).unwrap().maps_of(Part::Test).next().unwrap().unwrap();
+    let map = Dataset::open(data)
+        .unwrap()
+        .maps_of(Part::Test)
+        .next()
+        .unwrap()
+        .unwrap();
     let valid: Vec<usize> = map.valid_links().collect();
     assert_eq!(spectra.shape, [valid.len(), BINS]);
     assert!(spectra.data.iter().all(|x| x.is_finite()));
     let names = fs::read_to_string(folder.path().join("pred.links.csv")).unwrap();
-    let rows: Vec<Vec<&str>> = names.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    let rows: Vec<Vec<&str>> = names
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').collect())
+        .collect();
     assert_eq!(rows.len(), valid.len());
     for (i, (row, &link)) in rows.iter().zip(&valid).enumerate() {
         assert_eq!(row[..3], [i.to_string(), "3".into(), link.to_string()]);
@@ -196,10 +251,26 @@ fn predictions_are_rows_of_the_test_links() {
     let images = folder.path().join("images.npy");
     let pixels: Vec<f32> = (0..2 * 3 * 32 * 32).map(|i| (i % 5) as f32 / 5.0).collect();
     npy::write(&images, &[2, 3, 32, 32], &pixels).unwrap();
-    succeed(&["predict", "--weights", text(&weights), "--input", text(&images), "--out", text(&out)]);
+    succeed(&[
+        "predict",
+        "--weights",
+        text(&weights),
+        "--input",
+        text(&images),
+        "--out",
+        text(&out),
+    ]);
     assert_eq!(npy::read::<f32>(&out).unwrap().shape, [2, BINS]);
     npy::write(&images, &[2, 3, 16, 48], &pixels).unwrap();
-    let told = fail(&["predict", "--weights", text(&weights), "--input", text(&images), "--out", text(&out)]);
+    let told = fail(&[
+        "predict",
+        "--weights",
+        text(&weights),
+        "--input",
+        text(&images),
+        "--out",
+        text(&out),
+    ]);
     assert!(told.contains("trained on 32 x 32"), "{told}");
 }
 
@@ -209,12 +280,23 @@ fn what_does_not_fit_is_told() {
     let out = folder.path().join("pred.npy");
     let (weights, data) = (file("best.safetensors"), text(dataset()));
     let predict = |weights: &Path, more: &[&str]| {
-        let mut args = vec!["predict", "--weights", text(weights), "--data", data, "--out", text(&out)];
+        let mut args = vec![
+            "predict",
+            "--weights",
+            text(weights),
+            "--data",
+            data,
+            "--out",
+            text(&out),
+        ];
         args.extend(more);
         fail(&args)
     };
     let told = predict(&weights, &["--model", "ms_mlp"]);
-    assert!(told.contains("resnet_mlp") && told.contains("ms_mlp"), "{told}");
+    assert!(
+        told.contains("resnet_mlp") && told.contains("ms_mlp"),
+        "{told}"
+    );
     let told = predict(&weights, &["--preset", "paper"]);
     assert!(told.contains("small") && told.contains("paper"), "{told}");
     let foreign = folder.path().join("foreign.safetensors");
@@ -224,7 +306,14 @@ fn what_does_not_fit_is_told() {
 
     let run = trained().folder.path().join("run");
     assert!(fail(&training("resnet_mlp", &run, &[])).contains("--resume"));
-    assert!(fail(&training("resnet_mlp", &run, &["--epochs", "3", "--resume"])).contains("epochs"));
+    assert!(
+        fail(&training(
+            "resnet_mlp",
+            &run,
+            &["--epochs", "3", "--resume"]
+        ))
+        .contains("epochs")
+    );
     let new = folder.path().join("new");
     assert!(fail(&training("resnet_mlp", &new, &["--resume"])).contains("no run"));
     assert!(fail(&training("resnet_mlp", &new, &["--dev-maps", "3"])).contains("map 3"));
@@ -235,9 +324,22 @@ fn what_does_not_fit_is_told() {
 fn a_part_of_the_links_is_drawn_and_other_maps_can_be_held_out() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let more = ["--epochs", "1", "--limit", "12", "--dev-maps", "0", "--dev-limit", "7"];
+    let more = [
+        "--epochs",
+        "1",
+        "--limit",
+        "12",
+        "--dev-maps",
+        "0",
+        "--dev-limit",
+        "7",
+    ];
     succeed(&training("resnet_mlp", &out, &more));
-    let config: Value = serde_json::from_str(&fs::read_to_string(out.join("config.json")).unwrap()).unwrap();
+    let config: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("config.json")).unwrap()).unwrap();
     assert_eq!(config["train_maps"], json!([1, 2]));
-    assert_eq!((&config["train_links"], &config["dev_links"]), (&json!(12), &json!(7)));
+    assert_eq!(
+        (&config["train_links"], &config["dev_links"]),
+        (&json!(12), &json!(7))
+    );
 }

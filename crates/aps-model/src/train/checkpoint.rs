@@ -94,7 +94,7 @@ pub fn load(
         )));
     }
     let mut tensors = candle_core::safetensors::load_buffer(&bytes, &Device::Cpu)
-        .map_err(|e| bad(e.to_string()))?;
+        .map_err(|e| bad(format!("{e}; the file is damaged")))?;
     drop(bytes);
     // Everything is found and checked before anything moves.
     let mut values: Vec<(Var, Tensor)> = Vec::new();

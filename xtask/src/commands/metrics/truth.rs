@@ -67,10 +67,12 @@ impl Truth {
     pub fn prepare(&mut self, protocol: Protocol) -> Result<()> {
         match self {
             Truth::Dataset(labels) if labels.domain == Domain::Normalised => {
-                let train = targets::training_statistics(&labels.dataset)
-                    .with_context(|| {
-                        format!("data set '{}' (--domain linear needs no statistics)", labels.place)
-                    })?;
+                let train = targets::training_statistics(&labels.dataset).with_context(|| {
+                    format!(
+                        "data set '{}' (--domain linear needs no statistics)",
+                        labels.place
+                    )
+                })?;
                 labels.target = Target::Normalised(train, targets::normalization(protocol, train));
                 Ok(())
             }
