@@ -9,9 +9,13 @@
 mod args;
 pub mod cli;
 mod commands;
+pub mod interrupt;
 mod maps;
 mod picture;
 mod produce;
 mod sampling;
 mod summary;
+pub mod targets;
 mod wire;
+
+pub use maps::IdList;

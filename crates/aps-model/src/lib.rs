@@ -4,16 +4,22 @@
 //! heatmap. Output is (batch, 180): the normalised spectrum.
 #![deny(unsafe_code)]
 
+pub mod condition;
+pub mod data;
 mod error;
 mod init;
 mod kernels;
 mod kind;
 pub mod layers;
+pub mod loss;
 mod mode;
 pub mod models;
 pub mod ops;
+pub mod optim;
 mod parameters;
 pub mod portable;
+pub mod train;
+pub mod weights;
 
 pub use candle_core;
 pub use error::{Error, Result};

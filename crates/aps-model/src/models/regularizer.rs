@@ -33,12 +33,22 @@ impl Regularizer {
     /// Logits (batch, 1) that spectra (batch, [`ANGLE_BINS`]) are the true ones of condition images
     /// (batch, 3, height, width). In [`Mode::Train`] each call moves the running statistics.
     pub fn forward(&self, images: &Tensor, spectra: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+        self.score(&self.encode(images, mode)?, spectra)
+    }
+
+    /// The half that knows the images only, most of the work: features (batch, 8 `width`) to [`score`](Self::score)
+    /// any spectra with. In [`Mode::Train`] each call moves the running statistics.
+    pub fn encode(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         check_images(images)?;
-        check_shape("spectra", spectra, &[images.dim(0)?, ANGLE_BINS])?;
-        let condition = self.condition.forward(images, mode)?;
+        self.condition.forward(images, mode)
+    }
+
+    /// Logits (batch, 1) of spectra (batch, [`ANGLE_BINS`]) under [encoded](Self::encode) images.
+    pub fn score(&self, encoded: &Tensor, spectra: &Tensor) -> Result<Tensor> {
+        check_shape("spectra", spectra, &[encoded.dim(0)?, ANGLE_BINS])?;
         let spectrum = self.spectrum.forward(spectra)?;
         self.head
-            .forward(&Tensor::cat(&[&condition, &spectrum], 1)?)
+            .forward(&Tensor::cat(&[encoded, &spectrum], 1)?)
     }
 
     /// All tensors of the regularizer, by their PyTorch names.
