@@ -41,7 +41,7 @@ impl Source {
     pub(super) fn open(path: &Path) -> Result<Self> {
         let bytes = fs::read(path).map_err(|e| Error::weights_io("read", path, e))?;
         let content = if bytes.starts_with(b"PK\x03\x04") {
-            let mut archive = Archive::new(bytes).map_err(|e| Error::weights_format(path, e))?;
+            let archive = Archive::new(bytes).map_err(|e| Error::weights_format(path, e))?;
             let tensors = archive
                 .state_dict()
                 .map_err(|e| Error::weights_format(path, e))?;

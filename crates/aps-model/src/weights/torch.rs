@@ -74,47 +74,13 @@ impl Archive {
     }
 
     /// All tensors of the state dict, by name.
-    pub(super) fn state_dict(&mut self) -> Result<BTreeMap<String, TensorRecord>, String> {
+    pub(super) fn state_dict(&self) -> Result<BTreeMap<String, TensorRecord>, String> {
         if let Ok(order) = self.read("byteorder") {
             if order != b"little" {
                 return Err("its values are big-endian, which is not supported".to_owned());
             }
         }
-        let bytes = self.read("data.pkl")?;
-        let pickle = Pickle::parse(&bytes).map_err(|e| format!("data.pkl: {e}"))?;
-        let mut items = dict(&pickle, pickle.root).ok_or("it holds no dictionary")?;
-        if let Some((_, id)) = NESTED
-            .iter()
-            .find_map(|key| items.iter().find(|(name, _)| name == key))
-        {
-            items = dict(&pickle, *id).ok_or("its state dict is no dictionary")?;
-        }
-        for wrapper in WRAPPERS {
-            if items.iter().all(|(name, _)| name.starts_with(wrapper)) {
-                for (name, _) in &mut items {
-                    name.drain(..wrapper.len());
-                }
-            }
-        }
-        let mut tensors = BTreeMap::new();
-        let mut others = Vec::new();
-        for (name, id) in items {
-            match record(&pickle, id)? {
-                Some(record) => {
-                    tensors.insert(name, record);
-                }
-                None => others.push(name),
-            }
-        }
-        if others.is_empty() {
-            Ok(tensors)
-        } else {
-            Err(format!(
-                "it is no state dict, nor does it hold one under {}: these entries are no tensors: {}",
-                NESTED.join(", "),
-                others.join(", ")
-            ))
-        }
+        describe(&self.read("data.pkl")?)
     }
 
     /// The values of a tensor.
@@ -150,6 +116,44 @@ impl Archive {
         gather(&bytes, record, size, &mut values);
         Tensor::from_raw_buffer(&values, record.dtype, &record.shape, &Device::Cpu)
             .map_err(|e| e.to_string())
+    }
+}
+
+/// All tensors of the state dict in a pickle, by name.
+fn describe(bytes: &[u8]) -> Result<BTreeMap<String, TensorRecord>, String> {
+    let pickle = Pickle::parse(bytes).map_err(|e| format!("data.pkl: {e}"))?;
+    let mut items = dict(&pickle, pickle.root).ok_or("it holds no dictionary")?;
+    if let Some((_, id)) = NESTED
+        .iter()
+        .find_map(|key| items.iter().find(|(name, _)| name == key))
+    {
+        items = dict(&pickle, *id).ok_or("its state dict is no dictionary")?;
+    }
+    for wrapper in WRAPPERS {
+        if items.iter().all(|(name, _)| name.starts_with(wrapper)) {
+            for (name, _) in &mut items {
+                name.drain(..wrapper.len());
+            }
+        }
+    }
+    let mut tensors = BTreeMap::new();
+    let mut others = Vec::new();
+    for (name, id) in items {
+        match record(&pickle, id)? {
+            Some(record) => {
+                tensors.insert(name, record);
+            }
+            None => others.push(name),
+        }
+    }
+    if others.is_empty() {
+        Ok(tensors)
+    } else {
+        Err(format!(
+            "it is no state dict, nor does it hold one under {}: these entries are no tensors: {}",
+            NESTED.join(", "),
+            others.join(", ")
+        ))
     }
 }
 
