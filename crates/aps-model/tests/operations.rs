@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use aps_model::candle_core::{Device, Tensor, Var};
+use aps_model::candle_core::{DType, Device, Tensor, Var};
 use aps_model::{Error, Mode, portable};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -85,7 +85,7 @@ fn running_statistics_move_by_a_tenth_with_the_unbiased_variance() {
 
 #[test]
 fn dropout_keeps_the_mean_and_follows_its_generator() {
-    let x = Tensor::ones(100_000, aps_model::candle_core::DType::F64, &Device::Cpu).unwrap();
+    let x = Tensor::ones(100_000, DType::F64, &Device::Cpu).unwrap();
     let drop = |seed| {
         let generator = Mutex::new(ChaCha8Rng::seed_from_u64(seed));
         flat(&portable::dropout(&x, 0.1, Mode::Train(&generator)).unwrap())
