@@ -68,10 +68,13 @@ fn flat(tensor: &Tensor) -> Vec<f64> {
     tensor.flatten_all().unwrap().to_vec1().unwrap()
 }
 
+/// Shapes of input and kernel, stride, padding.
+type Case = (&'static [usize], &'static [usize], usize, (usize, usize));
+
 #[test]
 fn of_convolutions() {
-    // Input, kernel, stride, padding: those of the models, and sizes that strides do not divide.
-    let cases: [(&[usize], &[usize], usize, (usize, usize)); 9] = [
+    // Those of the models, and sizes that strides do not divide.
+    let cases: [Case; 9] = [
         (&[2, 3, 6, 5], &[4, 3, 3, 3], 1, (1, 1)),
         (&[2, 2, 6, 6], &[3, 2, 3, 3], 2, (1, 1)),
         (&[1, 2, 7, 6], &[3, 2, 3, 3], 2, (1, 1)),

@@ -75,10 +75,9 @@ impl Archive {
 
     /// All tensors of the state dict, by name.
     pub(super) fn state_dict(&self) -> Result<BTreeMap<String, TensorRecord>, String> {
-        if let Ok(order) = self.read("byteorder") {
-            if order != b"little" {
-                return Err("its values are big-endian, which is not supported".to_owned());
-            }
+        // Old archives do not say; they are little-endian as well.
+        if self.read("byteorder").is_ok_and(|order| order != b"little") {
+            return Err("its values are big-endian, which is not supported".to_owned());
         }
         describe(&self.read("data.pkl")?)
     }
@@ -165,20 +164,19 @@ fn gather(bytes: &[u8], record: &TensorRecord, size: usize, out: &mut Vec<u8>) {
     if record.shape.contains(&0) {
         return;
     }
-    let mut index = vec![0; record.shape.len()];
+    // The last dimensions often lie in one piece: `run` elements from dimension `inner` on.
+    let (mut inner, mut run) = (record.shape.len(), 1);
+    while inner > 0 && (record.strides[inner - 1] == run || record.shape[inner - 1] == 1) {
+        inner -= 1;
+        run *= record.shape[inner];
+    }
+    let mut index = vec![0; inner];
     loop {
-        let at = index
-            .iter()
-            .zip(&record.strides)
-            .map(|(i, s)| i * s)
-            .sum::<usize>()
-            + record.offset;
-        out.extend_from_slice(&bytes[at * size..(at + 1) * size]);
+        let steps = index.iter().zip(&record.strides);
+        let at = steps.map(|(i, stride)| i * stride).sum::<usize>() + record.offset;
+        out.extend_from_slice(&bytes[at * size..(at + run) * size]);
         // The next index, last dimension first.
-        let Some(d) = (0..index.len())
-            .rev()
-            .find(|&d| index[d] + 1 < record.shape[d])
-        else {
+        let Some(d) = (0..inner).rev().find(|&d| index[d] + 1 < record.shape[d]) else {
             return;
         };
         index[d] += 1;

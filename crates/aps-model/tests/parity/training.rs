@@ -25,9 +25,13 @@ pub struct Rigour {
     pub output: f64,
     /// Of losses, relative.
     pub loss: f64,
-    /// Of norms of gradients, relative. Rounding moves a few values across the kink of a ReLU, which changes gradients by
-    /// steps.
+    /// Of norms and samples of gradients, relative.
     pub gradient: f64,
+    /// By how much a single sampled gradient may be off, in units of what is allowed.
+    ///
+    /// In single precision any amount: rounding moves values across the kink of a ReLU, and single gradients jump.
+    /// PyTorch's own (2.15, oneDNN) are off by up to 1.8 times the size of an element for resnet_conv1d, their norm by 1e-3.
+    pub outliers: f64,
 }
 
 impl Rigour {
@@ -38,12 +42,14 @@ impl Rigour {
                 output: 1e-9,
                 loss: 1e-9,
                 gradient: 1e-9,
+                outliers: 1.0,
             },
             _ => Self {
                 steps: 1,
                 output: 1e-4,
                 loss: 1e-4,
                 gradient: 1e-3,
+                outliers: f64::INFINITY,
             },
         }
     }
@@ -72,8 +78,8 @@ pub fn check_loss(golden: &[f64], step: usize, found: f64, rigour: &Rigour) {
     );
 }
 
-/// Norms of groups (top-level modules); norms and samples of single tensors to twenty times that, and to 1e-2 of
-/// it of the group's: of a bias before a batch normalisation, whose mean takes it out again, only rounding is left.
+/// Norms of groups (top-level modules), of single tensors to ten times that, and samples. To each comes 1e-2 of it of the
+/// group's norm: of a bias before a batch normalisation, whose mean takes it out again, only rounding is left.
 pub fn check_gradients(rows: &[Row], rigour: &Rigour) {
     let group_of = |row: &Row| row.tensor.split('.').next().unwrap_or_default().to_owned();
     let mut groups: BTreeMap<String, (f64, f64)> = BTreeMap::new();
@@ -90,20 +96,32 @@ pub fn check_gradients(rows: &[Row], rigour: &Rigour) {
             "gradient of {name}: {found}, not {expected}"
         );
     }
-    let mut worst = 0.0_f64;
+    let mut samples = Vec::new();
     for row in rows {
         let floor = 1e-2 * rigour.gradient * groups[&group_of(row)].0;
-        for (size, (expected, found)) in row.pairs() {
-            let allowed = 20.0 * rigour.gradient * size + floor;
-            worst = worst.max((found - expected).abs() / allowed);
-            assert!(
-                (found - expected).abs() <= allowed,
-                "gradient of {}: {found}, not {expected}",
-                row.tensor
-            );
-        }
+        let (expected, found) = row.norm;
+        assert!(
+            (found - expected).abs() <= 10.0 * rigour.gradient * expected + floor,
+            "gradient of {}: norm {found}, not {expected}",
+            row.tensor
+        );
+        samples.extend(row.samples.iter().map(|(expected, found)| {
+            (found - expected).abs() / (rigour.gradient * row.rms + floor)
+        }));
     }
-    println!("worst norm or sample of a tensor's gradient: {worst:.3} of what is allowed");
+    samples.sort_by(f64::total_cmp);
+    let (median, worst) = (samples[samples.len() / 2], samples[samples.len() - 1]);
+    println!(
+        "samples of gradients: {median:.3} of what is allowed in the median, {worst:.3} at worst"
+    );
+    assert!(
+        median <= 1.0,
+        "half of all sampled gradients are off by {median} of what is allowed"
+    );
+    assert!(
+        worst <= rigour.outliers,
+        "a sampled gradient is off by {worst} of what is allowed"
+    );
 }
 
 /// Norms and samples of all tensors.
