@@ -257,42 +257,33 @@ class Film(nn.Module):
         return gamma[:, :, None] * x + beta[:, :, None]
 
 
-class Up(nn.Module):
-    def __init__(self, a, b):
-        super().__init__()
-        self.conv1, self.bn1 = nn.Conv1d(a, b, 5, padding=2), nn.BatchNorm1d(b)
-        self.film = Film(256, b)
-        self.conv2, self.bn2 = nn.Conv1d(b, b, 3, padding=1), nn.BatchNorm1d(b)
-
-    def forward(self, x, condition):
-        x = F.interpolate(x, scale_factor=2, mode="nearest")
-        x = F.leaky_relu(self.bn1(self.conv1(x)), 0.2)
-        return F.leaky_relu(self.bn2(self.conv2(self.film(x, condition))), 0.2)
-
-
-class Refine(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.conv1, self.bn1 = nn.Conv1d(64, 32, 3, padding=1), nn.BatchNorm1d(32)
-        self.film = Film(256, 32)
-        self.conv2 = nn.Conv1d(32, 1, 1)
-
-    def forward(self, x, condition):
-        x = F.leaky_relu(self.bn1(self.conv1(x)), 0.2)
-        return self.conv2(self.film(x, condition))[:, 0]
-
-
 class ResnetConv1d(nn.Module):
     def __init__(self):
         super().__init__()
         self.encoder = MultiScale()
         self.init_proj = nn.Linear(512, 256 * 45)
-        self.up1, self.up2, self.ref = Up(256, 128), Up(128, 64), Refine()
+        for name, a, b in ("up1", 256, 128), ("up2", 128, 64):
+            self.add_module(name + "_conv1", nn.Conv1d(a, b, 5, padding=2))
+            self.add_module(name + "_bn1", nn.BatchNorm1d(b))
+            self.add_module(name + "_film", Film(256, b))
+            self.add_module(name + "_conv2", nn.Conv1d(b, b, 3, padding=1))
+            self.add_module(name + "_bn2", nn.BatchNorm1d(b))
+        self.ref_conv1, self.ref_bn = nn.Conv1d(64, 32, 3, padding=1), nn.BatchNorm1d(32)
+        self.ref_film, self.ref_conv2 = Film(256, 32), nn.Conv1d(32, 1, 1)
+
+    def upsample(self, x, condition, name):
+        conv1, bn1, film, conv2, bn2 = (
+            getattr(self, name + layer) for layer in ("_conv1", "_bn1", "_film", "_conv2", "_bn2")
+        )
+        x = F.leaky_relu(bn1(conv1(F.interpolate(x, scale_factor=2, mode="nearest"))), 0.2)
+        return F.leaky_relu(bn2(conv2(film(x, condition))), 0.2)
 
     def forward(self, x):
         (s1, s2, s3, _), g = self.encoder(x)
-        x = self.init_proj(g).reshape(-1, 256, 45)
-        return self.ref(self.up2(self.up1(x, s3), s2), s1)
+        x = self.upsample(self.init_proj(g).reshape(-1, 256, 45), s3, "up1")
+        x = self.upsample(x, s2, "up2")
+        x = F.leaky_relu(self.ref_bn(self.ref_conv1(x)), 0.2)
+        return self.ref_conv2(self.ref_film(x, s1))[:, 0]
 
 
 MODELS = {

@@ -14,7 +14,9 @@ use aps_model::train::{Regularize, TrainConfig, Trainees, Trainer};
 use aps_model::{ANGLE_BINS, Mode, ModelKind, Parameters, Preset};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let case = std::env::args().nth(1).unwrap_or("resnet_mlp-train-64-32".into());
+    let case = std::env::args()
+        .nth(1)
+        .unwrap_or("resnet_mlp-train-64-32".into());
     let parts: Vec<&str> = case.split('-').collect();
     let &[model, what, pixels, batch] = parts.as_slice() else {
         return Err("expected MODEL-WHAT-PIXELS-BATCH".into());
@@ -23,7 +25,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (image_size, batch): (usize, usize) = (pixels.parse()?, batch.parse()?);
 
     let device = Device::Cpu;
-    let city: Vec<f32> = (0..256 * 256).map(|i| f32::from(i / 256 / 30 % 2 == 0)).collect();
+    let city: Vec<f32> = (0..256 * 256)
+        .map(|i| f32::from(i / 256 / 30 % 2 == 0))
+        .collect();
     let rasters = Rasters {
         pixels: &city,
         height: 256,
@@ -62,7 +66,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 predictor,
                 regularizer,
             };
-            let mut trainer = Trainer::new(trainees, conditions, Samples::new(links, targets)?, config)?;
+            let mut trainer =
+                Trainer::new(trainees, conditions, Samples::new(links, targets)?, config)?;
             best_of(|| trainer.step().map(|_| ()))?
         }
         "infer" => {

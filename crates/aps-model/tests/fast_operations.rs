@@ -27,7 +27,10 @@ fn with_gradients(f: Operation<'_>, inputs: &[Tensor], dtype: DType) -> Vec<Vec<
     let tensors: Vec<Tensor> = vars.iter().map(|v| v.as_tensor().clone()).collect();
     let y = f(&tensors).unwrap();
     let weights = values(&mut ChaCha8Rng::seed_from_u64(9), y.dims());
-    let sum = (&y * weights.to_dtype(dtype).unwrap()).unwrap().sum_all().unwrap();
+    let sum = (&y * weights.to_dtype(dtype).unwrap())
+        .unwrap()
+        .sum_all()
+        .unwrap();
     let gradients = sum.backward().unwrap();
     let flat = |t: &Tensor| {
         let flat = t.flatten_all().unwrap().to_dtype(DType::F64).unwrap();
@@ -39,7 +42,10 @@ fn with_gradients(f: Operation<'_>, inputs: &[Tensor], dtype: DType) -> Vec<Vec<
 }
 
 fn pool_of(threads: usize) -> rayon::ThreadPool {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap()
 }
 
 /// Fast and portable agree to f32's rounding, and one and three threads to the bit.
@@ -50,7 +56,10 @@ fn check(fast: Operation<'_>, reference: Operation<'_>, inputs: &[Tensor]) {
         assert_eq!(found.len(), expected.len());
         let scale = expected.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
         for (i, (f, e)) in found.iter().zip(expected).enumerate() {
-            assert!((f - e).abs() < 3e-6 * scale, "part {part}, value {i}: {f}, expected {e}");
+            assert!(
+                (f - e).abs() < 3e-6 * scale,
+                "part {part}, value {i}: {f}, expected {e}"
+            );
         }
     }
 }
@@ -61,11 +70,24 @@ fn same_bits_on_any_threads(fast: impl Fn(&[Tensor]) -> Result<Tensor> + Sync, i
 }
 
 /// batch, in, height, width, out, kernel, stride, padding
-type Sizes = (usize, usize, usize, usize, usize, (usize, usize), usize, (usize, usize));
+type Sizes = (
+    usize,
+    usize,
+    usize,
+    usize,
+    usize,
+    (usize, usize),
+    usize,
+    (usize, usize),
+);
 
 fn check_convolution((n, i, h, w, o, (kh, kw), stride, padding): Sizes, threads: bool) {
     let rng = &mut ChaCha8Rng::seed_from_u64(1);
-    let inputs = [values(rng, &[n, i, h, w]), values(rng, &[o, i, kh, kw]), values(rng, &[o])];
+    let inputs = [
+        values(rng, &[n, i, h, w]),
+        values(rng, &[o, i, kh, kw]),
+        values(rng, &[o]),
+    ];
     let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
     let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
     check(&fast, &reference, &inputs);
@@ -102,7 +124,11 @@ fn convolutions_of_the_models() {
 fn transposed_convolution() {
     let rng = &mut ChaCha8Rng::seed_from_u64(2);
     for (n, i, h, w, o) in [(2, 6, 5, 7, 4), (5, 40, 8, 8, 20), (1, 3, 1, 1, 1)] {
-        let inputs = [values(rng, &[n, i, h, w]), values(rng, &[i, o, 2, 2]), values(rng, &[o])];
+        let inputs = [
+            values(rng, &[n, i, h, w]),
+            values(rng, &[i, o, 2, 2]),
+            values(rng, &[o]),
+        ];
         let fast = |t: &[Tensor]| ops::conv_transpose2x2(&t[0], &t[1], Some(&t[2]));
         let reference = |t: &[Tensor]| portable::conv_transpose2x2(&t[0], &t[1], Some(&t[2]));
         check(&fast, &reference, &inputs);
@@ -116,7 +142,11 @@ fn pooling_with_many_ties() {
     for (h, w) in [(8, 8), (7, 9), (2, 3)] {
         let coarse = (values(rng, &[3, 5, h, w]) * 2.0).unwrap().round().unwrap();
         let inputs = [coarse];
-        check(&|t| ops::max_pool_2x2(&t[0]), &|t| portable::max_pool_2x2(&t[0]), &inputs);
+        check(
+            &|t| ops::max_pool_2x2(&t[0]),
+            &|t| portable::max_pool_2x2(&t[0]),
+            &inputs,
+        );
         let fast = |t: &[Tensor]| ops::max_pool_3x3_s2_p1(&t[0]);
         check(&fast, &|t| portable::max_pool_3x3_s2_p1(&t[0]), &inputs);
         same_bits_on_any_threads(fast, &inputs);

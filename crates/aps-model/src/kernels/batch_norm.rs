@@ -16,7 +16,10 @@ pub(crate) fn moments(x: &[f32], channels: usize, pixels: usize) -> Moments {
         .into_par_iter()
         .with_min_len(4)
         .map(|c| {
-            let planes = || x.chunks_exact(channels * pixels).map(|image| &image[c * pixels..][..pixels]);
+            let planes = || {
+                x.chunks_exact(channels * pixels)
+                    .map(|image| &image[c * pixels..][..pixels])
+            };
             // Near the mean, so that squares do not cancel.
             let pivot = planes().next().map_or(0.0, |p| p[0]);
             let (mut sum, mut squares) = (0.0, 0.0);
@@ -46,13 +49,15 @@ pub(crate) fn scale_shift(
     let channels = scale.len();
     let mut out = vec![0.0; x.len()];
     let image = channels * pixels;
-    out.par_chunks_mut(image).zip(x.par_chunks(image)).for_each(|(out, x)| {
-        let planes = out.chunks_exact_mut(pixels).zip(x.chunks_exact(pixels));
-        for (c, (out, x)) in planes.enumerate() {
-            let floor = if relu { 0.0 } else { f32::NEG_INFINITY };
-            affine(x, mean[c], scale[c], shift[c], floor, out);
-        }
-    });
+    out.par_chunks_mut(image)
+        .zip(x.par_chunks(image))
+        .for_each(|(out, x)| {
+            let planes = out.chunks_exact_mut(pixels).zip(x.chunks_exact(pixels));
+            for (c, (out, x)) in planes.enumerate() {
+                let floor = if relu { 0.0 } else { f32::NEG_INFINITY };
+                affine(x, mean[c], scale[c], shift[c], floor, out);
+            }
+        });
     out
 }
 

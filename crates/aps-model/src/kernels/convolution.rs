@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::ConvShape;
 use super::matmul::{Matrix, multiply};
 use super::regroup::apart;
 use super::unfold::Frame;
-use super::ConvShape;
 
 /// Most values of an unfolded tile: 1 MB, so that it stays in a core's second-level cache.
 const TILE_VALUES: usize = 1 << 18;
@@ -42,13 +42,7 @@ pub(super) fn tile_pixels(taps: usize, pixels: usize) -> usize {
 }
 
 /// Each image by one thread, tile by tile.
-fn by_image(
-    shape: &ConvShape,
-    x: &[f32],
-    weight: &[f32],
-    bias: Option<&[f32]>,
-    out: &mut [f32],
-) {
+fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, out: &mut [f32]) {
     let (taps, pixels) = (shape.taps(), shape.out_pixels());
     let tile = tile_pixels(taps, pixels);
     let frame = Frame::of(shape);
@@ -77,7 +71,14 @@ fn by_image(
                 };
                 let sizes = (count, shape.out_channels, taps);
                 let accumulate = bias.is_some();
-                multiply(sizes, a, by_rows(weight, taps), &mut out[first..], pixels, accumulate);
+                multiply(
+                    sizes,
+                    a,
+                    by_rows(weight, taps),
+                    &mut out[first..],
+                    pixels,
+                    accumulate,
+                );
             }
         });
 }
@@ -90,13 +91,7 @@ struct Scratch {
 }
 
 /// All images side by side, unfolded once by all threads; each then makes some of the output channels.
-fn together(
-    shape: &ConvShape,
-    x: &[f32],
-    weight: &[f32],
-    bias: Option<&[f32]>,
-    out: &mut [f32],
-) {
+fn together(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, out: &mut [f32]) {
     let (taps, pixels, batch) = (shape.taps(), shape.out_pixels(), shape.batch);
     let mut planes = vec![0.0; shape.output_len()];
     let all = batch * pixels;
@@ -161,7 +156,15 @@ fn unfold_together(
         .enumerate()
         .for_each(|(i, columns)| {
             let taps = i * TAPS_AT_ONCE..shape.taps().min((i + 1) * TAPS_AT_ONCE);
-            unfold_range(shape, frame, framed, taps, first..first + count, columns, stride);
+            unfold_range(
+                shape,
+                frame,
+                framed,
+                taps,
+                first..first + count,
+                columns,
+                stride,
+            );
         });
 }
 

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::ConvShape;
 use super::convolution::{convolve, tile_pixels};
 use super::matmul::{Matrix, multiply};
 use super::regroup::{apart, side_by_side};
 use super::unfold::fold_row;
-use super::ConvShape;
 
 /// Input channels of one task.
 const CHANNEL_BLOCK: usize = 16;
@@ -77,7 +77,14 @@ fn fold_together(shape: &ConvShape, grad: &[f32], weight: &[f32], out: &mut [f32
                     row_stride: shape.taps(),
                     col_stride: 1,
                 };
-                multiply((count, taps, shape.out_channels), a, b, columns, count, false);
+                multiply(
+                    (count, taps, shape.out_channels),
+                    a,
+                    b,
+                    columns,
+                    count,
+                    false,
+                );
                 for (tap, line) in columns.chunks_exact(count).enumerate() {
                     let (channel, ky, kx) = (tap / (kh * kw), tap / kw % kh, tap % kw);
                     for (n, line) in line.chunks_exact(out_pixels).enumerate() {

@@ -100,7 +100,12 @@ impl Frame {
 
 /// Rows of `W` values, `apart` from each other: a width known to the compiler is moved in registers.
 fn copy_rows<const W: usize>(source: &[f32], apart: usize, line: &mut [f32]) {
-    for (target, source) in line.as_chunks_mut::<W>().0.iter_mut().zip(source.chunks(apart)) {
+    for (target, source) in line
+        .as_chunks_mut::<W>()
+        .0
+        .iter_mut()
+        .zip(source.chunks(apart))
+    {
         *target = *source.first_chunk().expect("a frame holds whole rows");
     }
 }

@@ -43,7 +43,15 @@ pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &
         for first in pixels.clone().step_by(PIXELS) {
             let count = PIXELS.min(pixels.end - first);
             let range = first..first + count;
-            unfold_range(shape, &frame, &framed, taps.clone(), range, &mut columns, STRIDE);
+            unfold_range(
+                shape,
+                &frame,
+                &framed,
+                taps.clone(),
+                range,
+                &mut columns,
+                STRIDE,
+            );
             let a = Matrix {
                 data: &columns,
                 row_stride: STRIDE,

@@ -47,8 +47,7 @@ impl Regularizer {
     pub fn score(&self, encoded: &Tensor, spectra: &Tensor) -> Result<Tensor> {
         check_shape("spectra", spectra, &[encoded.dim(0)?, ANGLE_BINS])?;
         let spectrum = self.spectrum.forward(spectra)?;
-        self.head
-            .forward(&Tensor::cat(&[encoded, &spectrum], 1)?)
+        self.head.forward(&Tensor::cat(&[encoded, &spectrum], 1)?)
     }
 
     /// All tensors of the regularizer, by their PyTorch names.

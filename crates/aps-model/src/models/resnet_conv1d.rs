@@ -7,7 +7,8 @@ use crate::layers::{BatchNorm, Conv1d, Film, LEAKY_SLOPE, Linear, MultiScaleEnco
 use crate::{ANGLE_BINS, Mode, Model, Parameters, Result, Scope, ops};
 
 /// A [`MultiScaleEncoder`] (`encoder`); `init_proj` makes a line of 45 elements of it, which two blocks double to 180
-/// (`up1`, `up2`) and a third refines (`ref`), each modulated by the features of a finer stage.
+/// (`up1_...`, `up2_...`) and a third refines (`ref_...`), each modulated by the features of a finer stage. The names are
+/// flat, those of the released code.
 #[derive(Debug, Clone)]
 pub struct ResnetConv1d {
     encoder: MultiScaleEncoder,
@@ -32,13 +33,20 @@ struct Upsampling {
 }
 
 impl Upsampling {
-    fn new(scope: &Scope, inputs: usize, outputs: usize, condition: usize) -> Result<Self> {
+    fn new(
+        root: &Scope,
+        block: &str,
+        inputs: usize,
+        outputs: usize,
+        condition: usize,
+    ) -> Result<Self> {
+        let at = |layer| root.at(format_args!("{block}_{layer}"));
         Ok(Self {
-            conv1: Conv1d::same(&scope.at("conv1"), inputs, outputs, 5)?,
-            bn1: BatchNorm::new(&scope.at("bn1"), outputs)?,
-            film: Film::new(&scope.at("film"), condition, outputs)?,
-            conv2: Conv1d::same(&scope.at("conv2"), outputs, outputs, 3)?,
-            bn2: BatchNorm::new(&scope.at("bn2"), outputs)?,
+            conv1: Conv1d::same(&at("conv1"), inputs, outputs, 5)?,
+            bn1: BatchNorm::new(&at("bn1"), outputs)?,
+            film: Film::new(&at("film"), condition, outputs)?,
+            conv2: Conv1d::same(&at("conv2"), outputs, outputs, 3)?,
+            bn2: BatchNorm::new(&at("bn2"), outputs)?,
         })
     }
 
@@ -50,7 +58,7 @@ impl Upsampling {
     }
 }
 
-/// Makes the spectrum: `conv1` (3), `bn1`, leaky ReLU, `film`, `conv2` (1) to one channel.
+/// Makes the spectrum: `conv1` (3), `bn`, leaky ReLU, `film`, `conv2` (1) to one channel.
 #[derive(Debug, Clone)]
 struct Refinement {
     conv1: Conv1d,
@@ -60,12 +68,12 @@ struct Refinement {
 }
 
 impl Refinement {
-    fn new(scope: &Scope, inputs: usize, hidden: usize, condition: usize) -> Result<Self> {
+    fn new(root: &Scope, inputs: usize, hidden: usize, condition: usize) -> Result<Self> {
         Ok(Self {
-            conv1: Conv1d::same(&scope.at("conv1"), inputs, hidden, 3)?,
-            bn1: BatchNorm::new(&scope.at("bn1"), hidden)?,
-            film: Film::new(&scope.at("film"), condition, hidden)?,
-            conv2: Conv1d::same(&scope.at("conv2"), hidden, 1, 1)?,
+            conv1: Conv1d::same(&root.at("ref_conv1"), inputs, hidden, 3)?,
+            bn1: BatchNorm::new(&root.at("ref_bn"), hidden)?,
+            film: Film::new(&root.at("ref_film"), condition, hidden)?,
+            conv2: Conv1d::same(&root.at("ref_conv2"), hidden, 1, 1)?,
         })
     }
 
@@ -87,9 +95,9 @@ impl ResnetConv1d {
         Ok(Self {
             encoder: MultiScaleEncoder::new(&root.at("encoder"), width)?,
             init_proj: Linear::new(&root.at("init_proj"), 2 * scale, scale * START)?,
-            up1: Upsampling::new(&root.at("up1"), scale, 2 * width, scale)?,
-            up2: Upsampling::new(&root.at("up2"), 2 * width, width, scale)?,
-            refine: Refinement::new(&root.at("ref"), width, width / 2, scale)?,
+            up1: Upsampling::new(&root, "up1", scale, 2 * width, scale)?,
+            up2: Upsampling::new(&root, "up2", 2 * width, width, scale)?,
+            refine: Refinement::new(&root, width, width / 2, scale)?,
             parameters: parameters.clone(),
         })
     }

@@ -38,7 +38,9 @@ pub fn conv_transpose2x2(
     let Some(shape) = fast.then(|| transposed_shape(x, weight)).flatten() else {
         return portable::conv_transpose2x2(x, weight, bias);
     };
-    let y = x.contiguous()?.apply_op2(&weight.contiguous()?, Transposed(shape))?;
+    let y = x
+        .contiguous()?
+        .apply_op2(&weight.contiguous()?, Transposed(shape))?;
     Ok(match bias {
         Some(bias) => y.broadcast_add(&bias.reshape((1, (), 1, 1))?)?,
         None => y,
@@ -80,11 +82,19 @@ fn transposed_shape(x: &Tensor, w: &Tensor) -> Option<ConvShape> {
 struct Conv(ConvShape);
 
 impl Conv {
-    fn forward(&self, x: &[f32], weight: &[f32], bias: Option<&[f32]>) -> Result<(CpuStorage, Shape)> {
+    fn forward(
+        &self,
+        x: &[f32],
+        weight: &[f32],
+        bias: Option<&[f32]>,
+    ) -> Result<(CpuStorage, Shape)> {
         let s = &self.0;
         let mut out = vec![0.0; s.output_len()];
         convolve(s, x, weight, bias, &mut out);
-        made(out, (s.batch, s.out_channels, s.out_height(), s.out_width()))
+        made(
+            out,
+            (s.batch, s.out_channels, s.out_height(), s.out_width()),
+        )
     }
 }
 
@@ -151,7 +161,11 @@ impl CustomOp3 for Conv {
         bias_layout: &Layout,
     ) -> Result<(CpuStorage, Shape)> {
         let bias = slice(bias, bias_layout)?;
-        self.forward(slice(x, x_layout)?, slice(weight, weight_layout)?, Some(bias))
+        self.forward(
+            slice(x, x_layout)?,
+            slice(weight, weight_layout)?,
+            Some(bias),
+        )
     }
 
     fn bwd(
@@ -164,7 +178,9 @@ impl CustomOp3 for Conv {
     ) -> Result<(Option<Tensor>, Option<Tensor>, Option<Tensor>)> {
         let grad = grad.contiguous()?;
         let (by_input, by_weight) = gradients(&self.0, x, weight, &grad)?;
-        let by_bias = with_slices([&grad], |[g]| sums(g, self.0.out_channels, self.0.out_pixels()))?;
+        let by_bias = with_slices([&grad], |[g]| {
+            sums(g, self.0.out_channels, self.0.out_pixels())
+        })?;
         let by_bias = Tensor::from_vec(by_bias, bias.shape(), bias.device())?;
         Ok((by_input, by_weight, Some(by_bias)))
     }
@@ -196,7 +212,12 @@ impl CustomOp2 for Transposed {
     ) -> Result<(CpuStorage, Shape)> {
         let s = &self.0;
         let mut out = vec![0.0; s.input_len()];
-        input_gradient(s, slice(x, x_layout)?, slice(weight, weight_layout)?, &mut out);
+        input_gradient(
+            s,
+            slice(x, x_layout)?,
+            slice(weight, weight_layout)?,
+            &mut out,
+        );
         made(out, (s.batch, s.in_channels, s.height, s.width))
     }
 
@@ -218,7 +239,11 @@ impl CustomOp2 for Transposed {
         })?;
         Ok((
             Some(Tensor::from_vec(by_input, x.shape(), x.device())?),
-            Some(Tensor::from_vec(by_weight, weight.shape(), weight.device())?),
+            Some(Tensor::from_vec(
+                by_weight,
+                weight.shape(),
+                weight.device(),
+            )?),
         ))
     }
 }

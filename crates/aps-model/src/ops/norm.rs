@@ -8,7 +8,11 @@ use crate::portable::{self, BatchNormTensors, EPSILON, MOMENTUM};
 use crate::{Error, Mode};
 
 /// [`portable::batch_norm`], with f32 on the CPU in two passes forward and two backward.
-pub fn batch_norm(x: &Tensor, tensors: BatchNormTensors<'_>, mode: Mode<'_>) -> crate::Result<Tensor> {
+pub fn batch_norm(
+    x: &Tensor,
+    tensors: BatchNormTensors<'_>,
+    mode: Mode<'_>,
+) -> crate::Result<Tensor> {
     match fast(x, tensors, mode, false)? {
         Some(y) => Ok(y),
         None => portable::batch_norm(x, tensors, mode),
@@ -68,7 +72,11 @@ fn fast(
         relu,
         is_training: mode.is_training(),
     };
-    Ok(Some(x.apply_op3(&t.weight.contiguous()?, &t.bias.contiguous()?, op)?))
+    Ok(Some(x.apply_op3(
+        &t.weight.contiguous()?,
+        &t.bias.contiguous()?,
+        op,
+    )?))
 }
 
 fn move_towards(running: &Var, batch: &[f32], factor: f64) -> Result<()> {
@@ -76,7 +84,11 @@ fn move_towards(running: &Var, batch: &[f32], factor: f64) -> Result<()> {
     for (v, &b) in values.iter_mut().zip(batch) {
         *v = ((1.0 - MOMENTUM) * f64::from(*v) + MOMENTUM * factor * f64::from(b)) as f32;
     }
-    running.set(&Tensor::from_vec(values, running.shape(), running.device())?)
+    running.set(&Tensor::from_vec(
+        values,
+        running.shape(),
+        running.device(),
+    )?)
 }
 
 struct BatchNorm {
@@ -103,7 +115,11 @@ impl CustomOp3 for BatchNorm {
     ) -> Result<(CpuStorage, Shape)> {
         let weight = slice(weight, weight_layout)?;
         let bias = slice(bias, bias_layout)?;
-        let scale: Vec<f32> = weight.iter().zip(&self.inverse_std).map(|(w, i)| w * i).collect();
+        let scale: Vec<f32> = weight
+            .iter()
+            .zip(&self.inverse_std)
+            .map(|(w, i)| w * i)
+            .collect();
         let x = slice(x, x_layout)?;
         let y = scale_shift(x, &self.mean, &scale, bias, self.pixels, self.relu);
         made(y, x_layout.shape().clone())
@@ -138,7 +154,11 @@ impl CustomOp3 for BatchNorm {
         })?;
         Ok((
             Some(Tensor::from_vec(by_input, x.shape(), x.device())?),
-            Some(Tensor::from_vec(by_weight, weight.shape(), weight.device())?),
+            Some(Tensor::from_vec(
+                by_weight,
+                weight.shape(),
+                weight.device(),
+            )?),
             Some(Tensor::from_vec(by_bias, bias.shape(), bias.device())?),
         ))
     }

@@ -6,7 +6,9 @@ use candle_core::{CpuStorage, DType, Layout, Result, Shape, Storage, Tensor, bai
 
 /// Whether the fast path knows all of them: f32 on the CPU.
 pub(super) fn are_fast(tensors: &[&Tensor]) -> bool {
-    tensors.iter().all(|t| t.device().is_cpu() && t.dtype() == DType::F32)
+    tensors
+        .iter()
+        .all(|t| t.device().is_cpu() && t.dtype() == DType::F32)
 }
 
 /// The values of a contiguous f32 argument of a custom operation.

@@ -17,7 +17,7 @@ pub use activation::{gelu, leaky_relu, relu, softmax_last};
 pub use conv::{conv_transpose2x2, conv2d};
 pub use dropout::dropout;
 pub use linear::linear;
-pub(crate) use norm::{EPSILON, MOMENTUM};
 pub use norm::{BatchNormTensors, batch_norm, batch_norm_relu, layer_norm};
+pub(crate) use norm::{EPSILON, MOMENTUM};
 pub use pool::{adaptive_avg_pool, max_pool_2x2, max_pool_3x3_s2_p1};
 pub use resize::{resize_bilinear, upsample_nearest_2x};
