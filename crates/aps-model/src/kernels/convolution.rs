@@ -1,7 +1,5 @@
 //! The convolution itself.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::ConvShape;
@@ -111,8 +109,8 @@ fn together(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, 
                 let c = block * channel_block;
                 let channels = planes.len() / all;
                 let bias = bias.map(|b| &b[c..c + channels]);
-                for (i, plane) in planes.chunks_exact_mut(all).enumerate() {
-                    plane[first..first + count].fill(bias.map_or(0.0, |b| b[i]));
+                for (plane, &b) in planes.chunks_exact_mut(all).zip(bias.unwrap_or_default()) {
+                    plane[first..first + count].fill(b);
                 }
                 let a = Matrix {
                     data: &columns,
@@ -156,42 +154,12 @@ fn unfold_together(
         .enumerate()
         .for_each(|(i, columns)| {
             let taps = i * TAPS_AT_ONCE..shape.taps().min((i + 1) * TAPS_AT_ONCE);
-            unfold_range(
-                shape,
-                frame,
-                framed,
-                taps,
-                first..first + count,
-                columns,
-                stride,
-            );
+            frame.unfold(framed, taps, first..first + count, columns, stride);
         });
 }
 
 /// Rows of the unfolded input that a thread makes at once.
 const TAPS_AT_ONCE: usize = 64;
-
-/// Rows `taps` of the unfolded images side by side, columns `range`.
-pub(super) fn unfold_range(
-    shape: &ConvShape,
-    frame: &Frame,
-    framed: &[f32],
-    taps: Range<usize>,
-    range: Range<usize>,
-    columns: &mut [f32],
-    stride: usize,
-) {
-    let pixels = shape.out_pixels();
-    let mut at = range.start;
-    while at < range.end {
-        let (n, from) = (at / pixels, at % pixels);
-        let here = (pixels - from).min(range.end - at);
-        let image = &framed[n * frame.len()..][..frame.len()];
-        let columns = &mut columns[at - range.start..];
-        frame.unfold(image, taps.clone(), from..from + here, columns, stride);
-        at += here;
-    }
-}
 
 /// Weights (out, taps) as the right factor (taps x out).
 fn by_rows(weight: &[f32], taps: usize) -> Matrix<'_> {

@@ -6,7 +6,7 @@ use super::ConvShape;
 use super::convolution::{convolve, tile_pixels};
 use super::matmul::{Matrix, multiply};
 use super::regroup::{apart, side_by_side};
-use super::unfold::fold_row;
+use super::unfold::Frame;
 
 /// Input channels of one task.
 const CHANNEL_BLOCK: usize = 16;
@@ -36,13 +36,18 @@ pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32], ou
 fn turn(shape: &ConvShape, weight: &[f32]) -> Vec<f32> {
     let taps = shape.kernel.0 * shape.kernel.1;
     let mut out = vec![0.0; weight.len()];
-    out.par_chunks_mut(shape.out_channels * taps)
+    // Some input channels at a time, which are neighbours in memory.
+    out.par_chunks_mut(CHANNEL_BLOCK * shape.out_channels * taps)
         .enumerate()
-        .for_each(|(i, row)| {
-            for (o, target) in row.chunks_exact_mut(taps).enumerate() {
-                let source = &weight[(o * shape.in_channels + i) * taps..][..taps];
-                for (t, s) in target.iter_mut().zip(source.iter().rev()) {
-                    *t = *s;
+        .for_each(|(block, rows)| {
+            for o in 0..shape.out_channels {
+                let first = o * shape.in_channels + block * CHANNEL_BLOCK;
+                let sources = weight[first * taps..].chunks_exact(taps);
+                let targets = rows.chunks_exact_mut(shape.out_channels * taps);
+                for (row, source) in targets.zip(sources) {
+                    let target = &mut row[o * taps..][..taps];
+                    target.copy_from_slice(source);
+                    target.reverse();
                 }
             }
         });
@@ -51,48 +56,57 @@ fn turn(shape: &ConvShape, weight: &[f32]) -> Vec<f32> {
 
 /// Gradients of the unfolded input, a few channels at a time, folded back where they came from.
 fn fold_together(shape: &ConvShape, grad: &[f32], weight: &[f32], out: &mut [f32]) {
-    let (kh, kw) = shape.kernel;
     let (out_pixels, in_pixels) = (shape.out_pixels(), shape.in_pixels());
     let (rows, apart_by) = side_by_side(grad, shape.out_channels, out_pixels);
+    let taps_a_channel = shape.kernel.0 * shape.kernel.1;
     let all = shape.batch * out_pixels;
+    let images = (tile_pixels(CHANNEL_BLOCK * taps_a_channel, all) / out_pixels).max(1);
     let mut planes = vec![0.0; shape.input_len()];
-    let images = (tile_pixels(CHANNEL_BLOCK * kh * kw, all) / out_pixels).max(1);
     planes
         .par_chunks_mut(CHANNEL_BLOCK * shape.batch * in_pixels)
         .enumerate()
-        .for_each_init(Vec::new, |columns: &mut Vec<f32>, (block, planes)| {
-            let first_tap = block * CHANNEL_BLOCK * kh * kw;
-            let taps = planes.len() / (shape.batch * in_pixels) * kh * kw;
+        .for_each_init(Scratch::default, |scratch, (block, planes)| {
+            let part = ConvShape {
+                in_channels: planes.len() / (shape.batch * in_pixels),
+                ..*shape
+            };
+            let (frame, taps) = (Frame::of(&part), part.taps());
             for first in (0..shape.batch).step_by(images) {
                 let here = images.min(shape.batch - first);
                 let count = here * out_pixels;
-                columns.resize(taps * count, 0.0);
+                scratch.columns.resize(taps * count, 0.0);
                 let a = Matrix {
                     data: &rows[first * out_pixels..],
                     row_stride: 1,
                     col_stride: apart_by,
                 };
                 let b = Matrix {
-                    data: &weight[first_tap..],
+                    data: &weight[block * CHANNEL_BLOCK * taps_a_channel..],
                     row_stride: shape.taps(),
                     col_stride: 1,
                 };
-                multiply(
-                    (count, taps, shape.out_channels),
-                    a,
-                    b,
-                    columns,
-                    count,
-                    false,
-                );
-                for (tap, line) in columns.chunks_exact(count).enumerate() {
-                    let (channel, ky, kx) = (tap / (kh * kw), tap / kw % kh, tap % kw);
-                    for (n, line) in line.chunks_exact(out_pixels).enumerate() {
-                        let plane = (channel * shape.batch + first + n) * in_pixels;
-                        fold_row(shape, line, (ky, kx), &mut planes[plane..][..in_pixels]);
+                let sizes = (count, taps, shape.out_channels);
+                multiply(sizes, a, b, &mut scratch.columns, count, false);
+                scratch.framed.clear();
+                scratch.framed.resize(here * frame.len(), 0.0);
+                frame.fold(&scratch.columns, count, &mut scratch.framed);
+                scratch.image.resize(part.in_channels * in_pixels, 0.0);
+                for (n, framed) in scratch.framed.chunks_exact(frame.len()).enumerate() {
+                    frame.extract(framed, &mut scratch.image);
+                    for (c, pixels) in scratch.image.chunks_exact(in_pixels).enumerate() {
+                        let start = (c * shape.batch + first + n) * in_pixels;
+                        planes[start..start + in_pixels].copy_from_slice(pixels);
                     }
                 }
             }
         });
     apart(&planes, shape.in_channels, in_pixels, out);
+}
+
+/// What a thread keeps from block to block.
+#[derive(Default)]
+struct Scratch {
+    columns: Vec<f32>,
+    framed: Vec<f32>,
+    image: Vec<f32>,
 }

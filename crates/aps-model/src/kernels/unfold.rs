@@ -8,24 +8,33 @@ use std::ops::Range;
 use super::ConvShape;
 
 /// How a padded image lies in memory: (channel, row, remainder of the column, column).
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Frame {
     shape: ConvShape,
     /// Columns of one remainder.
     phase: usize,
     row: usize,
     plane: usize,
+    /// Where the first output pixel of each tap lies.
+    taps: Vec<usize>,
 }
 
 impl Frame {
     pub fn of(shape: &ConvShape) -> Self {
-        let phase = (shape.width + 2 * shape.padding.1).div_ceil(shape.stride);
-        let row = phase * shape.stride;
+        let (step, (kh, kw)) = (shape.stride, shape.kernel);
+        let phase = (shape.width + 2 * shape.padding.1).div_ceil(step);
+        let row = phase * step;
+        let plane = row * (shape.height + 2 * shape.padding.0);
+        let place = |tap: usize| {
+            let (channel, ky, kx) = (tap / (kh * kw), tap / kw % kh, tap % kw);
+            channel * plane + ky * row + (kx % step) * phase + kx / step
+        };
         Self {
             shape: *shape,
             phase,
             row,
-            plane: row * (shape.height + 2 * shape.padding.0),
+            plane,
+            taps: (0..shape.taps()).map(place).collect(),
         }
     }
 
@@ -62,94 +71,119 @@ impl Frame {
         }
     }
 
-    /// Writes rows `taps` of the unfolded image for the output pixels `pixels` (counted row by row). Row `t` of the result
-    /// starts at `(t - taps.start) * stride` of `out`.
+    /// The way back: the image inside `frame`.
+    pub fn extract(&self, frame: &[f32], image: &mut [f32]) {
+        let s = &self.shape;
+        let planes = frame.chunks_exact(self.plane);
+        for (plane, image) in planes.zip(image.chunks_exact_mut(s.in_pixels())) {
+            let rows = plane.chunks_exact(self.row).skip(s.padding.0);
+            for (row, pixels) in rows.zip(image.chunks_exact_mut(s.width)) {
+                for (x, pixel) in pixels.iter_mut().enumerate() {
+                    let column = x + s.padding.1;
+                    *pixel = row[column % s.stride * self.phase + column / s.stride];
+                }
+            }
+        }
+    }
+
+    /// Writes rows `taps` of some unfolded `frames` side by side, columns `pixels` (counted image by image, row by row). Row
+    /// `t` of the result starts at `(t - taps.start) * stride` of `out`.
     ///
-    /// Row (channel, ky, kx), column (oy, ox) holds padded pixel (oy * step + ky, ox * step + kx).
+    /// Row (channel, ky, kx), column (image, oy, ox) holds padded pixel (oy * step + ky, ox * step + kx).
     pub fn unfold(
         &self,
-        frame: &[f32],
+        frames: &[f32],
         taps: Range<usize>,
         pixels: Range<usize>,
         out: &mut [f32],
         stride: usize,
     ) {
-        let (kh, kw) = self.shape.kernel;
-        let width = self.shape.out_width();
-        let (first_row, first_column) = (pixels.start / width, pixels.start % width);
-        let whole_rows = first_column == 0 && pixels.len().is_multiple_of(width);
-        for (i, tap) in taps.enumerate() {
-            let (channel, ky, kx) = (tap / (kh * kw), tap / kw % kh, tap % kw);
-            let step = self.shape.stride;
-            let column = (kx % step) * self.phase + kx / step;
-            let start = channel * self.plane + (first_row * step + ky) * self.row + column;
-            let source = &frame[start..];
-            let line = &mut out[i * stride..][..pixels.len()];
-            let apart = step * self.row;
-            match width {
-                2 if whole_rows => copy_rows::<2>(source, apart, line),
-                4 if whole_rows => copy_rows::<4>(source, apart, line),
-                8 if whole_rows => copy_rows::<8>(source, apart, line),
-                16 if whole_rows => copy_rows::<16>(source, apart, line),
-                32 if whole_rows => copy_rows::<32>(source, apart, line),
-                _ => copy_runs(&source[first_column..], apart, width, first_column, line),
+        let (width, all) = (self.shape.out_width(), self.shape.out_pixels());
+        let lines = out.chunks_mut(stride).map(|line| &mut line[..pixels.len()]);
+        let lines = lines.zip(&self.taps[taps]);
+        if pixels.start.is_multiple_of(all) && pixels.len().is_multiple_of(all) {
+            let frames = &frames[pixels.start / all * self.len()..];
+            for (line, &tap) in lines {
+                match width {
+                    2 => self.copy_images::<2>(frames, tap, line),
+                    4 => self.copy_images::<4>(frames, tap, line),
+                    8 => self.copy_images::<8>(frames, tap, line),
+                    16 => self.copy_images::<16>(frames, tap, line),
+                    32 => self.copy_images::<32>(frames, tap, line),
+                    _ => self.copy_runs(frames, tap, 0, line),
+                }
+            }
+        } else {
+            for (line, &tap) in lines {
+                self.copy_runs(frames, tap, pixels.start, line);
             }
         }
     }
-}
 
-/// Rows of `W` values, `apart` from each other: a width known to the compiler is moved in registers.
-fn copy_rows<const W: usize>(source: &[f32], apart: usize, line: &mut [f32]) {
-    for (target, source) in line
-        .as_chunks_mut::<W>()
-        .0
-        .iter_mut()
-        .zip(source.chunks(apart))
-    {
-        *target = *source.first_chunk().expect("a frame holds whole rows");
-    }
-}
-
-/// Rows of any width, the first one from column `first` on; `source` starts there.
-fn copy_runs(source: &[f32], apart: usize, width: usize, first: usize, line: &mut [f32]) {
-    let (head, rest) = line.split_at_mut((width - first).min(line.len()));
-    head.copy_from_slice(&source[..head.len()]);
-    for (i, target) in rest.chunks_mut(width).enumerate() {
-        target.copy_from_slice(&source[(i + 1) * apart - first..][..target.len()]);
-    }
-}
-
-/// The adjoint of one row of unfolding: adds `line`, values at all output pixels of tap (ky, kx), to the pixels of the
-/// unpadded `plane` they came from.
-pub(super) fn fold_row(
-    shape: &ConvShape,
-    line: &[f32],
-    (ky, kx): (usize, usize),
-    plane: &mut [f32],
-) {
-    let inside = columns_inside(shape, kx);
-    if inside.is_empty() {
-        return;
-    }
-    for (oy, segment) in line.chunks_exact(shape.out_width()).enumerate() {
-        let y = (oy * shape.stride + ky).wrapping_sub(shape.padding.0);
-        if y < shape.height {
-            let first = y * shape.width + inside.start * shape.stride + kx - shape.padding.1;
-            let target = plane[first..].iter_mut().step_by(shape.stride);
-            for (t, s) in target.zip(&segment[inside.clone()]) {
-                *t += s;
+    /// Whole images with rows of `W` values: a width known to the compiler is moved in registers.
+    fn copy_images<const W: usize>(&self, frames: &[f32], tap: usize, line: &mut [f32]) {
+        let apart = self.shape.stride * self.row;
+        let targets = line.chunks_exact_mut(self.shape.out_pixels());
+        for (target, frame) in targets.zip(frames.chunks_exact(self.len())) {
+            let rows = frame[tap..].chunks(apart);
+            for (target, row) in target.as_chunks_mut::<W>().0.iter_mut().zip(rows) {
+                *target = *row.first_chunk().expect("a frame holds whole rows");
             }
         }
     }
-}
 
-/// Output columns whose tap `kx` lies inside the image.
-fn columns_inside(shape: &ConvShape, kx: usize) -> Range<usize> {
-    let pad = shape.padding.1;
-    let start = pad.saturating_sub(kx).div_ceil(shape.stride);
-    // The last column with ox * stride + kx - pad <= width - 1.
-    let end = (shape.width + pad)
-        .checked_sub(kx + 1)
-        .map_or(0, |last| last / shape.stride + 1);
-    start..end.min(shape.out_width())
+    /// Rows of any width, from pixel `first` on.
+    fn copy_runs(&self, frames: &[f32], tap: usize, first: usize, line: &mut [f32]) {
+        let (width, all) = (self.shape.out_width(), self.shape.out_pixels());
+        let apart = self.shape.stride * self.row;
+        let (mut at, mut rest) = (first, line);
+        while !rest.is_empty() {
+            let (row, column) = (at % all / width, at % width);
+            let (target, behind) = rest.split_at_mut((width - column).min(rest.len()));
+            let start = at / all * self.len() + tap + row * apart + column;
+            target.copy_from_slice(&frames[start..][..target.len()]);
+            at += target.len();
+            rest = behind;
+        }
+    }
+
+    /// The adjoint of unfolding whole images: adds the rows of `columns`, `stride` apart, to where they came from.
+    pub fn fold(&self, columns: &[f32], stride: usize, frames: &mut [f32]) {
+        for (line, &tap) in columns.chunks(stride).zip(&self.taps) {
+            match self.shape.out_width() {
+                2 => self.add_images::<2>(line, tap, frames),
+                4 => self.add_images::<4>(line, tap, frames),
+                8 => self.add_images::<8>(line, tap, frames),
+                16 => self.add_images::<16>(line, tap, frames),
+                _ => self.add_rows(line, tap, frames),
+            }
+        }
+    }
+
+    fn add_images<const W: usize>(&self, line: &[f32], tap: usize, frames: &mut [f32]) {
+        let apart = self.shape.stride * self.row;
+        let sources = line.chunks_exact(self.shape.out_pixels());
+        for (source, frame) in sources.zip(frames.chunks_exact_mut(self.len())) {
+            let rows = frame[tap..].chunks_mut(apart);
+            for (source, row) in source.as_chunks::<W>().0.iter().zip(rows) {
+                let row: &mut [f32; W] = row.first_chunk_mut().expect("a frame holds whole rows");
+                for (r, s) in row.iter_mut().zip(source) {
+                    *r += s;
+                }
+            }
+        }
+    }
+
+    fn add_rows(&self, line: &[f32], tap: usize, frames: &mut [f32]) {
+        let apart = self.shape.stride * self.row;
+        let sources = line.chunks_exact(self.shape.out_pixels());
+        for (source, frame) in sources.zip(frames.chunks_exact_mut(self.len())) {
+            let rows = frame[tap..].chunks_mut(apart);
+            for (source, row) in source.chunks_exact(self.shape.out_width()).zip(rows) {
+                for (r, s) in row.iter_mut().zip(source) {
+                    *r += s;
+                }
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::ConvShape;
-use super::convolution::{framed_images, unfold_range};
+use super::convolution::framed_images;
 use super::matmul::{Matrix, multiply};
 use super::regroup::side_by_side;
 use super::unfold::Frame;
@@ -43,15 +43,7 @@ pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &
         for first in pixels.clone().step_by(PIXELS) {
             let count = PIXELS.min(pixels.end - first);
             let range = first..first + count;
-            unfold_range(
-                shape,
-                &frame,
-                &framed,
-                taps.clone(),
-                range,
-                &mut columns,
-                STRIDE,
-            );
+            frame.unfold(&framed, taps.clone(), range, &mut columns, STRIDE);
             let a = Matrix {
                 data: &columns,
                 row_stride: STRIDE,
