@@ -38,11 +38,10 @@ impl Args {
     /// The value given to an option as `NAME VALUE` or `NAME=VALUE`.
     fn value_of(&self, name: &str) -> Option<&str> {
         let rest: Vec<&str> = self.rest.iter().filter_map(|arg| arg.to_str()).collect();
-        let value = |(i, arg): (usize, &&'_ str)| match arg.strip_prefix(name)? {
+        (0..rest.len()).find_map(|i| match rest[i].strip_prefix(name)? {
             "" => rest.get(i + 1).copied(),
             given => given.strip_prefix('='),
-        };
-        rest.iter().enumerate().find_map(value)
+        })
     }
 }
 
