@@ -1,5 +1,9 @@
 //! What can go wrong.
 
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
 /// Result of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -10,4 +14,131 @@ pub enum Error {
     /// A tensor operation failed: shapes, memory, device.
     #[error(transparent)]
     Candle(#[from] candle_core::Error),
+    /// Condition images cannot be made of what was given.
+    #[error("condition images: {0}")]
+    Condition(String),
+    /// Examples are not what a training can learn from.
+    #[error("examples: {0}")]
+    Samples(String),
+    /// A tensor given to a layer or a model does not have the shape it needs.
+    #[error("{what} must have the shape {expected}, not {found:?}")]
+    Shape {
+        /// Which tensor.
+        what: &'static str,
+        /// The shape it needs.
+        expected: String,
+        /// The shape it has.
+        found: Vec<usize>,
+    },
+    /// Batch normalisation has only one value a channel to learn from, whose variance says nothing.
+    #[error(
+        "batch normalisation needs more than one value a channel in training, found shape {found:?}; use a batch of two or more \
+         samples, or larger images"
+    )]
+    OneValueAChannel {
+        /// Shape of its input.
+        found: Vec<usize>,
+    },
+    /// Two layers of a model ask for the same tensor.
+    #[error("the model already has a tensor {name}")]
+    DuplicateTensor {
+        /// Its full name.
+        name: String,
+    },
+    /// A word that names no model or no preset.
+    #[error("unknown {what} \"{found}\"; known are {known}")]
+    UnknownName {
+        /// What it should have named.
+        what: &'static str,
+        /// The word.
+        found: String,
+        /// All names, with commas.
+        known: String,
+    },
+    /// Sizes of a model that fit no layer.
+    #[error("{what}")]
+    Config {
+        /// What is wrong, with the values.
+        what: String,
+    },
+    /// The operating system refused a file of weights.
+    #[error("cannot {action} {}: {source}", path.display())]
+    WeightsIo {
+        /// What was tried.
+        action: &'static str,
+        /// On which file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// A file holds no weights, or damaged ones.
+    #[error("{} holds no weights that can be read: {problem}", path.display())]
+    WeightsFormat {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// Weights do not fit the model.
+    #[error("the weights in {} do not fit the model (is it another model, or another preset?):\n  {}", path.display(), problems.join("\n  "))]
+    WeightsMismatch {
+        /// The file.
+        path: PathBuf,
+        /// Every tensor that is missing, unknown, misshapen or not finite.
+        problems: Vec<String>,
+    },
+    /// The model has no part that pretrained weights would fit.
+    #[error(
+        "the model has no ResNet-18 and no ViT-B/16 to fill with pretrained weights; train it from its initial values"
+    )]
+    NoBackbone,
+}
+
+impl Error {
+    pub(crate) fn weights_io(action: &'static str, path: &Path, source: io::Error) -> Self {
+        Self::WeightsIo {
+            action,
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    pub(crate) fn weights_format(path: &Path, problem: impl fmt::Display) -> Self {
+        Self::WeightsFormat {
+            path: path.to_owned(),
+            problem: problem.to_string(),
+        }
+    }
+}
+
+/// Checks that `tensor` has the dimensions of `expected`, where 0 stands for any size.
+pub(crate) fn check_shape(
+    what: &'static str,
+    tensor: &candle_core::Tensor,
+    expected: &[usize],
+) -> Result<()> {
+    let found = tensor.dims();
+    let fits = found.len() == expected.len()
+        && found
+            .iter()
+            .zip(expected)
+            .all(|(&f, &e)| if e == 0 { f > 0 } else { f == e });
+    if fits {
+        return Ok(());
+    }
+    let sizes: Vec<_> = expected
+        .iter()
+        .map(|&e| {
+            if e == 0 {
+                "any".to_owned()
+            } else {
+                e.to_string()
+            }
+        })
+        .collect();
+    Err(Error::Shape {
+        what,
+        expected: format!("[{}]", sizes.join(", ")),
+        found: found.to_vec(),
+    })
 }

@@ -1,6 +1,6 @@
 //! Whether a pass learns or only answers.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rand_chacha::ChaCha8Rng;
 
@@ -13,9 +13,20 @@ pub enum Mode<'a> {
     Train(&'a Mutex<ChaCha8Rng>),
 }
 
-impl Mode<'_> {
+impl<'a> Mode<'a> {
     /// Whether this is [`Mode::Train`].
     pub fn is_training(self) -> bool {
         matches!(self, Self::Train(_))
+    }
+
+    /// The generator of a training pass, locked; `None` in [`Mode::Eval`].
+    pub fn generator(self) -> Option<MutexGuard<'a, ChaCha8Rng>> {
+        match self {
+            Self::Eval => None,
+            // A generator has no state that a panic elsewhere could leave half changed.
+            Self::Train(generator) => {
+                Some(generator.lock().unwrap_or_else(PoisonError::into_inner))
+            }
+        }
     }
 }

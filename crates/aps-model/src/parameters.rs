@@ -5,32 +5,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use candle_core::{DType, Device, Shape, Tensor, Var};
 
-use crate::Result;
+use crate::{Error, Init, Result};
 
-/// Whether an optimizer moves a tensor.
+/// The role of a tensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Learnt.
+    /// Learnt: what an optimizer moves.
     Trainable,
     /// Kept beside: running statistics of batch normalisation.
     Buffer,
-}
-
-/// First values of a tensor, in PyTorch's terms.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Init {
-    /// All the same.
-    Constant(f64),
-    /// Uniform in [-bound, bound].
-    Uniform {
-        /// Half the width.
-        bound: f64,
-    },
-    /// Normal with mean 0.
-    Normal {
-        /// Standard deviation.
-        std: f64,
-    },
+    /// Training passes seen by a batch normalisation (`num_batches_tracked`): a whole number that no output depends on,
+    /// kept so that state dicts go both ways without a tensor too many or too few.
+    Counter,
 }
 
 /// A tensor and its role.
@@ -57,8 +43,8 @@ struct Inner {
 }
 
 impl Parameters {
-    /// An empty set. Initial values are drawn from `seed` and each tensor's name, so that they do not depend on the order
-    /// in which a model asks for them.
+    /// An empty set whose tensors will be floats of type `dtype` on `device`. Initial values are drawn from `seed` and each
+    /// tensor's name, so that they do not depend on the order in which a model asks for them.
     pub fn new(device: &Device, dtype: DType, seed: u64) -> Self {
         let inner = Inner {
             device: device.clone(),
@@ -84,6 +70,11 @@ impl Parameters {
         &self.inner.device
     }
 
+    /// Type of learnt tensors and running statistics.
+    pub fn dtype(&self) -> DType {
+        self.inner.dtype
+    }
+
     /// All tensors by name.
     pub fn all(&self) -> Vec<(String, Parameter)> {
         let tensors = self.lock();
@@ -91,6 +82,11 @@ impl Parameters {
             .iter()
             .map(|(n, p)| (n.clone(), p.clone()))
             .collect()
+    }
+
+    /// The tensor of that name.
+    pub fn get(&self, name: &str) -> Option<Parameter> {
+        self.lock().get(name).cloned()
     }
 
     /// What an optimizer moves, by name.
@@ -132,29 +128,58 @@ impl Scope {
     }
 
     /// Makes the learnt tensor `name` here.
+    ///
+    /// # Errors
+    /// [`Error::DuplicateTensor`] if there is one of that name already.
     pub fn trainable(&self, name: &str, shape: impl Into<Shape>, init: Init) -> Result<Tensor> {
-        Ok(self
-            .make(name, shape.into(), init, Kind::Trainable)?
-            .as_tensor()
-            .clone())
+        let var = self.make_float(name, shape.into(), init, Kind::Trainable)?;
+        Ok(var.as_tensor().clone())
     }
 
     /// Makes the buffer `name` here.
+    ///
+    /// # Errors
+    /// [`Error::DuplicateTensor`] if there is one of that name already.
     pub fn buffer(&self, name: &str, shape: impl Into<Shape>, init: Init) -> Result<Var> {
-        self.make(name, shape.into(), init, Kind::Buffer)
+        self.make_float(name, shape.into(), init, Kind::Buffer)
     }
 
-    fn make(&self, name: &str, shape: Shape, init: Init, kind: Kind) -> Result<Var> {
-        let _ = (init, self.parameters.inner.seed);
-        let inner = &self.parameters.inner;
-        let var = Var::zeros(shape, inner.dtype, &inner.device)?;
+    /// Makes the counter `name` here, a scalar i64 that starts at 0.
+    ///
+    /// # Errors
+    /// [`Error::DuplicateTensor`] if there is one of that name already.
+    pub fn counter(&self, name: &str) -> Result<Var> {
+        let var = Var::zeros((), DType::I64, self.parameters.device())?;
+        self.insert(name, var, Kind::Counter)
+    }
+
+    fn make_float(&self, name: &str, shape: Shape, init: Init, kind: Kind) -> Result<Var> {
+        let Inner {
+            device,
+            dtype,
+            seed,
+            ..
+        } = &*self.parameters.inner;
+        let values = init.values(*seed, &self.full(name), shape.elem_count());
+        let values = Tensor::from_vec(values, shape, &Device::Cpu)?
+            .to_dtype(*dtype)?
+            .to_device(device)?;
+        self.insert(name, Var::from_tensor(&values)?, kind)
+    }
+
+    fn insert(&self, name: &str, var: Var, kind: Kind) -> Result<Var> {
+        let name = self.full(name);
         let parameter = Parameter {
             var: var.clone(),
             kind,
         };
-        self.parameters
-            .lock()
-            .insert(format!("{}{name}", self.prefix), parameter);
-        Ok(var)
+        match self.parameters.lock().insert(name.clone(), parameter) {
+            None => Ok(var),
+            Some(_) => Err(Error::DuplicateTensor { name }),
+        }
+    }
+
+    fn full(&self, name: &str) -> String {
+        format!("{}{name}", self.prefix)
     }
 }

@@ -1,8 +1,7 @@
 //! `cargo xtask dataset`: maps in, labelled data set out.
 
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -14,6 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use crate::args::TraceArgs;
+use crate::interrupt::interrupt_flag;
 use crate::maps::{IdList, MapSource, choose};
 use crate::produce::Run;
 use crate::sampling;
@@ -269,16 +269,4 @@ fn progress_bar(links: u64) -> ProgressBar {
     .expect("the template is well formed")
     .progress_chars("=> ");
     ProgressBar::new(links).with_style(style)
-}
-
-/// A flag that Ctrl-C raises; a second Ctrl-C ends the process at once.
-fn interrupt_flag() -> Result<Arc<AtomicBool>> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let raised = Arc::clone(&flag);
-    ctrlc::set_handler(move || {
-        if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })?;
-    Ok(flag)
 }

@@ -4,14 +4,15 @@ use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use aps_data::{Dataset, MapData, Part, Profile};
-use aps_label::{MeanStd, Moments, Normalization, Protocol, relative_power};
+use aps_data::{Dataset, Part};
+use aps_label::{MeanStd, Normalization, Protocol, relative_power};
 use aps_metrics::Shape;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::Domain;
 use super::rows::ArrayFile;
+use crate::targets::{self, LabelRow};
 
 /// Where true spectra come from.
 pub enum Truth {
@@ -58,10 +59,7 @@ impl Truth {
     pub fn own_protocol(&self) -> Option<Protocol> {
         match self {
             Truth::File(_) => None,
-            Truth::Dataset(labels) => {
-                let configuration = &labels.dataset.manifest().configuration;
-                configuration["label"]["protocol"].as_str()?.parse().ok()
-            }
+            Truth::Dataset(labels) => targets::protocol_of(&labels.dataset),
         }
     }
 
@@ -69,12 +67,13 @@ impl Truth {
     pub fn prepare(&mut self, protocol: Protocol) -> Result<()> {
         match self {
             Truth::Dataset(labels) if labels.domain == Domain::Normalised => {
-                let train = labels.training_statistics()?;
-                let normalization = match protocol {
-                    Protocol::Released => Normalization::Released(train),
-                    _ => Normalization::Paper(train),
-                };
-                labels.target = Target::Normalised(train, normalization);
+                let train = targets::training_statistics(&labels.dataset).with_context(|| {
+                    format!(
+                        "data set '{}' (--domain linear needs no statistics)",
+                        labels.place
+                    )
+                })?;
+                labels.target = Target::Normalised(train, targets::normalization(protocol, train));
                 Ok(())
             }
             _ => Ok(()),
@@ -183,39 +182,6 @@ impl Labels {
         }
     }
 
-    /// Mean and deviation of linear relative power over all labels of the training maps. The same
-    /// bits for any number of threads: [`Moments`] are exact sums.
-    fn training_statistics(&self) -> Result<MeanStd> {
-        let mut total = Moments::default();
-        for map in self.dataset.maps_of(Part::Train) {
-            let map = map?;
-            let aps = spectra(&map);
-            let links: Vec<usize> = map.valid_links().collect();
-            let of_link = |row: &mut Row, &link: &usize| -> Result<Moments> {
-                row.load(aps, link);
-                relative_power(&mut row.values)?;
-                let mut moments = Moments::default();
-                moments.add(&row.values)?;
-                Ok(moments)
-            };
-            let of_map = links
-                .par_iter()
-                .map_init(|| Row::new(aps), of_link)
-                .try_reduce(Moments::default, |mut a, b| {
-                    a.merge(&b);
-                    Ok(a)
-                });
-            total.merge(&of_map.with_context(|| format!("map {}", map.id))?);
-        }
-        total.mean_std().with_context(|| {
-            format!(
-                "data set '{}' has no label in its training maps to normalise by; \
-                 compare with --domain linear",
-                self.place
-            )
-        })
-    }
-
     fn for_each_block(
         &self,
         block: usize,
@@ -225,7 +191,7 @@ impl Labels {
         let (mut rows, mut handed_over) = (Vec::new(), 0);
         for map in self.dataset.maps_of(self.part) {
             let map = map?;
-            let aps = spectra(&map);
+            let aps = targets::spectra(&map);
             let links: Vec<usize> = map.valid_links().collect();
             handed_over += links.len();
             ensure!(
@@ -239,7 +205,7 @@ impl Labels {
                 rows.par_chunks_mut(bins)
                     .zip(links)
                     .try_for_each_init(
-                        || Row::new(aps),
+                        || LabelRow::new(aps),
                         |row, (target, &link)| -> Result<()> {
                             row.load(aps, link);
                             match &self.target {
@@ -260,32 +226,5 @@ impl Labels {
             self.place
         );
         Ok(())
-    }
-}
-
-fn spectra(map: &MapData) -> &Profile {
-    map.aps.as_ref().expect("the layout stores them")
-}
-
-/// One label, in the two precisions it passes through.
-struct Row {
-    stored: Vec<f32>,
-    values: Vec<f64>,
-}
-
-impl Row {
-    fn new(aps: &Profile) -> Self {
-        Row {
-            stored: vec![0.0; aps.bins()],
-            values: vec![0.0; aps.bins()],
-        }
-    }
-
-    /// A link's values relative to its maximum [dB].
-    fn load(&mut self, aps: &Profile, link: usize) {
-        aps.read_relative_db(link, &mut self.stored);
-        for (value, &stored) in self.values.iter_mut().zip(&self.stored) {
-            *value = f64::from(stored);
-        }
     }
 }

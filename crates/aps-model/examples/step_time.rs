@@ -1,0 +1,93 @@
+//! Time of a training step or of inference [ms], the best of some seconds: `step_time MODEL-WHAT-PIXELS-BATCH`, WHAT being
+//! `train` or `infer`, like `step_time ms_areg-train-64-32`.
+//!
+//! A training step holds all that a real one does: making the images, both networks of an adversarial model, clipping,
+//! optimizers. Weights are the first ones, links random.
+
+use std::error::Error;
+use std::time::{Duration, Instant};
+
+use aps_model::candle_core::{DType, Device};
+use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+use aps_model::data::Samples;
+use aps_model::train::{Regularize, TrainConfig, Trainees, Trainer};
+use aps_model::{ANGLE_BINS, Mode, ModelKind, Parameters, Preset};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let case = std::env::args()
+        .nth(1)
+        .unwrap_or("resnet_mlp-train-64-32".into());
+    let parts: Vec<&str> = case.split('-').collect();
+    let &[model, what, pixels, batch] = parts.as_slice() else {
+        return Err("expected MODEL-WHAT-PIXELS-BATCH".into());
+    };
+    let kind: ModelKind = model.parse()?;
+    let (image_size, batch): (usize, usize) = (pixels.parse()?, batch.parse()?);
+
+    let device = Device::Cpu;
+    let city: Vec<f32> = (0..256 * 256)
+        .map(|i| f32::from(i / 256 / 30 % 2 == 0))
+        .collect();
+    let rasters = Rasters {
+        pixels: &city,
+        height: 256,
+        width: 256,
+        metres_per_pixel: 1.0,
+    };
+    let config = ConditionConfig {
+        image_size,
+        ..ConditionConfig::default()
+    };
+    let conditions = Conditions::new(rasters, config, &device)?;
+    let link = |i: usize| Link {
+        map: 0,
+        tx_m: [(i * 37 % 256) as f64, (i * 11 % 256) as f64],
+        rx_m: [(i * 53 % 256) as f64, (i * 29 % 256) as f64],
+    };
+    let links: Vec<Link> = (0..4 * batch).map(link).collect();
+
+    let predictor = kind.build(Preset::Paper, &Parameters::new(&device, DType::F32, 1))?;
+    let best = match what {
+        "train" => {
+            let target = |i: usize| ((i * 7919 % 1000) as f32 - 500.0) / 290.0;
+            let targets = (0..links.len() * ANGLE_BINS).map(target).collect();
+            let regularizer = kind
+                .build_regularizer(Preset::Paper, &Parameters::new(&device, DType::F32, 2))?
+                .map(|r| Box::new(r) as Box<dyn Regularize>);
+            let config = TrainConfig {
+                epochs: 1_000_000,
+                batch,
+                ..match regularizer {
+                    Some(_) => TrainConfig::adversarial(),
+                    None => TrainConfig::regression(),
+                }
+            };
+            let trainees = Trainees {
+                predictor,
+                regularizer,
+            };
+            let mut trainer =
+                Trainer::new(trainees, conditions, Samples::new(links, targets)?, config)?;
+            best_of(|| trainer.step().map(|_| ()))?
+        }
+        "infer" => {
+            let images = conditions.images(&links[..batch])?;
+            best_of(|| predictor.forward(&images, Mode::Eval).map(|_| ()))?
+        }
+        other => return Err(format!("'{other}' is neither train nor infer").into()),
+    };
+    println!("{}", best.as_secs_f64() * 1e3);
+    Ok(())
+}
+
+fn best_of<E>(mut run: impl FnMut() -> Result<(), E>) -> Result<Duration, E> {
+    run()?;
+    run()?;
+    let (started, mut best) = (Instant::now(), Duration::MAX);
+    while started.elapsed() < Duration::from_secs(3) {
+        let one = Instant::now();
+        run()?;
+        best = best.min(one.elapsed());
+    }
+    Ok(best)
+}

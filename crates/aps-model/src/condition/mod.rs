@@ -1,0 +1,287 @@
+//! Condition images, what a model sees of a link: buildings, transmitter, receiver.
+//!
+//! They are made where they are used. The rasters of all maps lie on the device as one tensor, and of each link there
+//! come a map number and four coordinates, not 3 x 256 x 256 pixels. A round Gaussian spot is the product of one along x
+//! and one along y, so that an image costs one exponential a row and a column, and one product a pixel.
+//!
+//! # Sizes
+//!
+//! An image of any size shows the whole raster. Pixel i of W covers \[i, i + 1) / W of the width, so position c, in pixels
+//! of the raster (where pixel i stands for position i, its middle), is at (c + 1/2) S / W - 1/2 in an image S pixels wide;
+//! heights alike. A pixel of the image is the average of the raster over what it covers, and the spots' deviation shrinks
+//! with the image: 20 pixels of a 256-pixel raster are 5 of a 64-pixel image. At the raster's own size images equal those
+//! of `aps_data::ConditionImages` bit for bit.
+
+mod area;
+
+use candle_core::{D, DType, Device, Tensor};
+use rayon::prelude::*;
+
+use crate::{Error, Result};
+
+/// Settings of condition images.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConditionConfig {
+    /// Rows and columns of an image \[pixels\]; 256 in the paper.
+    pub image_size: usize,
+    /// Standard deviation of the spots \[pixels of the raster\]; positive. 20 in the released data.
+    pub sigma_px: f64,
+}
+
+impl Default for ConditionConfig {
+    fn default() -> Self {
+        Self {
+            image_size: 256,
+            sigma_px: 20.0,
+        }
+    }
+}
+
+/// The buildings of maps, all of one size.
+#[derive(Debug, Clone, Copy)]
+pub struct Rasters<'a> {
+    /// Share of each pixel that is built upon, in \[0, 1\]; shape (maps, height, width), last axis fastest.
+    pub pixels: &'a [f32],
+    /// Number of rows of a map.
+    pub height: usize,
+    /// Number of columns of a map.
+    pub width: usize,
+    /// Distance between neighbouring pixels \[m\]; pixel (x, y) stands for the point (x, y) times this.
+    pub metres_per_pixel: f64,
+}
+
+/// A transmitter and a receiver on a map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    /// Index of the map among the [`Rasters`].
+    pub map: u32,
+    /// Position of the transmitter (x, y) \[m\].
+    pub tx_m: [f64; 2],
+    /// Position of the receiver (x, y) \[m\].
+    pub rx_m: [f64; 2],
+}
+
+/// Makes condition images of any links of some maps.
+///
+/// ```
+/// use aps_model::candle_core::Device;
+/// use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+/// let open_ground = Rasters { pixels: &[0.0; 256 * 256], height: 256, width: 256, metres_per_pixel: 1.0 };
+/// let config = ConditionConfig { image_size: 64, ..ConditionConfig::default() };
+/// let conditions = Conditions::new(open_ground, config, &Device::Cpu)?;
+/// let link = Link { map: 0, tx_m: [128.0, 10.0], rx_m: [30.0, 40.0] };
+/// assert_eq!(conditions.images(&[link, link])?.dims(), [2, 3, 64, 64]);
+/// # Ok::<(), aps_model::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Conditions {
+    /// (maps, size, size), on the device.
+    buildings: Tensor,
+    /// The same on the host, where images are filled in one pass; empty on other devices.
+    host: Vec<f32>,
+    maps: usize,
+    size: usize,
+    along: [Axis; 2],
+}
+
+/// How positions along x or y become pixels of an image.
+#[derive(Debug, Clone, Copy)]
+struct Axis {
+    metres_per_pixel: f64,
+    /// Pixels of the image a pixel of the raster.
+    scale: f64,
+    /// -1 / (2 sigma^2), sigma in pixels of the image.
+    exponent: f64,
+}
+
+impl Conditions {
+    /// Brings the maps to the image's size and onto the device: maps x size^2 x 4 bytes, 13 MB for 51 maps at 256.
+    ///
+    /// # Errors
+    /// [`Error::Condition`] when the pixels do not make whole maps or are no shares, or a setting is not positive.
+    pub fn new(rasters: Rasters<'_>, config: ConditionConfig, device: &Device) -> Result<Self> {
+        let ConditionConfig {
+            image_size: size,
+            sigma_px,
+        } = config;
+        let Rasters {
+            pixels,
+            height,
+            width,
+            metres_per_pixel,
+        } = rasters;
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let map_len = height.saturating_mul(width);
+        if size == 0 || size > MAX_SIZE || !positive(sigma_px) || !positive(metres_per_pixel) {
+            return Err(Error::Condition(format!(
+                "image size {size}, sigma {sigma_px} px, {metres_per_pixel} m a pixel: the size must be 1 to {MAX_SIZE}, \
+                 the others positive"
+            )));
+        }
+        if map_len == 0 || pixels.is_empty() || !pixels.len().is_multiple_of(map_len) {
+            return Err(Error::Condition(format!(
+                "{} pixels are not one or more maps of {height} x {width}",
+                pixels.len()
+            )));
+        }
+        if let Some(i) = pixels.iter().position(|p| !(0.0..=1.0).contains(p)) {
+            let (map, value) = (i / map_len, pixels[i]);
+            return Err(Error::Condition(format!(
+                "a pixel of map {map} is {value}: must be a share from 0 to 1"
+            )));
+        }
+        let maps = pixels.len() / map_len;
+        let average = |map: &[f32]| area::average(map, [height, width], size);
+        let resized: Vec<f32> = pixels.par_chunks(map_len).flat_map_iter(average).collect();
+        let axis = |side: usize| {
+            let scale = size as f64 / side as f64;
+            let sigma = sigma_px * scale;
+            Axis {
+                metres_per_pixel,
+                scale,
+                exponent: -0.5 / (sigma * sigma),
+            }
+        };
+        let buildings = Tensor::from_slice(&resized, (maps, size, size), device)?;
+        Ok(Self {
+            buildings,
+            host: if device.is_cpu() { resized } else { Vec::new() },
+            maps,
+            size,
+            along: [axis(width), axis(height)],
+        })
+    }
+
+    /// Rows and columns of an image.
+    pub fn image_size(&self) -> usize {
+        self.size
+    }
+
+    /// Number of maps.
+    pub fn maps(&self) -> usize {
+        self.maps
+    }
+
+    /// Where images are made.
+    pub fn device(&self) -> &Device {
+        self.buildings.device()
+    }
+
+    /// The images of some links: (links, 3, size, size) in f32. O(size^2) a link, on all threads of a CPU.
+    ///
+    /// # Errors
+    /// [`Error::Condition`] when a link names a map that is not there, or its ends are not finite.
+    pub fn images(&self, links: &[Link]) -> Result<Tensor> {
+        for (i, link) in links.iter().enumerate() {
+            let is_finite = link.tx_m.iter().chain(&link.rx_m).all(|x| x.is_finite());
+            if link.map as usize >= self.maps || !is_finite {
+                let maps = self.maps;
+                return Err(Error::Condition(format!(
+                    "link {i} of the batch is {link:?}: its map must be below {maps}, its ends finite"
+                )));
+            }
+        }
+        if self.device().is_cpu() {
+            self.fill(links)
+        } else {
+            self.compose(links)
+        }
+    }
+
+    /// One pass over the memory of the batch.
+    fn fill(&self, links: &[Link]) -> Result<Tensor> {
+        let (size, plane) = (self.size, self.size * self.size);
+        let mut images = vec![0.0_f32; links.len() * 3 * plane];
+        images
+            .par_chunks_mut(3 * plane)
+            .zip(links)
+            .for_each(|(image, link)| {
+                let (buildings, spots) = image.split_at_mut(plane);
+                buildings.copy_from_slice(&self.host[link.map as usize * plane..][..plane]);
+                for (spot, centre_m) in spots.chunks_exact_mut(plane).zip([link.tx_m, link.rx_m]) {
+                    let [x, y] = [0, 1].map(|i| self.along[i].profile(centre_m[i], size));
+                    for (row, y) in spot.chunks_exact_mut(size).zip(y) {
+                        for (value, x) in row.iter_mut().zip(&x) {
+                            *value = (x * y) as f32;
+                        }
+                    }
+                }
+            });
+        let shape = (links.len(), 3, size, size);
+        Ok(Tensor::from_vec(images, shape, self.device())?)
+    }
+
+    /// The same of candle's operations: five numbers a link are sent to the device.
+    fn compose(&self, links: &[Link]) -> Result<Tensor> {
+        let (n, size) = (links.len(), self.size);
+        let maps: Vec<u32> = links.iter().map(|link| link.map).collect();
+        let maps = Tensor::from_vec(maps, n, self.device())?;
+        let mut planes = vec![self.buildings.index_select(&maps, 0)?];
+        for end in [|link: &Link| link.tx_m, |link: &Link| link.rx_m] {
+            let profile = |i: usize| {
+                let axis = self.along[i];
+                let centres = links.iter().map(|link| axis.place(end(link)[i]) as f32);
+                let centres = Tensor::from_vec(centres.collect(), (n, 1), self.device())?;
+                let pixels =
+                    Tensor::arange(0_u32, size as u32, self.device())?.to_dtype(DType::F32)?;
+                let distance = pixels.unsqueeze(0)?.broadcast_sub(&centres)?;
+                (distance.sqr()? * axis.exponent)?.exp()
+            };
+            let (x, y) = (profile(0)?.unsqueeze(1)?, profile(1)?.unsqueeze(D::Minus1)?);
+            planes.push(y.broadcast_mul(&x)?);
+        }
+        Ok(Tensor::stack(&planes, 1)?)
+    }
+}
+
+/// Largest side of an image \[pixels\].
+const MAX_SIZE: usize = 1 << 12;
+
+impl Axis {
+    /// Position in pixels of the image.
+    fn place(self, metres: f64) -> f64 {
+        metres / self.metres_per_pixel * self.scale + 0.5 * (self.scale - 1.0)
+    }
+
+    /// The spot along this axis.
+    fn profile(self, centre_m: f64, pixels: usize) -> Vec<f64> {
+        let centre = self.place(centre_m);
+        (0..pixels)
+            .map(|pixel| (self.exponent * (pixel as f64 - centre).powi(2)).exp())
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The device's way must not differ from the host's by more than the rounding of f32, which nothing else checks
+    /// without such a device.
+    #[test]
+    fn composed_images_equal_filled_ones() {
+        let pixels: Vec<f32> = (0..2 * 40 * 50).map(|i| (i % 3) as f32 / 2.0).collect();
+        let rasters = Rasters {
+            pixels: &pixels,
+            height: 40,
+            width: 50,
+            metres_per_pixel: 2.0,
+        };
+        let config = ConditionConfig {
+            image_size: 32,
+            sigma_px: 7.0,
+        };
+        let conditions = Conditions::new(rasters, config, &Device::Cpu).unwrap();
+        let link = |map, tx_m, rx_m| Link { map, tx_m, rx_m };
+        let links = [
+            link(1, [10.0, 70.5], [99.0, 0.0]),
+            link(0, [0.25, 3.0], [-40.0, 200.0]),
+        ];
+        let filled = conditions.fill(&links).unwrap();
+        let composed = conditions.compose(&links).unwrap();
+        assert_eq!(filled.dims(), composed.dims());
+        let difference = (filled - composed).unwrap().abs().unwrap();
+        let worst: f32 = difference.max_all().unwrap().to_scalar().unwrap();
+        assert!(worst < 2e-6, "{worst}");
+    }
+}

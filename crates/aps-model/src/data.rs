@@ -1,0 +1,70 @@
+//! What a training learns from: links and their target spectra.
+//!
+//! [`Examples`] is the door through which they come, so that this crate knows no file format, and whoever has
+//! them decides how they are kept: all in memory as f32 ([`Samples`], 720 bytes a link), or in a shorter form that is
+//! turned into the target when a batch is put together.
+
+use crate::condition::Link;
+use crate::{ANGLE_BINS, Error, Result};
+
+/// A numbered set of links with target spectra. A number always gives the same link and target.
+pub trait Examples: Send + Sync {
+    /// How many there are.
+    fn len(&self) -> usize;
+
+    /// Whether there are none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The link of an example below [`len`](Self::len).
+    fn link(&self, example: usize) -> Link;
+
+    /// Writes the normalised target of an example, [`ANGLE_BINS`] values. Called from a thread of its own, a batch ahead
+    /// of what is being learnt.
+    fn write_target(&self, example: usize, target: &mut [f32]);
+}
+
+/// Examples in memory.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Samples {
+    links: Vec<Link>,
+    targets: Vec<f32>,
+}
+
+impl Samples {
+    /// Links with their targets: shape (links, [`ANGLE_BINS`]), last axis fastest.
+    ///
+    /// # Errors
+    /// [`Error::Samples`] when there are not [`ANGLE_BINS`] values a link, or one is not finite.
+    pub fn new(links: Vec<Link>, targets: Vec<f32>) -> Result<Self> {
+        if links.len().checked_mul(ANGLE_BINS) != Some(targets.len()) {
+            return Err(Error::Samples(format!(
+                "{} target values for {} links: there must be {ANGLE_BINS} a link",
+                targets.len(),
+                links.len()
+            )));
+        }
+        if let Some(i) = targets.iter().position(|x| !x.is_finite()) {
+            let (link, bin, value) = (i / ANGLE_BINS, i % ANGLE_BINS, targets[i]);
+            return Err(Error::Samples(format!(
+                "target of link {link} is {value} in bin {bin}: leave out what has no label"
+            )));
+        }
+        Ok(Self { links, targets })
+    }
+}
+
+impl Examples for Samples {
+    fn len(&self) -> usize {
+        self.links.len()
+    }
+
+    fn link(&self, example: usize) -> Link {
+        self.links[example]
+    }
+
+    fn write_target(&self, example: usize, target: &mut [f32]) {
+        target.copy_from_slice(&self.targets[example * ANGLE_BINS..][..ANGLE_BINS]);
+    }
+}

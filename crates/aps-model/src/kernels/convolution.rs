@@ -1,0 +1,179 @@
+//! The convolution itself.
+
+use rayon::prelude::*;
+
+use super::ConvShape;
+use super::matmul::{Matrix, multiply};
+use super::regroup::apart;
+use super::unfold::Frame;
+
+/// Most values of an unfolded tile: 1 MB, so that it stays in a core's second-level cache.
+const TILE_VALUES: usize = 1 << 18;
+/// Most values unfolded at once where all threads share them.
+const SHARED_VALUES: usize = 1 << 22;
+
+/// `x` (batch, in, height, width) convolved with `weight` (out, in, kh, kw) into `out` (batch, out, oh, ow), plus `bias`.
+pub(crate) fn convolve(
+    shape: &ConvShape,
+    x: &[f32],
+    weight: &[f32],
+    bias: Option<&[f32]>,
+    out: &mut [f32],
+) {
+    assert_eq!(x.len(), shape.input_len());
+    assert_eq!(weight.len(), shape.weight_len());
+    assert_eq!(out.len(), shape.output_len());
+    if shape.is_by_image() {
+        by_image(shape, x, weight, bias, out);
+    } else {
+        together(shape, x, weight, bias, out);
+    }
+}
+
+/// Pixels of a tile: what fits, in whole vectors.
+pub(super) fn tile_pixels(taps: usize, pixels: usize) -> usize {
+    // The product works on 64 columns at a time.
+    let fits = (TILE_VALUES / taps / 64 * 64).clamp(64, 512);
+    // Equal tiles rather than a small last one.
+    let tiles = pixels.div_ceil(fits);
+    pixels.div_ceil(tiles).next_multiple_of(64).min(pixels)
+}
+
+/// Each image by one thread, tile by tile.
+fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, out: &mut [f32]) {
+    let (taps, pixels) = (shape.taps(), shape.out_pixels());
+    let tile = tile_pixels(taps, pixels);
+    let frame = Frame::of(shape);
+    x.par_chunks(shape.in_channels * shape.in_pixels())
+        .zip(out.par_chunks_mut(shape.out_channels * pixels))
+        .for_each_init(Scratch::default, |scratch, (image, out)| {
+            fill_bias(bias, pixels, out);
+            if !shape.is_pointwise() {
+                scratch.framed.resize(frame.len(), 0.0);
+                scratch.columns.resize(taps * tile, 0.0);
+                frame.fill(image, &mut scratch.framed);
+            }
+            for first in (0..pixels).step_by(tile) {
+                let count = tile.min(pixels - first);
+                let (data, col_stride) = if shape.is_pointwise() {
+                    (&image[first..], pixels)
+                } else {
+                    let range = first..first + count;
+                    frame.unfold(&scratch.framed, 0..taps, range, &mut scratch.columns, tile);
+                    (&scratch.columns[..], tile)
+                };
+                let a = Matrix {
+                    data,
+                    row_stride: 1,
+                    col_stride,
+                };
+                let sizes = (count, shape.out_channels, taps);
+                let accumulate = bias.is_some();
+                multiply(
+                    sizes,
+                    a,
+                    by_rows(weight, taps),
+                    &mut out[first..],
+                    pixels,
+                    accumulate,
+                );
+            }
+        });
+}
+
+/// What a thread keeps from image to image.
+#[derive(Default)]
+struct Scratch {
+    framed: Vec<f32>,
+    columns: Vec<f32>,
+}
+
+/// All images side by side, unfolded once by all threads; each then makes some of the output channels.
+fn together(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, out: &mut [f32]) {
+    let (taps, pixels, batch) = (shape.taps(), shape.out_pixels(), shape.batch);
+    let mut planes = vec![0.0; shape.output_len()];
+    let all = batch * pixels;
+    let step = (SHARED_VALUES / taps).clamp(1, all);
+    let mut columns = vec![0.0; taps * step];
+    let frame = Frame::of(shape);
+    let framed = framed_images(shape, &frame, x);
+    // Columns that do not stay in cache are read as seldom as sharing the work allows.
+    let channel_block = if taps * step > TILE_VALUES { 128 } else { 64 };
+    for first in (0..all).step_by(step) {
+        let count = step.min(all - first);
+        unfold_together(shape, &frame, &framed, first, count, &mut columns, step);
+        planes
+            .par_chunks_mut(channel_block * all)
+            .enumerate()
+            .for_each(|(block, planes)| {
+                let c = block * channel_block;
+                let channels = planes.len() / all;
+                let bias = bias.map(|b| &b[c..c + channels]);
+                for (plane, &b) in planes.chunks_exact_mut(all).zip(bias.unwrap_or_default()) {
+                    plane[first..first + count].fill(b);
+                }
+                let a = Matrix {
+                    data: &columns,
+                    row_stride: 1,
+                    col_stride: step,
+                };
+                let weight = by_rows(&weight[c * taps..], taps);
+                let sizes = (count, channels, taps);
+                multiply(sizes, a, weight, &mut planes[first..], all, bias.is_some());
+            });
+    }
+    if batch == 1 {
+        out.copy_from_slice(&planes);
+    } else {
+        apart(&planes, shape.out_channels, pixels, out);
+    }
+}
+
+/// All images in frames.
+pub(super) fn framed_images(shape: &ConvShape, frame: &Frame, x: &[f32]) -> Vec<f32> {
+    let mut framed = vec![0.0; shape.batch * frame.len()];
+    framed
+        .par_chunks_mut(frame.len())
+        .zip(x.par_chunks(shape.in_channels * shape.in_pixels()))
+        .for_each(|(framed, image)| frame.fill(image, framed));
+    framed
+}
+
+/// Columns `first..first + count` of the unfolded images side by side.
+fn unfold_together(
+    shape: &ConvShape,
+    frame: &Frame,
+    framed: &[f32],
+    first: usize,
+    count: usize,
+    columns: &mut [f32],
+    stride: usize,
+) {
+    columns
+        .par_chunks_mut(stride * TAPS_AT_ONCE)
+        .enumerate()
+        .for_each(|(i, columns)| {
+            let taps = i * TAPS_AT_ONCE..shape.taps().min((i + 1) * TAPS_AT_ONCE);
+            frame.unfold(framed, taps, first..first + count, columns, stride);
+        });
+}
+
+/// Rows of the unfolded input that a thread makes at once.
+const TAPS_AT_ONCE: usize = 64;
+
+/// Weights (out, taps) as the right factor (taps x out).
+fn by_rows(weight: &[f32], taps: usize) -> Matrix<'_> {
+    Matrix {
+        data: weight,
+        row_stride: 1,
+        col_stride: taps,
+    }
+}
+
+fn fill_bias(bias: Option<&[f32]>, pixels: usize, out: &mut [f32]) {
+    if let Some(bias) = bias {
+        for (plane, &b) in out.chunks_exact_mut(pixels).zip(bias) {
+            plane.fill(b);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! The one door to the matrix product of [`gemm`].
+
+/// A matrix laid over a slice: element (i, j) is `data[i * row_stride + j * col_stride]`.
+#[derive(Clone, Copy)]
+pub(crate) struct Matrix<'a> {
+    pub data: &'a [f32],
+    pub row_stride: usize,
+    pub col_stride: usize,
+}
+
+/// `out (+)= a * b` on this thread, for `a` of rows x depth, `b` of depth x cols and `out` with columns of `out_stride`
+/// values, each column without gaps.
+///
+/// # Panics
+/// If a matrix does not fit into its slice.
+#[allow(unsafe_code)]
+pub(crate) fn multiply(
+    (rows, cols, depth): (usize, usize, usize),
+    a: Matrix<'_>,
+    b: Matrix<'_>,
+    out: &mut [f32],
+    out_stride: usize,
+    accumulate: bool,
+) {
+    let fits = |len: usize, r: usize, c: usize, rs: usize, cs: usize| {
+        r == 0 || c == 0 || (r - 1) * rs + (c - 1) * cs < len
+    };
+    assert!(fits(a.data.len(), rows, depth, a.row_stride, a.col_stride));
+    assert!(fits(b.data.len(), depth, cols, b.row_stride, b.col_stride));
+    assert!(fits(out.len(), rows, cols, 1, out_stride));
+    assert!(cols <= 1 || out_stride >= rows, "columns overlap");
+    // SAFETY: the assertions above keep every element of the three matrices inside its slice, and `out`, borrowed
+    // mutably, cannot overlap the others. All strides are those of slices, hence below isize::MAX.
+    unsafe {
+        gemm::gemm(
+            rows,
+            cols,
+            depth,
+            out.as_mut_ptr(),
+            out_stride as isize,
+            1,
+            accumulate,
+            a.data.as_ptr(),
+            a.col_stride as isize,
+            a.row_stride as isize,
+            b.data.as_ptr(),
+            b.col_stride as isize,
+            b.row_stride as isize,
+            1.0,
+            1.0,
+            false,
+            false,
+            false,
+            gemm::Parallelism::None,
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn product_of_transposed_and_plain() {
+        // a = [[1, 2, 3], [4, 5, 6]] stored by columns, b = [[1], [10], [100]].
+        let a = Matrix {
+            data: &[1.0, 4.0, 2.0, 5.0, 3.0, 6.0],
+            row_stride: 1,
+            col_stride: 2,
+        };
+        let b = Matrix {
+            data: &[1.0, 10.0, 100.0],
+            row_stride: 1,
+            col_stride: 3,
+        };
+        let mut out = [1.0, 1.0];
+        multiply((2, 1, 3), a, b, &mut out, 2, true);
+        assert_eq!(out, [322.0, 655.0]);
+        multiply((2, 1, 3), a, b, &mut out, 2, false);
+        assert_eq!(out, [321.0, 654.0]);
+    }
+
+    #[test]
+    #[should_panic]
+    fn matrix_beyond_its_slice() {
+        let a = Matrix {
+            data: &[1.0; 3],
+            row_stride: 1,
+            col_stride: 2,
+        };
+        multiply((2, 2, 2), a, a, &mut [0.0; 4], 2, false);
+    }
+}

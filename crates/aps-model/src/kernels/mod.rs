@@ -1,0 +1,19 @@
+//! Loops over plain slices in f32: what the fast path of [`crate::ops`] computes with on a CPU.
+//!
+//! Nothing here knows candle. Work is cut by the shape of the problem alone, never by the number of threads, and every
+//! output value is summed by one thread in one order, so results have the same bits on any number of threads.
+
+pub(crate) mod batch_norm;
+pub(crate) mod convolution;
+mod input_gradient;
+mod matmul;
+pub(crate) mod max_pool;
+pub(crate) mod rectifier;
+mod regroup;
+mod shape;
+mod unfold;
+mod weight_gradient;
+
+pub(crate) use input_gradient::input_gradient;
+pub(crate) use shape::ConvShape;
+pub(crate) use weight_gradient::weight_gradient;

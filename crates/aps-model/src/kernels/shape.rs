@@ -1,0 +1,74 @@
+//! The sizes of a convolution.
+
+/// Sizes of a 2-D convolution without dilation or groups, in PyTorch's terms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ConvShape {
+    pub batch: usize,
+    pub in_channels: usize,
+    pub height: usize,
+    pub width: usize,
+    pub out_channels: usize,
+    /// (vertical, horizontal)
+    pub kernel: (usize, usize),
+    pub stride: usize,
+    /// Zeros on each side: (vertical, horizontal).
+    pub padding: (usize, usize),
+}
+
+impl ConvShape {
+    /// Whether the padded image holds the kernel at least once, and no size is zero.
+    pub fn is_valid(&self) -> bool {
+        let (kh, kw) = self.kernel;
+        let sizes = [self.batch, self.in_channels, self.out_channels, kh, kw];
+        sizes.iter().all(|&n| n > 0)
+            && self.stride > 0
+            && self.height + 2 * self.padding.0 >= kh
+            && self.width + 2 * self.padding.1 >= kw
+    }
+
+    pub fn out_height(&self) -> usize {
+        (self.height + 2 * self.padding.0 - self.kernel.0) / self.stride + 1
+    }
+
+    pub fn out_width(&self) -> usize {
+        (self.width + 2 * self.padding.1 - self.kernel.1) / self.stride + 1
+    }
+
+    /// Pixels of one channel of an output image.
+    pub fn out_pixels(&self) -> usize {
+        self.out_height() * self.out_width()
+    }
+
+    /// Pixels of one channel of an input image.
+    pub fn in_pixels(&self) -> usize {
+        self.height * self.width
+    }
+
+    /// Input values that one output value is a sum over: rows of the unfolded input.
+    pub fn taps(&self) -> usize {
+        self.in_channels * self.kernel.0 * self.kernel.1
+    }
+
+    /// Whether the unfolded input is the input itself.
+    pub fn is_pointwise(&self) -> bool {
+        self.kernel == (1, 1) && self.stride == 1 && self.padding == (0, 0)
+    }
+
+    pub fn input_len(&self) -> usize {
+        self.batch * self.in_channels * self.in_pixels()
+    }
+
+    pub fn output_len(&self) -> usize {
+        self.batch * self.out_channels * self.out_pixels()
+    }
+
+    pub fn weight_len(&self) -> usize {
+        self.out_channels * self.taps()
+    }
+
+    /// Whether an image is large enough to be worked on by itself; small ones are taken together, so that the matrix
+    /// product has enough columns.
+    pub fn is_by_image(&self) -> bool {
+        self.batch >= 4 && self.out_pixels() >= 64
+    }
+}

@@ -1,0 +1,119 @@
+//! Convolution layers.
+
+use candle_core::Tensor;
+
+use crate::{Init, Result, Scope, ops};
+
+/// PyTorch's `Conv2d` with a square kernel: `weight` (out, in, kernel, kernel), and `bias` (out) where there is one.
+#[derive(Debug, Clone)]
+pub struct Conv2d {
+    weight: Tensor,
+    bias: Option<Tensor>,
+    stride: usize,
+    padding: usize,
+}
+
+impl Conv2d {
+    /// With a bias and PyTorch's initial values; the size stays (odd kernels).
+    pub fn same(scope: &Scope, inputs: usize, outputs: usize, kernel: usize) -> Result<Self> {
+        let init = Init::fan_in(inputs * kernel * kernel);
+        Ok(Self {
+            weight: scope.trainable("weight", (outputs, inputs, kernel, kernel), init)?,
+            bias: Some(scope.trainable("bias", outputs, init)?),
+            stride: 1,
+            padding: kernel / 2,
+        })
+    }
+
+    /// As in torchvision's ResNets: no bias, padding of half the kernel, [`Init::kaiming_fan_out`].
+    pub fn residual(
+        scope: &Scope,
+        inputs: usize,
+        outputs: usize,
+        kernel: usize,
+        stride: usize,
+    ) -> Result<Self> {
+        let init = Init::kaiming_fan_out(outputs * kernel * kernel);
+        Ok(Self {
+            weight: scope.trainable("weight", (outputs, inputs, kernel, kernel), init)?,
+            bias: None,
+            stride,
+            padding: kernel / 2,
+        })
+    }
+
+    /// As in torchvision's vision transformers: one output pixel a patch, weights of variance 1 / fan_in, bias 0.
+    ///
+    /// torchvision cuts the normal distribution at ±2, which is beyond 50 standard deviations.
+    pub fn patches(scope: &Scope, inputs: usize, outputs: usize, patch: usize) -> Result<Self> {
+        let std = 1.0 / ((inputs * patch * patch) as f64).sqrt();
+        Ok(Self {
+            weight: scope.trainable(
+                "weight",
+                (outputs, inputs, patch, patch),
+                Init::Normal { std },
+            )?,
+            bias: Some(scope.trainable("bias", outputs, Init::ZEROS)?),
+            stride: patch,
+            padding: 0,
+        })
+    }
+
+    /// (batch, in, height, width) to (batch, out, height', width').
+    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+        let padding = (self.padding, self.padding);
+        ops::conv2d(x, &self.weight, self.bias.as_ref(), self.stride, padding)
+    }
+}
+
+/// PyTorch's `Conv1d` with an odd kernel that keeps the length: `weight` (out, in, kernel), `bias` (out).
+#[derive(Debug, Clone)]
+pub struct Conv1d {
+    weight: Tensor,
+    bias: Tensor,
+    padding: usize,
+}
+
+impl Conv1d {
+    /// With PyTorch's initial values.
+    pub fn same(scope: &Scope, inputs: usize, outputs: usize, kernel: usize) -> Result<Self> {
+        let init = Init::fan_in(inputs * kernel);
+        Ok(Self {
+            weight: scope.trainable("weight", (outputs, inputs, kernel), init)?,
+            bias: scope.trainable("bias", outputs, init)?,
+            padding: kernel / 2,
+        })
+    }
+
+    /// (batch, in, length) to (batch, out, length).
+    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+        // A line is an image of height 1.
+        let x = x.unsqueeze(2)?;
+        let weight = self.weight.unsqueeze(2)?;
+        let y = ops::conv2d(&x, &weight, Some(&self.bias), 1, (0, self.padding))?;
+        Ok(y.squeeze(2)?)
+    }
+}
+
+/// PyTorch's `ConvTranspose2d(kernel_size=2, stride=2)`: `weight` (in, out, 2, 2), `bias` (out).
+#[derive(Debug, Clone)]
+pub struct ConvTranspose2x2 {
+    weight: Tensor,
+    bias: Tensor,
+}
+
+impl ConvTranspose2x2 {
+    /// With PyTorch's initial values, whose fan-in counts the weight's second dimension: the outputs.
+    pub fn new(scope: &Scope, inputs: usize, outputs: usize) -> Result<Self> {
+        let init = Init::fan_in(outputs * 4);
+        Ok(Self {
+            weight: scope.trainable("weight", (inputs, outputs, 2, 2), init)?,
+            bias: scope.trainable("bias", outputs, init)?,
+        })
+    }
+
+    /// (batch, in, height, width) to (batch, out, 2 height, 2 width).
+    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+        ops::conv_transpose2x2(x, &self.weight, Some(&self.bias))
+    }
+}

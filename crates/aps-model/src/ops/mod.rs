@@ -1,0 +1,19 @@
+//! What layers compute with: each operation once, with its gradient, whatever computes it.
+//!
+//! Every layer of this crate calls these functions and no others. With f32 on the CPU the heavy ones take a fast path of
+//! their own; everything else, and every GPU, is answered by [`crate::portable`].
+
+mod activation;
+mod conv2d;
+mod norm;
+mod pool;
+mod storage;
+
+pub use self::activation::add_relu;
+pub use self::conv2d::{conv_transpose2x2, conv2d};
+pub use self::norm::{batch_norm, batch_norm_relu};
+pub use self::pool::{max_pool_2x2, max_pool_3x3_s2_p1};
+pub use crate::portable::{
+    BatchNormTensors, adaptive_avg_pool, dropout, gelu, layer_norm, leaky_relu, linear, relu,
+    resize_bilinear, softmax_last, upsample_nearest_2x,
+};

@@ -1,0 +1,32 @@
+//! The learning rate over a run.
+
+use serde::{Deserialize, Serialize};
+
+/// A straight line up, then a straight line down to zero.
+///
+/// ```
+/// let schedule = aps_model::optim::Schedule { peak: 1.0, warmup: 2, total: 5 };
+/// let rates: Vec<f64> = (0..6).map(|step| schedule.at(step)).collect();
+/// assert_eq!(rates, [0.5, 1.0, 0.75, 0.5, 0.25, 0.0]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Schedule {
+    /// The highest rate, that of step `warmup` - 1.
+    pub peak: f64,
+    /// Steps of the way up; 0 starts at the peak.
+    pub warmup: u64,
+    /// All steps; the rate is 0 from this step on, and positive before.
+    pub total: u64,
+}
+
+impl Schedule {
+    /// The rate of a step; the first is step 0.
+    pub fn at(&self, step: u64) -> f64 {
+        if step < self.warmup.min(self.total) {
+            return self.peak * (step + 1) as f64 / self.warmup as f64;
+        }
+        let left = self.total.saturating_sub(step);
+        let way_down = self.total.saturating_sub(self.warmup) + u64::from(self.warmup > 0);
+        self.peak * left as f64 / way_down.max(1) as f64
+    }
+}

@@ -1,0 +1,103 @@
+//! Settings of a training.
+
+use serde::{Deserialize, Serialize};
+
+use crate::optim::{AdamConfig, Schedule};
+
+/// Settings of a training.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainConfig {
+    /// Times every example is learnt from; at least 1.
+    pub epochs: u64,
+    /// Links a step; cut to the number of examples. What an epoch has left over for less than a batch is left out, other
+    /// links each time.
+    pub batch: usize,
+    /// Highest learning rate, of both networks.
+    pub learning_rate: f64,
+    /// Steps on which the learning rate rises; at most a tenth of all steps are used for it.
+    pub warmup_steps: u64,
+    /// The optimizer, of both networks.
+    pub optimizer: AdamConfig,
+    /// Largest norm of all gradients of a network; longer ones are shortened to it.
+    pub clip_norm: f64,
+    /// Weight of the mean absolute error beside the regularizer's score; not used without one.
+    pub l1_weight: f64,
+    /// A prediction error above this ends the training. Normalised targets have unit variance: predicting their mean has
+    /// an error of 1.
+    pub largest_loss: f64,
+    /// Seed of order and dropout.
+    pub seed: u64,
+}
+
+impl TrainConfig {
+    /// The paper's for models without regularizer: AdamW, 3e-4, 512 links a step.
+    pub fn regression() -> Self {
+        Self {
+            epochs: 20,
+            batch: 512,
+            learning_rate: 3e-4,
+            warmup_steps: 500,
+            optimizer: AdamConfig::default(),
+            clip_norm: 1.0,
+            l1_weight: 0.0,
+            largest_loss: 1e4,
+            seed: 42,
+        }
+    }
+
+    /// The paper's for models with a regularizer: Adam with beta1 = 0.5, 2e-4, 1024 links a step, absolute error times
+    /// 100.
+    pub fn adversarial() -> Self {
+        Self {
+            batch: 1024,
+            learning_rate: 2e-4,
+            optimizer: AdamConfig::adversarial(),
+            l1_weight: 100.0,
+            ..Self::regression()
+        }
+    }
+
+    /// Steps of an epoch on so many examples.
+    pub fn steps_per_epoch(&self, examples: usize) -> u64 {
+        (examples / self.batch.clamp(1, examples.max(1))) as u64
+    }
+
+    /// The learning rate over a run on so many examples.
+    pub fn schedule(&self, examples: usize) -> Schedule {
+        let total = self.epochs.saturating_mul(self.steps_per_epoch(examples));
+        Schedule {
+            peak: self.learning_rate,
+            warmup: self.warmup_steps.min(total / 10),
+            total,
+        }
+    }
+
+    /// What is wrong with the settings, if anything.
+    pub(super) fn problem(&self) -> Option<String> {
+        let AdamConfig {
+            beta1,
+            beta2,
+            epsilon,
+            weight_decay,
+        } = self.optimizer;
+        let positive = |name, x: f64| {
+            let is_good = x > 0.0 && x.is_finite();
+            (!is_good).then(|| format!("{name} is {x}: must be positive and finite"))
+        };
+        let at_least_one = |name, n: u64| (n == 0).then(|| format!("{name} must be at least 1"));
+        at_least_one("epochs", self.epochs)
+            .or_else(|| at_least_one("batch", self.batch as u64))
+            .or_else(|| positive("learning_rate", self.learning_rate))
+            .or_else(|| positive("clip_norm", self.clip_norm))
+            .or_else(|| positive("largest_loss", self.largest_loss))
+            .or_else(|| positive("epsilon", epsilon))
+            .or_else(|| {
+                let shares = [beta1, beta2].iter().all(|b| (0.0..1.0).contains(b));
+                let weights = [weight_decay, self.l1_weight].iter().all(|w| (0.0..f64::INFINITY).contains(w));
+                (!(shares && weights)).then(|| {
+                    "beta1 and beta2 must be in [0, 1), weight_decay and l1_weight finite and not negative".into()
+                })
+            })
+    }
+}

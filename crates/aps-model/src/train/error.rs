@@ -1,0 +1,126 @@
+//! What can end a training.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use crate::condition::Link;
+
+/// What can end a training, where, and what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainError {
+    /// The model or its input failed.
+    #[error(transparent)]
+    Model(#[from] crate::Error),
+    /// A setting cannot be used.
+    #[error("training settings: {0}")]
+    Config(String),
+    /// There is nothing to learn from.
+    #[error("there is no example to learn from")]
+    NoExamples,
+    /// The loss or a gradient is not a number, or the loss is beyond any use. The weights are as they were before this
+    /// step, but running statistics of the layers may not be.
+    #[error(
+        "step {step}: {quantity} is {value}; of the batch's {} links the worst are {}; {}; \
+         look at their labels, lower the learning rate, or clip gradients harder",
+        links.len(), Worst(links), LastGood(checkpoint)
+    )]
+    Diverged {
+        /// The step that was not made, counted from 0.
+        step: u64,
+        /// What is wrong.
+        quantity: Quantity,
+        /// Its value.
+        value: f64,
+        /// The batch: number of each example and its link, that with the largest error first.
+        links: Vec<(usize, Link)>,
+        /// The checkpoint last written or read, if any.
+        checkpoint: Option<PathBuf>,
+    },
+    /// A prediction is not finite.
+    #[error(
+        "the prediction of link {link} is not finite in bin {bin}: the weights are damaged, or belong elsewhere"
+    )]
+    Prediction {
+        /// Number of the link.
+        link: usize,
+        /// The first such bin.
+        bin: usize,
+    },
+    /// A checkpoint cannot be used for this training.
+    #[error("checkpoint '{path}': {problem}")]
+    Checkpoint {
+        /// The file.
+        path: PathBuf,
+        /// Why not, and what to do.
+        problem: String,
+    },
+    /// A file could not be read or written.
+    #[error("cannot {action} '{path}': {source}")]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why it failed.
+        source: io::Error,
+    },
+    /// The training failed before; only a new one from its last checkpoint can go on.
+    #[error(
+        "the training failed in an earlier step and cannot go on or be saved; continue from its last checkpoint"
+    )]
+    Failed,
+}
+
+/// What is watched at each step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Error of the prediction, by which the predictor learns.
+    Loss,
+    /// Norm of the predictor's gradients.
+    Gradient,
+    /// Loss of the regularizer.
+    RegularizerLoss,
+    /// Norm of the regularizer's gradients.
+    RegularizerGradient,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Loss => "the loss",
+            Self::Gradient => "the gradient's norm",
+            Self::RegularizerLoss => "the regularizer's loss",
+            Self::RegularizerGradient => "the norm of the regularizer's gradient",
+        })
+    }
+}
+
+/// The first links of a list.
+struct Worst<'a>(&'a [(usize, Link)]);
+
+impl fmt::Display for Worst<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, (example, link)) in self.0.iter().take(3).enumerate() {
+            let Link { map, tx_m, rx_m } = link;
+            let separator = if i == 0 { "" } else { ", " };
+            write!(
+                f,
+                "{separator}example {example} (map index {map}, Tx {tx_m:?} m, Rx {rx_m:?} m)"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+struct LastGood<'a>(&'a Option<PathBuf>);
+
+impl fmt::Display for LastGood<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(path) => write!(f, "the last good checkpoint is '{}'", path.display()),
+            None => write!(f, "no checkpoint has been written yet"),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Spectra of any number of links.
+
+use super::TrainError;
+use crate::condition::{Conditions, Link};
+use crate::{ANGLE_BINS, Mode, Model};
+
+/// Predicts the spectra of links, `batch` at a time, and hands them over in order: the number of the first link, and
+/// spectra of shape (links, [`ANGLE_BINS`]).
+///
+/// # Errors
+/// [`TrainError::Prediction`] when a value is not finite, and whatever `take` returns.
+pub fn predict<E: From<TrainError>>(
+    model: &dyn Model,
+    conditions: &Conditions,
+    links: impl IntoIterator<Item = Link>,
+    batch: usize,
+    mut take: impl FnMut(usize, &[f32]) -> Result<(), E>,
+) -> Result<(), E> {
+    let (mut links, mut first) = (links.into_iter(), 0);
+    loop {
+        let some: Vec<Link> = links.by_ref().take(batch.max(1)).collect();
+        if some.is_empty() {
+            return Ok(());
+        }
+        let spectra = forward(model, conditions, &some, first)?;
+        take(first, &spectra)?;
+        first += some.len();
+    }
+}
+
+fn forward(
+    model: &dyn Model,
+    conditions: &Conditions,
+    links: &[Link],
+    first: usize,
+) -> Result<Vec<f32>, TrainError> {
+    let spectra = model.forward(&conditions.images(links)?, Mode::Eval)?;
+    let host = || {
+        spectra
+            .to_dtype(candle_core::DType::F32)?
+            .flatten_all()?
+            .to_vec1::<f32>()
+    };
+    let spectra = host().map_err(crate::Error::from)?;
+    match spectra.iter().position(|x| !x.is_finite()) {
+        Some(i) => Err(TrainError::Prediction {
+            link: first + i / ANGLE_BINS,
+            bin: i % ANGLE_BINS,
+        }),
+        None => Ok(spectra),
+    }
+}

@@ -1,0 +1,80 @@
+//! Tensors of a file to tensors of a model.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use candle_core::{DType, Device, Tensor};
+
+use super::LoadReport;
+use super::source::Source;
+use crate::{Error, Kind, Parameter, Result};
+
+/// Fills each of `wanted` from the file; `found` pairs a model's name with the file's, for all tensors of the file.
+///
+/// Nothing is changed unless all fit.
+pub(super) fn assign(
+    path: &Path,
+    source: &Source,
+    found: Vec<(String, String)>,
+    wanted: &[(String, Parameter)],
+) -> Result<LoadReport> {
+    let mut found: BTreeMap<String, String> = found.into_iter().collect();
+    let mut report = LoadReport::default();
+    let mut problems = Vec::new();
+    let mut values = Vec::new();
+    for (name, parameter) in wanted {
+        let expected = parameter.var.dims();
+        let Some(stored) = found.remove(name) else {
+            if parameter.kind == Kind::Counter {
+                report.zeroed.push(name.clone());
+            } else {
+                problems.push(format!("{name} {expected:?} is missing"));
+            }
+            continue;
+        };
+        let (shape, dtype) = source.shape(&stored);
+        if shape != expected {
+            problems.push(format!("{name} has the shape {shape:?}, not {expected:?}"));
+        } else if dtype.is_int() != (parameter.kind == Kind::Counter) {
+            problems.push(format!("{name} has the type {dtype:?}"));
+        } else if problems.is_empty() {
+            let tensor = source.tensor(&stored)?;
+            if parameter.kind != Kind::Counter && !is_finite(&tensor)? {
+                problems.push(format!("{name} holds values that are not finite"));
+            }
+            values.push((parameter, tensor));
+        }
+    }
+    problems.extend(
+        found
+            .into_values()
+            .map(|stored| format!("{stored} is not part of the model")),
+    );
+    if !problems.is_empty() {
+        return Err(Error::WeightsMismatch {
+            path: path.to_owned(),
+            problems,
+        });
+    }
+    for (parameter, tensor) in &values {
+        let var = &parameter.var;
+        var.set(&tensor.to_dtype(var.dtype())?.to_device(var.device())?)?;
+    }
+    for name in &report.zeroed {
+        if let Some((_, counter)) = wanted.iter().find(|(wanted, _)| wanted == name) {
+            counter.var.set(
+                &Tensor::zeros((), DType::I64, &Device::Cpu)?.to_device(counter.var.device())?,
+            )?;
+        }
+    }
+    report.loaded = values.len();
+    Ok(report)
+}
+
+fn is_finite(tensor: &Tensor) -> Result<bool> {
+    let values = tensor
+        .to_dtype(DType::F32)?
+        .flatten_all()?
+        .to_vec1::<f32>()?;
+    Ok(values.iter().all(|v| v.is_finite()))
+}

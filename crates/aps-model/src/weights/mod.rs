@@ -1,0 +1,139 @@
+//! Weights in files.
+//!
+//! Written are safetensors, with a [`Label`] that says which model they are of. Read are safetensors and what `torch.save`
+//! writes: a state dict, or a checkpoint that holds one under `p_state_dict`, `g_state_dict`, `model_state_dict` or
+//! `state_dict`; names may all begin with `module.`, as `DataParallel` leaves them.
+//!
+//! A tensor that is missing, unknown, of another shape or not finite is an error, which lists all of them, and the model
+//! keeps its values. What is left out on purpose is listed in the [`LoadReport`].
+
+mod matching;
+mod pickle;
+mod pretrained;
+mod source;
+mod torch;
+
+use std::collections::HashMap;
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+use candle_core::Device;
+
+use crate::{Error, ModelKind, Parameters, Preset, Result};
+use matching::assign;
+use source::Source;
+
+/// Which model weights are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Label {
+    /// The model.
+    pub kind: ModelKind,
+    /// Its sizes.
+    pub preset: Preset,
+}
+
+/// What loading did besides filling every tensor from the file.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LoadReport {
+    /// Tensors filled.
+    pub loaded: usize,
+    /// Tensors of the file that are left out on purpose: the classifier of a pretrained backbone.
+    pub dropped: Vec<String>,
+    /// Counters (`num_batches_tracked`) the file lacks, as those of old PyTorch do. They are 0; no output depends on them.
+    pub zeroed: Vec<String>,
+}
+
+impl fmt::Display for LoadReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} tensors loaded", self.loaded)?;
+        if !self.dropped.is_empty() {
+            write!(f, "; left out: {}", self.dropped.join(", "))?;
+        }
+        if !self.zeroed.is_empty() {
+            write!(
+                f,
+                "; {} counters not in the file begin at 0",
+                self.zeroed.len()
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes all tensors as safetensors, first beside `path`, then renamed: a file of that name is always whole.
+///
+/// # Errors
+/// [`Error::WeightsIo`], and [`Error::Candle`] for tensors that cannot be copied from their device.
+pub fn save(path: &Path, parameters: &Parameters, label: Option<Label>) -> Result<()> {
+    let mut tensors = Vec::new();
+    for (name, parameter) in parameters.all() {
+        let tensor = parameter.var.as_detached_tensor().to_device(&Device::Cpu)?;
+        tensors.push((name, tensor));
+    }
+    let metadata = label.map(|label| {
+        HashMap::from([
+            ("kind".to_owned(), label.kind.to_string()),
+            ("preset".to_owned(), label.preset.to_string()),
+        ])
+    });
+    let bytes =
+        safetensors::serialize(tensors, metadata).map_err(|e| Error::weights_format(path, e))?;
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    fs::write(&partial, bytes).map_err(|e| Error::weights_io("write", Path::new(&partial), e))?;
+    fs::rename(&partial, path).map_err(|e| Error::weights_io("rename to", path, e))
+}
+
+/// Which model the weights in a file are of; `None` if it does not say: PyTorch's files never do.
+///
+/// # Errors
+/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::UnknownName`] for a label of a later version.
+pub fn read_label(path: &Path) -> Result<Option<Label>> {
+    let source = Source::open(path)?;
+    let metadata = source.metadata();
+    match (metadata.get("kind"), metadata.get("preset")) {
+        (Some(kind), Some(preset)) => Ok(Some(Label {
+            kind: kind.parse()?,
+            preset: preset.parse()?,
+        })),
+        _ => Ok(None),
+    }
+}
+
+/// Fills all tensors from a file of [`save`] or `torch.save`.
+///
+/// # Errors
+/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::WeightsMismatch`] with every tensor that does not fit;
+/// nothing is changed then.
+pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
+    let source = Source::open(path)?;
+    let found = source
+        .names()
+        .map(|name| (name.to_owned(), name.to_owned()))
+        .collect();
+    assign(path, &source, found, &parameters.all())
+}
+
+/// Fills the backbone from weights of torchvision: of a `resnet18` for the ResNet models and the regularizer, of a
+/// `vit_b_16` for ViT-Reg. The classifier (`fc`, `heads`) is left out, which the report lists; what is not part of the
+/// backbone keeps its values.
+///
+/// # Errors
+/// As [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. Narrower presets fit no such file.
+pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
+    let backbone = pretrained::Backbone::of(parameters).ok_or(Error::NoBackbone)?;
+    let source = Source::open(path)?;
+    let mut found = Vec::new();
+    let mut dropped = Vec::new();
+    for name in source.names() {
+        match backbone.rename(name) {
+            Some(renamed) => found.push((renamed, name.to_owned())),
+            None => dropped.push(name.to_owned()),
+        }
+    }
+    let mut wanted = parameters.all();
+    wanted.retain(|(name, _)| backbone.contains(name));
+    let report = assign(path, &source, found, &wanted)?;
+    Ok(LoadReport { dropped, ..report })
+}

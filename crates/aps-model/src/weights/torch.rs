@@ -1,0 +1,378 @@
+//! Archives of `torch.save`: a ZIP file with a pickle (`data.pkl`) that describes tensors, and a file of raw values for
+//! each storage they view (`data/0`, `data/1`, ...).
+
+use std::collections::{BTreeMap, HashMap};
+use std::io::{Cursor, Read};
+use std::sync::{Mutex, PoisonError};
+
+use candle_core::{DType, Device, Tensor};
+use zip::ZipArchive;
+
+use super::pickle::{Id, Node, Pickle};
+
+/// Where checkpoints keep the state dict, in the order in which they are looked for.
+const NESTED: [&str; 4] = [
+    "p_state_dict",
+    "g_state_dict",
+    "model_state_dict",
+    "state_dict",
+];
+
+/// Prefixes that wrappers put before every name.
+const WRAPPERS: [&str; 2] = ["module.", "_orig_mod."];
+
+type Zip = ZipArchive<Cursor<Vec<u8>>>;
+
+/// An open archive. Sizes it states are never trusted with memory: an entry is read up to the length of the file, and a
+/// tensor has no more elements than its storage.
+pub(super) struct Archive {
+    // Reading an entry moves a position.
+    zip: Mutex<Zip>,
+    /// What comes before `data.pkl` in the names of entries.
+    folder: String,
+    length: u64,
+}
+
+/// A tensor as described by the pickle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TensorRecord {
+    pub shape: Vec<usize>,
+    pub dtype: DType,
+    strides: Vec<usize>,
+    /// First element in the storage.
+    offset: usize,
+    storage: String,
+}
+
+impl Archive {
+    pub(super) fn new(bytes: Vec<u8>) -> Result<Self, String> {
+        let length = bytes.len() as u64;
+        let zip = ZipArchive::new(Cursor::new(bytes))
+            .map_err(|e| format!("it is no whole archive: {e}"))?;
+        let pickle = zip
+            .file_names()
+            .filter_map(Result::ok)
+            .find(|name| *name == "data.pkl" || name.ends_with("/data.pkl"))
+            .ok_or("the archive has no data.pkl: it was not written by torch.save")?;
+        let folder = pickle.trim_end_matches("data.pkl").to_owned();
+        Ok(Self {
+            zip: Mutex::new(zip),
+            folder,
+            length,
+        })
+    }
+
+    fn read(&self, entry: &str) -> Result<Vec<u8>, String> {
+        let name = format!("{}{entry}", self.folder);
+        let mut zip = self.zip.lock().unwrap_or_else(PoisonError::into_inner);
+        let file = zip.by_name(&name).map_err(|e| format!("{name}: {e}"))?;
+        let mut bytes = Vec::new();
+        file.take(self.length)
+            .read_to_end(&mut bytes)
+            .map_err(|e| format!("{name}: {e}"))?;
+        Ok(bytes)
+    }
+
+    /// All tensors of the state dict, by name.
+    pub(super) fn state_dict(&self) -> Result<BTreeMap<String, TensorRecord>, String> {
+        // Old archives do not say; they are little-endian as well.
+        if self.read("byteorder").is_ok_and(|order| order != b"little") {
+            return Err("its values are big-endian, which is not supported".to_owned());
+        }
+        describe(&self.read("data.pkl")?)
+    }
+
+    /// The values of a tensor.
+    pub(super) fn tensor(&self, record: &TensorRecord) -> Result<Tensor, String> {
+        let bytes = self.read(&format!("data/{}", record.storage))?;
+        let size = record.dtype.size_in_bytes();
+        let available = bytes.len() / size;
+        let count = record
+            .shape
+            .iter()
+            .try_fold(1_usize, |n, &d| n.checked_mul(d));
+        let last = record.shape.iter().zip(&record.strides).try_fold(
+            record.offset,
+            |at, (&n, &stride)| {
+                n.saturating_sub(1)
+                    .checked_mul(stride)
+                    .and_then(|far| far.checked_add(at))
+            },
+        );
+        let (Some(count), Some(last)) = (count, last) else {
+            return Err(format!(
+                "sizes {:?} and strides {:?} overflow",
+                record.shape, record.strides
+            ));
+        };
+        if count > available || (count > 0 && last >= available) {
+            return Err(format!(
+                "{:?} elements with strides {:?} from {} do not fit the {available} stored",
+                record.shape, record.strides, record.offset
+            ));
+        }
+        let mut values = Vec::with_capacity(count * size);
+        gather(&bytes, record, size, &mut values);
+        Tensor::from_raw_buffer(&values, record.dtype, &record.shape, &Device::Cpu)
+            .map_err(|e| e.to_string())
+    }
+}
+
+/// All tensors of the state dict in a pickle, by name.
+fn describe(bytes: &[u8]) -> Result<BTreeMap<String, TensorRecord>, String> {
+    let pickle = Pickle::parse(bytes).map_err(|e| format!("data.pkl: {e}"))?;
+    let (mut items, mut unnamed) = dict(&pickle, pickle.root).ok_or("it holds no dictionary")?;
+    if let Some((_, id)) = NESTED
+        .iter()
+        .find_map(|key| items.iter().find(|(name, _)| name == key))
+    {
+        (items, unnamed) = dict(&pickle, *id).ok_or("its state dict is no dictionary")?;
+    }
+    for wrapper in WRAPPERS {
+        if items.iter().all(|(name, _)| name.starts_with(wrapper)) {
+            for (name, _) in &mut items {
+                name.drain(..wrapper.len());
+            }
+        }
+    }
+    let mut tensors = BTreeMap::new();
+    let mut others = Vec::new();
+    for (name, id) in items {
+        match record(&pickle, id)? {
+            Some(record) => {
+                tensors.insert(name, record);
+            }
+            None => others.push(name),
+        }
+    }
+    if unnamed > 0 {
+        others.push(format!("{unnamed} without a name in text"));
+    }
+    if others.is_empty() {
+        Ok(tensors)
+    } else {
+        Err(format!(
+            "it is no state dict, nor does it hold one under {}: these entries are no tensors: {}",
+            NESTED.join(", "),
+            others.join(", ")
+        ))
+    }
+}
+
+/// Copies the elements of a tensor in the order of rows. All are known to lie inside.
+fn gather(bytes: &[u8], record: &TensorRecord, size: usize, out: &mut Vec<u8>) {
+    if record.shape.contains(&0) {
+        return;
+    }
+    // The last dimensions often lie in one piece: `run` elements from dimension `inner` on.
+    let (mut inner, mut run) = (record.shape.len(), 1);
+    while inner > 0 && (record.strides[inner - 1] == run || record.shape[inner - 1] == 1) {
+        inner -= 1;
+        run *= record.shape[inner];
+    }
+    let mut index = vec![0; inner];
+    loop {
+        let steps = index.iter().zip(&record.strides);
+        let at = steps.map(|(i, stride)| i * stride).sum::<usize>() + record.offset;
+        out.extend_from_slice(&bytes[at * size..(at + run) * size]);
+        // The next index, last dimension first.
+        let Some(d) = (0..inner).rev().find(|&d| index[d] + 1 < record.shape[d]) else {
+            return;
+        };
+        index[d] += 1;
+        index[d + 1..].fill(0);
+    }
+}
+
+/// Entries of a dictionary that have a name in text, and the number of those that have none.
+fn dict(pickle: &Pickle, id: Id) -> Option<(Vec<(String, Id)>, usize)> {
+    let Node::Dict(items) = pickle.get(id) else {
+        return None;
+    };
+    // As in Python, the last one of a name counts.
+    let mut named: Vec<(String, Id)> = Vec::with_capacity(items.len());
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut unnamed = 0;
+    for &(key, value) in items {
+        let Node::Text(name) = pickle.get(key) else {
+            unnamed += 1;
+            continue;
+        };
+        let place = *places.entry(name).or_insert(named.len());
+        match named.get_mut(place) {
+            Some(entry) => entry.1 = value,
+            None => named.push((name.clone(), value)),
+        }
+    }
+    Some((named, unnamed))
+}
+
+/// The tensor that `torch._utils._rebuild_tensor_v2` is asked to make; `None` if this is something else.
+fn record(pickle: &Pickle, id: Id) -> Result<Option<TensorRecord>, String> {
+    let Node::Call {
+        function,
+        arguments,
+    } = pickle.get(id)
+    else {
+        return Ok(None);
+    };
+    let (Node::Global(function), Node::Tuple(arguments)) =
+        (pickle.get(*function), pickle.get(*arguments))
+    else {
+        return Ok(None);
+    };
+    match (function.as_str(), arguments.as_slice()) {
+        // A parameter wraps a tensor, which does not wrap another.
+        ("torch._utils _rebuild_parameter", [tensor, ..]) => match pickle.get(*tensor) {
+            Node::Call { function, .. } if is_rebuild(pickle, *function) => record(pickle, *tensor),
+            _ => Ok(None),
+        },
+        ("torch._utils _rebuild_tensor_v2", [storage, offset, shape, strides, ..]) => {
+            let (dtype, storage) = self::storage(pickle, *storage)?;
+            let record = TensorRecord {
+                shape: sizes(pickle, *shape)?,
+                strides: sizes(pickle, *strides)?,
+                offset: size(pickle, *offset)?,
+                dtype,
+                storage,
+            };
+            if record.shape.len() != record.strides.len() {
+                return Err(format!(
+                    "{} sizes with {} strides",
+                    record.shape.len(),
+                    record.strides.len()
+                ));
+            }
+            Ok(Some(record))
+        }
+        _ => Ok(None),
+    }
+}
+
+fn is_rebuild(pickle: &Pickle, function: Id) -> bool {
+    matches!(pickle.get(function), Node::Global(name) if name == "torch._utils _rebuild_tensor_v2")
+}
+
+/// Type and entry of a storage: the persistent id ("storage", type, key, device, elements).
+fn storage(pickle: &Pickle, id: Id) -> Result<(DType, String), String> {
+    let damaged = || "a tensor without a storage".to_owned();
+    let Node::Persistent(id) = pickle.get(id) else {
+        return Err(damaged());
+    };
+    let Node::Tuple(parts) = pickle.get(*id) else {
+        return Err(damaged());
+    };
+    let [_, kind, key, ..] = parts.as_slice() else {
+        return Err(damaged());
+    };
+    let (Node::Global(kind), Node::Text(key)) = (pickle.get(*kind), pickle.get(*key)) else {
+        return Err(damaged());
+    };
+    let dtype = match kind.as_str() {
+        "torch FloatStorage" => DType::F32,
+        "torch DoubleStorage" => DType::F64,
+        "torch HalfStorage" => DType::F16,
+        "torch BFloat16Storage" => DType::BF16,
+        "torch LongStorage" => DType::I64,
+        "torch ByteStorage" => DType::U8,
+        other => return Err(format!("values of the type \"{other}\" are not supported")),
+    };
+    Ok((dtype, key.clone()))
+}
+
+fn sizes(pickle: &Pickle, id: Id) -> Result<Vec<usize>, String> {
+    match pickle.get(id) {
+        Node::Tuple(items) => items.iter().map(|&item| size(pickle, item)).collect(),
+        _ => Err("sizes that are no tuple".to_owned()),
+    }
+}
+
+fn size(pickle: &Pickle, id: Id) -> Result<usize, String> {
+    match pickle.get(id) {
+        Node::Int(n) => usize::try_from(*n).map_err(|_| format!("a size of {n}")),
+        _ => Err("a size that is no number".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{Rng, SeedableRng};
+
+    use super::*;
+
+    const FILES: [&[u8]; 3] = [
+        include_bytes!("../../../../tests/golden/weights/plain.pt"),
+        include_bytes!("../../../../tests/golden/weights/checkpoint.pt"),
+        include_bytes!("../../../../tests/golden/weights/layouts.pt"),
+    ];
+
+    /// An archive's checksums refuse nearly every damage to a pickle: here it comes without.
+    #[test]
+    fn damaged_descriptions_are_refused_or_read_without_panic() {
+        let mut generator = ChaCha8Rng::seed_from_u64(3);
+        let mut read = 0;
+        for file in FILES {
+            let archive = Archive::new(file.to_vec()).unwrap();
+            let pickle = archive.read("data.pkl").unwrap();
+            describe(&pickle).unwrap();
+            for _ in 0..3000 {
+                let mut damaged = pickle.clone();
+                for _ in 0..=generator.next_u32() % 4 {
+                    let at = generator.next_u64() as usize % damaged.len();
+                    damaged[at] = match generator.next_u32() % 3 {
+                        0 => generator.next_u32() as u8,
+                        1 => damaged[at] ^ 1 << (generator.next_u32() % 8),
+                        _ => pickle[generator.next_u64() as usize % pickle.len()],
+                    };
+                }
+                if generator.next_u32().is_multiple_of(8) {
+                    damaged.truncate(generator.next_u64() as usize % damaged.len());
+                }
+                for record in describe(&damaged).unwrap_or_default().values() {
+                    // Sizes and strides may be anything now.
+                    read += usize::from(archive.tensor(record).is_ok());
+                }
+            }
+        }
+        assert!(
+            read > 1000,
+            "most damages were refused at once: {read} tensors read"
+        );
+    }
+
+    #[test]
+    fn a_pair_of_a_pair_of_a_pair_takes_no_memory() {
+        // 2^10000 leaves, if they were copied.
+        let mut bytes = b"\x80\x02N".to_vec();
+        for _ in 0..10_000 {
+            bytes.extend(b"q\x00h\x00h\x00\x86");
+        }
+        bytes.push(b'.');
+        assert_eq!(describe(&bytes), Err("it holds no dictionary".to_owned()));
+    }
+
+    #[test]
+    fn stated_sizes_beyond_the_storage_are_refused() {
+        let archive = Archive::new(FILES[0].to_vec()).unwrap();
+        let record = |shape: &[usize], strides: &[usize], offset| TensorRecord {
+            shape: shape.to_vec(),
+            strides: strides.to_vec(),
+            offset,
+            dtype: DType::F32,
+            storage: "0".to_owned(),
+        };
+        assert!(archive.tensor(&record(&[2, 3], &[3, 1], 0)).is_ok());
+        // Six elements are stored.
+        for bad in [
+            record(&[7], &[1], 0),
+            record(&[2], &[1], 5),
+            record(&[2], &[usize::MAX], 1),
+            record(&[1 << 40], &[0], 0),
+            record(&[usize::MAX, usize::MAX], &[0, 0], 0),
+            record(&[1], &[1], usize::MAX),
+        ] {
+            assert!(archive.tensor(&bad).is_err(), "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Condition images: those of the data set crate at its size, the same picture at any other.
+
+use aps_data::{ConditionConfig as DataConfig, ConditionImages, Raster, RasterGrid};
+use aps_model::Error;
+use aps_model::candle_core::Device;
+use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+
+const LINKS: [([f64; 2], [f64; 2]); 3] = [
+    ([128.0, 10.0], [30.0, 40.0]),
+    ([0.0, 255.0], [200.25, 199.5]),
+    ([17.0, 96.0], [17.0, 96.0]),
+];
+
+/// Two maps of 256 x 256 pixels with a few buildings.
+fn maps() -> [Raster; 2] {
+    [0.0, 37.0].map(|shift| {
+        let house = |x: f64, y: f64, w: f64, h: f64| {
+            let (x, y) = (x + shift, y + shift);
+            vec![[x, y], [x + w, y], [x + w, y + h], [x, y + h]]
+        };
+        let buildings = [
+            house(20.0, 30.0, 41.0, 17.0),
+            house(100.0, 90.0, 5.0, 80.0),
+            house(-3.0, 150.0, 30.0, 9.0),
+        ];
+        Raster::of_polygons(&buildings, RasterGrid::default()).unwrap()
+    })
+}
+
+fn conditions(maps: &[Raster], image_size: usize) -> Conditions {
+    let pixels: Vec<f32> = maps
+        .iter()
+        .flat_map(|map| map.pixels().iter().copied().map(f32::from))
+        .collect();
+    let rasters = Rasters {
+        pixels: &pixels,
+        height: 256,
+        width: 256,
+        metres_per_pixel: 1.0,
+    };
+    let config = ConditionConfig {
+        image_size,
+        ..ConditionConfig::default()
+    };
+    Conditions::new(rasters, config, &Device::Cpu).unwrap()
+}
+
+fn links() -> Vec<Link> {
+    let link = |(i, (tx_m, rx_m))| Link {
+        map: i as u32 % 2,
+        tx_m,
+        rx_m,
+    };
+    LINKS.into_iter().enumerate().map(link).collect()
+}
+
+fn values(conditions: &Conditions) -> Vec<f32> {
+    let images = conditions.images(&links()).unwrap();
+    images.flatten_all().unwrap().to_vec1().unwrap()
+}
+
+#[test]
+fn at_its_own_size_the_image_is_that_of_the_data_set_bit_for_bit() {
+    let maps = maps();
+    let expected: Vec<f32> = links()
+        .iter()
+        .flat_map(|link| {
+            let images = ConditionImages::new(&maps[link.map as usize], DataConfig::default());
+            images.batch(&[(link.tx_m, link.rx_m)])
+        })
+        .collect();
+    assert_eq!(values(&conditions(&maps, 256)), expected);
+}
+
+/// Buildings exactly; a spot's average over four pixels differs from its value at their middle by the curvature of the
+/// Gaussian, (4^2 - 1) / 24 / 20^2 = 0.0016 of its height an axis.
+#[test]
+fn a_smaller_image_is_the_average_of_the_large_one() {
+    let maps = maps();
+    let (large, small) = (
+        values(&conditions(&maps, 256)),
+        values(&conditions(&maps, 64)),
+    );
+    let mut worst = [0.0_f32; 3];
+    for (i, &value) in small.iter().enumerate() {
+        let (plane, row, column) = (i / (64 * 64), i / 64 % 64, i % 64);
+        let pixel = |j: usize| large[(plane * 256 + 4 * row + j / 4) * 256 + 4 * column + j % 4];
+        let average = (0..16).map(pixel).sum::<f32>() / 16.0;
+        worst[plane % 3] = worst[plane % 3].max((value - average).abs());
+    }
+    assert!(worst[0] < 1e-6, "{worst:?}");
+    assert!(worst[1] < 0.0035 && worst[2] < 0.0035, "{worst:?}");
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let maps = maps();
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| values(&conditions(&maps, 48)))
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_told() {
+    let conditions = conditions(&maps(), 32);
+    let [good, ..] = links()[..] else {
+        unreachable!()
+    };
+    let told = |link| match conditions.images(&[good, link]) {
+        Err(Error::Condition(problem)) => problem,
+        other => panic!("{other:?}"),
+    };
+    assert!(told(Link { map: 2, ..good }).contains("link 1"));
+    let nowhere = [f64::NAN, 0.0];
+    assert!(
+        told(Link {
+            rx_m: nowhere,
+            ..good
+        })
+        .contains("finite")
+    );
+
+    let rasters = |pixels, height| Rasters {
+        pixels,
+        height,
+        width: 2,
+        metres_per_pixel: 1.0,
+    };
+    let config = ConditionConfig::default();
+    let none = ConditionConfig {
+        image_size: 0,
+        ..config
+    };
+    for (rasters, config) in [
+        (rasters(&[0.0; 5], 2), config),
+        (rasters(&[], 2), config),
+        (rasters(&[0.0, 1.0, f32::NAN, 0.0], 2), config),
+        (rasters(&[0.0; 4], 2), none),
+    ] {
+        let made = Conditions::new(rasters, config, &Device::Cpu);
+        assert!(matches!(made, Err(Error::Condition(_))));
+    }
+}

@@ -1,0 +1,63 @@
+//! Sizes of the models.
+
+use aps_model::candle_core::{DType, Device};
+use aps_model::{ModelKind, Parameters, Preset};
+
+/// Learnt values of each model and of its regularizer, without buffers.
+fn counts(preset: Preset) -> Vec<(String, usize)> {
+    let fresh = || Parameters::new(&Device::Cpu, DType::F32, 1);
+    let mut counts = Vec::new();
+    for kind in ModelKind::ALL {
+        let model = kind.build(preset, &fresh()).unwrap();
+        counts.push((kind.to_string(), model.parameters().count()));
+        if let Some(regularizer) = kind.build_regularizer(preset, &fresh()).unwrap() {
+            counts.push((
+                format!("regularizer of {kind}"),
+                regularizer.parameters().count(),
+            ));
+        }
+    }
+    for (name, count) in &counts {
+        println!("{preset} {name}: {count}");
+    }
+    counts
+}
+
+fn named(counts: &[(&str, usize)]) -> Vec<(String, usize)> {
+    counts
+        .iter()
+        .map(|&(name, count)| (name.to_owned(), count))
+        .collect()
+}
+
+#[test]
+fn paper_s_models_have_the_paper_s_counts() {
+    let expected = [
+        ("ms_areg", 15_042_036),
+        ("regularizer of ms_areg", 11_925_825),
+        ("ms_mlp", 14_746_868),
+        ("adv_mlp", 13_663_732),
+        ("regularizer of adv_mlp", 11_925_825),
+        ("resnet_mlp", 11_531_508),
+        ("radiounet", 31_169_076),
+        ("vit_reg", 86_284_724),
+        ("resnet_conv1d", 18_853_377),
+    ];
+    assert_eq!(counts(Preset::Paper), named(&expected));
+}
+
+#[test]
+fn small_models_have_the_documented_counts() {
+    let expected = [
+        ("ms_areg", 3_789_652),
+        ("regularizer of ms_areg", 3_009_697),
+        ("ms_mlp", 3_715_796),
+        ("adv_mlp", 3_444_564),
+        ("regularizer of adv_mlp", 3_009_697),
+        ("resnet_mlp", 2_910_932),
+        ("radiounet", 1_969_428),
+        ("vit_reg", 2_791_092),
+        ("resnet_conv1d", 4_721_921),
+    ];
+    assert_eq!(counts(Preset::Small), named(&expected));
+}

@@ -1,0 +1,223 @@
+//! The fast operations on the CPU against the portable ones in f64: values, gradients, and the same bits on any number of
+//! threads.
+
+use aps_model::candle_core::{DType, Device, Tensor, Var};
+use aps_model::ops::BatchNormTensors;
+use aps_model::{Mode, Result, ops, portable};
+use proptest::prelude::*;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::sync::Mutex;
+
+type Operation<'a> = &'a dyn Fn(&[Tensor]) -> Result<Tensor>;
+
+/// Values in [-1, 1) on a coarse grid, so that ties occur.
+fn values(rng: &mut ChaCha8Rng, shape: &[usize]) -> Tensor {
+    let draw = |_| (f64::from(rng.next_u32() % 256) - 128.0) / 128.0;
+    let values: Vec<f64> = (0..shape.iter().product()).map(draw).collect();
+    Tensor::from_vec(values, shape, &Device::Cpu).unwrap()
+}
+
+/// Output, and the gradients by all inputs of the output weighted with fixed numbers.
+fn with_gradients(f: Operation<'_>, inputs: &[Tensor], dtype: DType) -> Vec<Vec<f64>> {
+    let vars: Vec<Var> = inputs
+        .iter()
+        .map(|t| Var::from_tensor(&t.to_dtype(dtype).unwrap()).unwrap())
+        .collect();
+    let tensors: Vec<Tensor> = vars.iter().map(|v| v.as_tensor().clone()).collect();
+    let y = f(&tensors).unwrap();
+    let weights = values(&mut ChaCha8Rng::seed_from_u64(9), y.dims());
+    let sum = (&y * weights.to_dtype(dtype).unwrap())
+        .unwrap()
+        .sum_all()
+        .unwrap();
+    let gradients = sum.backward().unwrap();
+    let flat = |t: &Tensor| {
+        let flat = t.flatten_all().unwrap().to_dtype(DType::F64).unwrap();
+        flat.to_vec1::<f64>().unwrap()
+    };
+    let mut all = vec![flat(&y)];
+    all.extend(vars.iter().map(|v| flat(gradients.get(v).unwrap())));
+    all
+}
+
+fn pool_of(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .unwrap()
+}
+
+/// Fast and portable agree to f32's rounding, and one and three threads to the bit.
+fn check(fast: Operation<'_>, reference: Operation<'_>, inputs: &[Tensor]) {
+    let expected = with_gradients(reference, inputs, DType::F64);
+    let found = with_gradients(fast, inputs, DType::F32);
+    for (part, (found, expected)) in found.iter().zip(&expected).enumerate() {
+        assert_eq!(found.len(), expected.len());
+        let scale = expected.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
+        for (i, (f, e)) in found.iter().zip(expected).enumerate() {
+            assert!(
+                (f - e).abs() < 3e-6 * scale,
+                "part {part}, value {i}: {f}, expected {e}"
+            );
+        }
+    }
+}
+
+fn same_bits_on_any_threads(fast: impl Fn(&[Tensor]) -> Result<Tensor> + Sync, inputs: &[Tensor]) {
+    let on = |threads| pool_of(threads).install(|| with_gradients(&fast, inputs, DType::F32));
+    assert_eq!(on(1), on(3));
+}
+
+/// batch, in, height, width, out, kernel, stride, padding
+type Sizes = (
+    usize,
+    usize,
+    usize,
+    usize,
+    usize,
+    (usize, usize),
+    usize,
+    (usize, usize),
+);
+
+fn check_convolution((n, i, h, w, o, (kh, kw), stride, padding): Sizes, threads: bool) {
+    let rng = &mut ChaCha8Rng::seed_from_u64(1);
+    let inputs = [
+        values(rng, &[n, i, h, w]),
+        values(rng, &[o, i, kh, kw]),
+        values(rng, &[o]),
+    ];
+    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
+    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
+    check(&fast, &reference, &inputs);
+    if threads {
+        same_bits_on_any_threads(fast, &inputs);
+    }
+    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], None, stride, padding);
+    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], None, stride, padding);
+    check(&fast, &reference, &inputs[..2]);
+}
+
+#[test]
+fn convolutions_of_the_models() {
+    for sizes in [
+        // ResNet: stem, blocks, halving blocks, shortcuts, the smallest images
+        (5, 3, 32, 32, 16, (7, 7), 2, (3, 3)),
+        (4, 16, 16, 16, 16, (3, 3), 1, (1, 1)),
+        (4, 16, 16, 16, 40, (3, 3), 2, (1, 1)),
+        (4, 16, 16, 16, 40, (1, 1), 2, (0, 0)),
+        (8, 70, 2, 2, 130, (3, 3), 1, (1, 1)),
+        (3, 8, 1, 1, 9, (3, 3), 2, (1, 1)),
+        // one image, large enough for more than one tile
+        (1, 3, 40, 48, 65, (3, 3), 1, (1, 1)),
+        (4, 24, 40, 48, 3, (3, 3), 1, (1, 1)),
+        // one dimension
+        (3, 20, 1, 45, 12, (1, 5), 1, (0, 2)),
+        (4, 12, 1, 180, 1, (1, 1), 1, (0, 0)),
+    ] {
+        check_convolution(sizes, true);
+    }
+}
+
+#[test]
+fn transposed_convolution() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(2);
+    for (n, i, h, w, o) in [(2, 6, 5, 7, 4), (5, 40, 8, 8, 20), (1, 3, 1, 1, 1)] {
+        let inputs = [
+            values(rng, &[n, i, h, w]),
+            values(rng, &[i, o, 2, 2]),
+            values(rng, &[o]),
+        ];
+        let fast = |t: &[Tensor]| ops::conv_transpose2x2(&t[0], &t[1], Some(&t[2]));
+        let reference = |t: &[Tensor]| portable::conv_transpose2x2(&t[0], &t[1], Some(&t[2]));
+        check(&fast, &reference, &inputs);
+        same_bits_on_any_threads(fast, &inputs);
+    }
+}
+
+#[test]
+fn pooling_with_many_ties() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(3);
+    for (h, w) in [(8, 8), (7, 9), (2, 3)] {
+        let coarse = (values(rng, &[3, 5, h, w]) * 2.0).unwrap().round().unwrap();
+        let inputs = [coarse];
+        check(
+            &|t| ops::max_pool_2x2(&t[0]),
+            &|t| portable::max_pool_2x2(&t[0]),
+            &inputs,
+        );
+        let fast = |t: &[Tensor]| ops::max_pool_3x3_s2_p1(&t[0]);
+        check(&fast, &|t| portable::max_pool_3x3_s2_p1(&t[0]), &inputs);
+        same_bits_on_any_threads(fast, &inputs);
+    }
+}
+
+#[test]
+fn residual_sum_rectified() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(4);
+    let inputs = [values(rng, &[3, 70_000]), values(rng, &[3, 70_000])];
+    let fast = |t: &[Tensor]| ops::add_relu(&t[0], &t[1]);
+    check(&fast, &|t| portable::relu(&(&t[0] + &t[1])?), &inputs);
+    same_bits_on_any_threads(fast, &inputs);
+}
+
+#[test]
+fn batch_normalisation_in_training_and_use() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(5);
+    let generator = Mutex::new(ChaCha8Rng::seed_from_u64(0));
+    for shape in [vec![4, 6, 5, 7], vec![9, 3], vec![2, 20, 33]] {
+        let channels = shape[1];
+        // A mean far above the deviation, as behind a layer that has drifted.
+        let x = (values(rng, &shape) + 30.0).unwrap();
+        let inputs = [x, values(rng, &[channels]), values(rng, &[channels])];
+        for mode in [Mode::Eval, Mode::Train(&generator)] {
+            for relu in [false, true] {
+                let moved = Mutex::new(Vec::new());
+                let run = |t: &[Tensor], portable: bool| {
+                    let start = |v: f64| {
+                        let t = Tensor::full(v, channels, &Device::Cpu)?.to_dtype(t[0].dtype())?;
+                        Var::from_tensor(&t)
+                    };
+                    let (running_mean, running_var) = (&start(29.5)?, &start(0.3)?);
+                    let tensors = BatchNormTensors {
+                        weight: &t[1],
+                        bias: &t[2],
+                        running_mean,
+                        running_var,
+                    };
+                    let y = match (portable, relu) {
+                        (false, false) => ops::batch_norm(&t[0], tensors, mode),
+                        (false, true) => ops::batch_norm_relu(&t[0], tensors, mode),
+                        (true, false) => portable::batch_norm(&t[0], tensors, mode),
+                        (true, true) => portable::batch_norm_relu(&t[0], tensors, mode),
+                    };
+                    let both = Tensor::cat(&[running_mean.as_tensor(), running_var], 0)?;
+                    let both = both.to_dtype(DType::F64)?.to_vec1::<f64>()?;
+                    moved.lock().unwrap().push(both);
+                    y
+                };
+                check(&|t| run(t, false), &|t| run(t, true), &inputs);
+                let moved = moved.lock().unwrap();
+                for (a, b) in moved[0].iter().zip(&moved[1]) {
+                    assert!((a - b).abs() < 1e-5, "running statistics {a} and {b}");
+                }
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn convolutions_of_any_size(
+        (n, i, o) in (1usize..6, 1usize..9, 1usize..9),
+        (kh, kw) in (1usize..5, 1usize..5),
+        (more_h, more_w) in (0usize..12, 0usize..12),
+        stride in 1usize..4,
+        padding in (0usize..3, 0usize..3),
+    ) {
+        check_convolution((n, i, kh + more_h, kw + more_w, o, (kh, kw), stride, padding), false);
+    }
+}

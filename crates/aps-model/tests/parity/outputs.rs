@@ -1,0 +1,67 @@
+//! Outputs in evaluation mode.
+
+use aps_model::candle_core::{DType, Device};
+use aps_model::{Mode, ModelKind, Parameters, Preset};
+
+use crate::golden::Golden;
+use crate::rule::{images, set_weights, targets};
+
+fn outputs_are_pytorch_s(kind: ModelKind) {
+    let parameters = Parameters::new(&Device::Cpu, DType::F32, 0);
+    let model = kind.build(Preset::Paper, &parameters).unwrap();
+    set_weights(&parameters);
+    let golden = Golden::of(kind.name());
+    for (name, size) in [("eval_64", 64), ("eval_256", 256)] {
+        let found = model.forward(&images(size), Mode::Eval).unwrap();
+        golden.check_absolute(name, &found, 1e-4);
+    }
+}
+
+#[test]
+fn outputs_of_ms_areg() {
+    outputs_are_pytorch_s(ModelKind::MsAreg);
+}
+
+#[test]
+fn outputs_of_ms_mlp() {
+    outputs_are_pytorch_s(ModelKind::MsMlp);
+}
+
+#[test]
+fn outputs_of_adv_mlp() {
+    outputs_are_pytorch_s(ModelKind::AdvMlp);
+}
+
+#[test]
+fn outputs_of_resnet_mlp() {
+    outputs_are_pytorch_s(ModelKind::ResnetMlp);
+}
+
+#[test]
+fn outputs_of_radiounet() {
+    outputs_are_pytorch_s(ModelKind::RadioUnet);
+}
+
+#[test]
+fn outputs_of_vit_reg() {
+    outputs_are_pytorch_s(ModelKind::VitReg);
+}
+
+#[test]
+fn outputs_of_resnet_conv1d() {
+    outputs_are_pytorch_s(ModelKind::ResnetConv1d);
+}
+
+#[test]
+fn scores_of_the_regularizer() {
+    let parameters = Parameters::new(&Device::Cpu, DType::F32, 0);
+    let regularizer = ModelKind::MsAreg
+        .build_regularizer(Preset::Paper, &parameters)
+        .unwrap()
+        .unwrap();
+    set_weights(&parameters);
+    let found = regularizer
+        .forward(&images(64), &targets(), Mode::Eval)
+        .unwrap();
+    Golden::of("ms_areg").check_absolute("critic_eval_64", &found, 1e-4);
+}

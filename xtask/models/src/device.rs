@@ -1,0 +1,42 @@
+//! Where to compute, and with how many threads.
+
+use anyhow::{Context, Result, ensure};
+use aps_model::candle_core;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// Where tensors live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Device {
+    /// The processor.
+    Cpu,
+    /// The first NVIDIA GPU.
+    Cuda,
+    /// The first Apple GPU.
+    Metal,
+}
+
+impl Device {
+    /// Opens the device.
+    pub fn open(self) -> Result<candle_core::Device> {
+        match self {
+            Device::Cpu => Ok(candle_core::Device::Cpu),
+            Device::Cuda => candle_core::Device::new_cuda(0)
+                .context("--device cuda needs an NVIDIA GPU and a build with the feature cuda"),
+            Device::Metal => candle_core::Device::new_metal(0)
+                .context("--device metal needs an Apple GPU and a build with the feature metal"),
+        }
+    }
+}
+
+/// Sets the number of threads of everything that runs in parallel.
+pub fn use_threads(threads: Option<usize>) -> Result<()> {
+    if let Some(threads) = threads {
+        ensure!(threads > 0, "--threads must be at least 1");
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()?;
+    }
+    Ok(())
+}

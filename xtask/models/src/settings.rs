@@ -1,0 +1,100 @@
+//! The folder of a run, and what its `config.json` says.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use aps_label::MeanStd;
+use aps_model::train::TrainConfig;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::device::Device;
+
+/// Every setting of a run; written for people and for `predict`, not read by `train`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Name of the model.
+    pub model: String,
+    /// Its sizes.
+    pub preset: String,
+    /// Rows and columns of condition images.
+    pub image_size: usize,
+    /// Standard deviation of their spots \[pixels of the raster\].
+    pub sigma_px: f64,
+    /// Where the weights began: `random`, or the file of the backbone.
+    pub initial_weights: String,
+    /// Where it was computed.
+    pub device: Device,
+    /// The data set's folder.
+    pub data: PathBuf,
+    /// Its settings, as its manifest has them.
+    pub data_configuration: Value,
+    /// Definition of labels and metrics.
+    pub protocol: String,
+    /// Statistics of linear relative power over the training maps, by which targets are normalised.
+    pub training_statistics: MeanStd,
+    /// Maps learnt from.
+    pub train_maps: Vec<u32>,
+    /// Maps the best weights are chosen by.
+    pub dev_maps: Vec<u32>,
+    /// Links learnt from.
+    pub train_links: usize,
+    /// Links the best weights are chosen by.
+    pub dev_links: usize,
+    /// Settings of the training.
+    pub training: TrainConfig,
+}
+
+impl Settings {
+    /// Those of the run a file of weights lies in, if it lies in one.
+    pub fn beside(weights: &Path) -> Result<Option<Self>> {
+        let path = weights.with_file_name("config.json");
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let place = || format!("'{}'", path.display());
+        let text = fs::read_to_string(&path).with_context(place)?;
+        serde_json::from_str(&text).map(Some).with_context(place)
+    }
+}
+
+/// The files of a run.
+#[derive(Debug, Clone)]
+pub struct RunFolder(PathBuf);
+
+impl RunFolder {
+    /// Makes the folder if need be.
+    pub fn create(path: &Path) -> Result<Self> {
+        fs::create_dir_all(path).with_context(|| format!("cannot create '{}'", path.display()))?;
+        Ok(Self(path.into()))
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Everything needed to continue.
+    pub fn checkpoint(&self) -> PathBuf {
+        self.0.join("last.safetensors")
+    }
+
+    /// Weights of the epoch that did best on the development maps.
+    pub fn best(&self) -> PathBuf {
+        self.0.join("best.safetensors")
+    }
+
+    pub fn steps(&self) -> PathBuf {
+        self.0.join("steps.csv")
+    }
+
+    pub fn epochs(&self) -> PathBuf {
+        self.0.join("epochs.csv")
+    }
+
+    pub fn write_settings(&self, settings: &Settings) -> Result<()> {
+        let path = self.0.join("config.json");
+        let text = serde_json::to_string_pretty(settings)? + "\n";
+        fs::write(&path, text).with_context(|| format!("cannot write '{}'", path.display()))
+    }
+}

@@ -1,0 +1,345 @@
+//! The commands as a user meets them: a small data set, a few steps, their files, their errors.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use aps_data::{
+    Dataset, DatasetConfig, DatasetWriter, LinkRows, LinkStatus, Links, MapInput, Part,
+    ProfileRows, Raster, RasterGrid, Split, npy,
+};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+const BINS: usize = 180;
+
+fn run(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_xtask-models"))
+        .args(args)
+        .output()
+        .expect("the program starts")
+}
+
+#[track_caller]
+fn succeed(args: &[&str]) -> String {
+    let output = run(args);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[track_caller]
+fn fail(args: &[&str]) -> String {
+    let output = run(args);
+    assert!(!output.status.success(), "{args:?} succeeded");
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Four maps of 2 x 8 links, one of each map's without a label; spectra are a lobe towards the transmitter.
+fn dataset() -> &'static Path {
+    static DATASET: OnceLock<TempDir> = OnceLock::new();
+    let folder = DATASET.get_or_init(|| {
+        let root = tempfile::tempdir().unwrap();
+        let config = DatasetConfig {
+            seed: 1,
+            configuration: json!({ "label": { "protocol": "paper" } }),
+            ..DatasetConfig::default()
+        };
+        let writer = DatasetWriter::open(root.path(), config).unwrap();
+        for id in 0..4 {
+            write_map(&writer, id);
+        }
+        let split = Split {
+            train: vec![0, 1],
+            develop: vec![2],
+            test: vec![3],
+        };
+        writer.finish(&split).unwrap();
+        root
+    });
+    folder.path()
+}
+
+fn write_map(writer: &DatasetWriter, id: u32) {
+    let (x, y) = (40.0 + 30.0 * f64::from(id), 90.0);
+    let house = vec![[x, y], [x + 40.0, y], [x + 40.0, y + 20.0], [x, y + 20.0]];
+    let buildings = Raster::of_polygons(&[house], RasterGrid::default()).unwrap();
+    let tx_m = [[10.0, 20.0 + f64::from(id)], [240.0, 200.0]];
+    let rx_m: Vec<[f64; 2]> = (0..8)
+        .map(|i| [30.0 + 25.0 * f64::from(i), 150.0 + 7.0 * f64::from(i)])
+        .collect();
+    let input = MapInput {
+        buildings: &buildings,
+        tx_m: &tx_m,
+        rx_m: &rx_m,
+        links: Links::Grid,
+    };
+    let mut map = writer.begin_map(id, &input).unwrap();
+    let mut db = Vec::new();
+    for tx in tx_m {
+        for rx in &rx_m {
+            let angle = (tx[1] - rx[1]).atan2(tx[0] - rx[0]).to_degrees();
+            let level = |bin: usize| -0.01 * (2.0 * bin as f64 - 180.0 - angle).powi(2) - 80.0;
+            db.extend((0..BINS).map(level));
+        }
+    }
+    let mut status = [LinkStatus::Valid; 16];
+    status[3] = LinkStatus::NoPath;
+    map.push(&LinkRows {
+        status: &status,
+        aps: Some(ProfileRows {
+            db: &db,
+            argmax: None,
+        }),
+        ..LinkRows::default()
+    })
+    .unwrap();
+    map.finish().unwrap();
+}
+
+/// Arguments of a short training of `model` into `out`.
+fn training<'a>(model: &'a str, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    let mut args = vec![
+        "train",
+        "--model",
+        model,
+        "--data",
+        text(dataset()),
+        "--image-size",
+        "32",
+    ];
+    args.extend(["--batch", "10", "--out", text(out)]);
+    args.extend(more);
+    args
+}
+
+struct Trained {
+    folder: TempDir,
+    report: String,
+}
+
+/// A run of two epochs of three steps.
+fn trained() -> &'static Trained {
+    static TRAINED: OnceLock<Trained> = OnceLock::new();
+    TRAINED.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let report = succeed(&training(
+            "resnet_mlp",
+            &folder.path().join("run"),
+            &["--epochs", "2"],
+        ));
+        Trained { folder, report }
+    })
+}
+
+fn file(name: &str) -> PathBuf {
+    trained().folder.path().join("run").join(name)
+}
+
+fn lines(path: &Path) -> usize {
+    fs::read_to_string(path).unwrap().lines().count()
+}
+
+#[test]
+fn training_leaves_weights_logs_and_every_setting() {
+    let report = &trained().report;
+    assert!(
+        report.contains("mean training spectrum") && report.contains("best: epoch"),
+        "{report}"
+    );
+    assert_eq!(
+        (lines(&file("steps.csv")), lines(&file("epochs.csv"))),
+        (1 + 6, 1 + 2)
+    );
+    let config: Value =
+        serde_json::from_str(&fs::read_to_string(file("config.json")).unwrap()).unwrap();
+    assert_eq!(config["model"], "resnet_mlp");
+    assert_eq!(config["train_maps"], json!([0, 1]));
+    assert_eq!(config["dev_maps"], json!([2]));
+    assert_eq!(
+        (&config["train_links"], &config["dev_links"]),
+        (&json!(30), &json!(15))
+    );
+    assert_eq!(config["training"]["batch"], 10);
+    assert!(file("best.safetensors").is_file());
+}
+
+#[test]
+fn stopped_run_continues_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let again = folder.path().join("again");
+    let args = |out, more: &[&'static str]| {
+        training(
+            "ms_areg",
+            out,
+            &[&["--epochs", "2", "--threads", "1"], more].concat(),
+        )
+    };
+    let kill_after_an_epoch = |out: &Path| {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_xtask-models"))
+            .args(training("ms_areg", out, &["--epochs", "2"]))
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        while !out.join("best.safetensors").is_file() && child.try_wait().unwrap().is_none() {
+            std::thread::yield_now();
+        }
+        // Whether it has ended by now or not, what is there must be continued.
+        let _ = child.kill();
+        child.wait().unwrap();
+    };
+    succeed(&args(&out, &[]));
+    kill_after_an_epoch(&again);
+    succeed(&args(&again, &["--resume"]));
+    for name in [
+        "steps.csv",
+        "epochs.csv",
+        "best.safetensors",
+        "last.safetensors",
+    ] {
+        let read = |folder: &Path| fs::read(folder.join(name)).unwrap();
+        assert!(read(&out) == read(&again), "{name}");
+    }
+}
+
+#[test]
+fn predictions_are_rows_of_the_test_links() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("pred.npy");
+    let (weights, data) = (file("best.safetensors"), dataset());
+    succeed(&[
+        "predict",
+        "--weights",
+        text(&weights),
+        "--data",
+        text(data),
+        "--split",
+        "test",
+        "--out",
+        text(&out),
+    ]);
+    let spectra = npy::read::<f32>(&out).unwrap();
+    let map = Dataset::open(data)
+        .unwrap()
+        .maps_of(Part::Test)
+        .next()
+        .unwrap()
+        .unwrap();
+    let valid: Vec<usize> = map.valid_links().collect();
+    assert_eq!(spectra.shape, [valid.len(), BINS]);
+    assert!(spectra.data.iter().all(|x| x.is_finite()));
+    let names = fs::read_to_string(folder.path().join("pred.links.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = names
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').collect())
+        .collect();
+    assert_eq!(rows.len(), valid.len());
+    for (i, (row, &link)) in rows.iter().zip(&valid).enumerate() {
+        assert_eq!(row[..3], [i.to_string(), "3".into(), link.to_string()]);
+        let rx_m: [f64; 2] = [row[7].parse().unwrap(), row[8].parse().unwrap()];
+        assert_eq!(rx_m, map.ends_m(link).1);
+    }
+
+    // The same images from a file give the same spectra.
+    let images = folder.path().join("images.npy");
+    let pixels: Vec<f32> = (0..2 * 3 * 32 * 32).map(|i| (i % 5) as f32 / 5.0).collect();
+    npy::write(&images, &[2, 3, 32, 32], &pixels).unwrap();
+    succeed(&[
+        "predict",
+        "--weights",
+        text(&weights),
+        "--input",
+        text(&images),
+        "--out",
+        text(&out),
+    ]);
+    assert_eq!(npy::read::<f32>(&out).unwrap().shape, [2, BINS]);
+    npy::write(&images, &[2, 3, 16, 48], &pixels).unwrap();
+    let told = fail(&[
+        "predict",
+        "--weights",
+        text(&weights),
+        "--input",
+        text(&images),
+        "--out",
+        text(&out),
+    ]);
+    assert!(told.contains("trained on 32 x 32"), "{told}");
+}
+
+#[test]
+fn what_does_not_fit_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("pred.npy");
+    let (weights, data) = (file("best.safetensors"), text(dataset()));
+    let predict = |weights: &Path, more: &[&str]| {
+        let mut args = vec![
+            "predict",
+            "--weights",
+            text(weights),
+            "--data",
+            data,
+            "--out",
+            text(&out),
+        ];
+        args.extend(more);
+        fail(&args)
+    };
+    let told = predict(&weights, &["--model", "ms_mlp"]);
+    assert!(
+        told.contains("resnet_mlp") && told.contains("ms_mlp"),
+        "{told}"
+    );
+    let told = predict(&weights, &["--preset", "paper"]);
+    assert!(told.contains("small") && told.contains("paper"), "{told}");
+    let foreign = folder.path().join("foreign.safetensors");
+    fs::write(&foreign, b"nothing of the kind").unwrap();
+    assert!(predict(&foreign, &["--model", "ms_mlp"]).contains("foreign.safetensors"));
+    assert!(predict(&folder.path().join("none"), &[]).contains("none"));
+
+    let run = trained().folder.path().join("run");
+    assert!(fail(&training("resnet_mlp", &run, &[])).contains("--resume"));
+    assert!(
+        fail(&training(
+            "resnet_mlp",
+            &run,
+            &["--epochs", "3", "--resume"]
+        ))
+        .contains("epochs")
+    );
+    let new = folder.path().join("new");
+    assert!(fail(&training("resnet_mlp", &new, &["--resume"])).contains("no run"));
+    assert!(fail(&training("resnet_mlp", &new, &["--dev-maps", "3"])).contains("map 3"));
+    assert!(fail(&training("resnet", &new, &[])).contains("resnet_mlp"));
+}
+
+#[test]
+fn a_part_of_the_links_is_drawn_and_other_maps_can_be_held_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let more = [
+        "--epochs",
+        "1",
+        "--limit",
+        "12",
+        "--dev-maps",
+        "0",
+        "--dev-limit",
+        "7",
+    ];
+    succeed(&training("resnet_mlp", &out, &more));
+    let config: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("config.json")).unwrap()).unwrap();
+    assert_eq!(config["train_maps"], json!([1, 2]));
+    assert_eq!(
+        (&config["train_links"], &config["dev_links"]),
+        (&json!(12), &json!(7))
+    );
+}
