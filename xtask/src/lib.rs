@@ -7,13 +7,20 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
+pub mod chart;
 pub mod cli;
 mod commands;
+pub mod drawing;
+mod lobes;
 mod maps;
+pub mod page;
 mod picture;
 mod produce;
 mod sampling;
+mod spectra;
 mod summary;
 mod tiles;
 mod whole_files;
+pub mod theme;
+mod view;
 mod wire;

@@ -4,15 +4,22 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_label::{LabelConfig, Labeler, PathSample, Protocol};
+use aps_label::{LabelConfig, Labeler, Protocol};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Interaction, InteractionKind, Link, PathRecord, Tracer};
+use aps_raytrace::{Link, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
+<<<<<<< HEAD
 use crate::maps::{Map, MapSource, is_geojson, load_file};
 use crate::picture;
 use crate::tiles::{CutCity, TileArgs};
+=======
+use crate::maps::{Map, MapSource, load_file};
+use crate::picture::{self, Outlines};
+use crate::spectra::Spectrum;
+use crate::view::{LinkView, PathView};
+>>>>>>> gallery
 use crate::wire::{LinkEntry, LinkList};
 
 /// Forms of output.
@@ -118,29 +125,12 @@ impl Args {
 
     fn draw(&self, file: &Path, map: &Map, tx: DVec2, rx: DVec2, link: &Link) -> Result<()> {
         let labeler = Labeler::new(&LabelConfig::of(self.protocol))?;
-        let samples: Vec<PathSample> = link.paths.iter().map(sample).collect();
-        let label = labeler.label(&samples)?;
-        let picture = picture::link(&picture::LinkView {
-            scene: &map.scene,
-            tx,
-            rx,
-            paths: &link.paths,
-            protocol: self.protocol,
-            angles_deg: labeler.angles_deg(),
-            aps_db: label.as_ref().map(|l| l.aps_db.as_slice()),
-        });
-        svg::save(file, &picture).with_context(|| format!("picture '{}'", file.display()))?;
+        let view = LinkView::traced(tx, rx, &link.paths);
+        let spectrum = Spectrum::of(&labeler, &view.samples())?;
+        let outlines = Outlines::of_scene(&map.scene);
+        picture::link(&outlines, &view, spectrum.as_ref()).save(file)?;
         eprintln!("picture '{}'", file.display());
         Ok(())
-    }
-}
-
-/// What a label sees of a path.
-pub fn sample(p: &PathRecord) -> PathSample {
-    PathSample {
-        delay_s: p.delay_s,
-        arrival_azimuth_rad: p.arrival_azimuth_rad,
-        gain_db: p.gain_db(),
     }
 }
 
@@ -200,7 +190,7 @@ fn print_csv(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
     for (i, (&(tx, rx), link)) in ends.iter().zip(links).enumerate() {
         for (k, p) in link.paths.iter().enumerate() {
             out.serialize((
-                (i, tx.x, tx.y, rx.x, rx.y, k, sequence(&p.interactions)),
+                (i, tx.x, tx.y, rx.x, rx.y, k, PathView::from(p).name()),
                 (
                     p.length_m,
                     p.delay_s,
@@ -243,21 +233,9 @@ fn print_table(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
                 p.departure_azimuth_rad.to_degrees(),
                 p.arrival_azimuth_rad.to_degrees(),
                 p.gain_db(),
-                sequence(&p.interactions)
+                PathView::from(p).name()
             )?;
         }
     }
     Ok(())
-}
-
-/// `R12 D7`: reflection at wall 12, diffraction at corner 7; `LoS` for none.
-fn sequence(interactions: &[Interaction]) -> String {
-    if interactions.is_empty() {
-        return "LoS".into();
-    }
-    let name = |i: &Interaction| match i.kind {
-        InteractionKind::Reflection => format!("R{}", i.id),
-        InteractionKind::Diffraction => format!("D{}", i.id),
-    };
-    interactions.iter().map(name).collect::<Vec<_>>().join(" ")
 }

@@ -2,33 +2,72 @@
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
-use aps_raytrace::{InteractionKind, PathRecord, Scene};
 use svg::node::element::path::Data;
 use svg::node::element::{Circle, Group, Line, Path, Rectangle, Text, Title};
 
-use super::LinkView;
-use super::colour::GainScale;
+use super::Outlines;
+use crate::chart::{Labels, badge};
+use crate::drawing::{Drawing, plain, px};
+use crate::theme::Colour;
+use crate::view::{BendKind, LinkView, PathView};
+
+/// A path as drawn; those first in a list lie below.
+#[derive(Debug, Clone)]
+pub struct Ray<'a> {
+    pub path: &'a PathView,
+    pub colour: Colour,
+    /// Width of the line \[px\].
+    pub width: f64,
+    /// Shown on the ray near the receiver.
+    pub number: Option<String>,
+    /// Links the ray to other pictures: value of its `data-path`.
+    pub link: Option<String>,
+}
 
 /// Draws the map into a square of `side` px, y upwards.
-pub fn draw(view: &LinkView<'_>, scale: &GainScale, side: f64) -> Group {
-    let frame = Frame::new(view, side);
-    let mut group = Group::new().add(
-        Rectangle::new()
-            .set("width", side)
-            .set("height", side)
-            .set("fill", "#f6f4ef"),
-    );
-    group = group.add(buildings(view.scene, &frame));
-    // Weak paths first, so that strong ones lie on top.
-    let mut paths: Vec<&PathRecord> = view.paths.iter().collect();
-    paths.sort_by(|p, q| p.gain_db().total_cmp(&q.gain_db()));
-    for path in paths {
-        group = group.add(ray(view, path, scale, &frame));
+pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -> Drawing {
+    let frame = Frame::new(outlines, link, side);
+    let ground = Rectangle::new()
+        .set("width", side)
+        .set("height", side)
+        .set("class", "ground");
+    let mut group = Group::new().add(ground).add(buildings(outlines, &frame));
+    let (tx, rx) = (frame.place(link.tx), frame.place(link.rx));
+    let mut labels = Labels::inside(0.0, 0.0, side, side);
+    labels.dot(tx.0, tx.1);
+    labels.dot(rx.0, rx.1);
+    let mut badges = Group::new();
+    for ray in rays {
+        let mut drawn = draw_ray(link, ray, &frame);
+        if let Some(name) = &ray.link {
+            drawn = drawn.set("data-path", name.as_str());
+        }
+        group = group.add(drawn);
+        let way = places(link, ray.path, &frame);
+        if let Some(number) = &ray.number
+            && let Some((x, y)) = labels.among(along(way))
+        {
+            let mut badge = badge(x, y, number, ray.colour, false);
+            if let Some(name) = &ray.link {
+                badge = badge.set("data-path", name.as_str());
+            }
+            badges = badges.add(badge);
+        }
     }
-    group
-        .add(terminal("Tx", "#c1121f", view.tx, &frame))
-        .add(terminal("Rx", "#0353a4", view.rx, &frame))
-        .add(ruler(&frame))
+    let group = group
+        .add(badges)
+        .add(terminal("Tx", Colour::Series(1), tx, rx, side))
+        .add(terminal("Rx", Colour::Series(0), rx, tx, side))
+        .add(ruler(&frame));
+    let label = format!(
+        "map with transmitter at ({:.1}, {:.1}) m, receiver at ({:.1}, {:.1}) m and {} paths",
+        link.tx.x,
+        link.tx.y,
+        link.rx.x,
+        link.rx.y,
+        rays.len()
+    );
+    Drawing::new(group, side, side, label)
 }
 
 /// From metres to pixels.
@@ -39,13 +78,15 @@ struct Frame {
 }
 
 impl Frame {
-    fn new(view: &LinkView<'_>, side: f64) -> Self {
-        let area = view.scene.area().unwrap_or_else(|| {
-            let ends = [view.tx, view.rx];
-            let points = || view.scene.walls().iter().map(|w| w.a).chain(ends);
+    fn new(outlines: &Outlines, link: &LinkView, side: f64) -> Self {
+        let area = outlines.area.unwrap_or_else(|| {
+            let points = || {
+                let corners = outlines.rings.iter().flatten().copied();
+                corners.chain([link.tx, link.rx])
+            };
             Area {
-                min: points().fold(view.tx, DVec2::min),
-                max: points().fold(view.tx, DVec2::max),
+                min: points().fold(link.tx, DVec2::min),
+                max: points().fold(link.tx, DVec2::max),
             }
         });
         let extent = (area.max - area.min).max_element().max(1.0);
@@ -58,114 +99,139 @@ impl Frame {
 
     fn place(&self, p: DVec2) -> (f64, f64) {
         let r = (p - self.min) * self.pixels_per_metre;
-        let round = |v: f64| (v * 100.0).round() / 100.0;
-        (round(r.x), round(self.side - r.y))
+        (px(r.x), px(self.side - r.y))
     }
 }
 
-fn buildings(scene: &Scene, frame: &Frame) -> Path {
-    let walls = scene.walls();
+fn buildings(outlines: &Outlines, frame: &Frame) -> Path {
     let mut data = Data::new();
-    let mut drawn = vec![false; walls.len()];
-    for start in 0..walls.len() {
-        if drawn[start] {
-            continue;
-        }
-        data = data.move_to(frame.place(walls[start].a));
-        let mut at = start;
-        while !drawn[at] {
-            drawn[at] = true;
-            data = data.line_to(frame.place(walls[at].b));
-            at = walls[at].next as usize;
+    for ring in &outlines.rings {
+        for (i, &p) in ring.iter().enumerate() {
+            let place = frame.place(p);
+            data = if i == 0 {
+                data.move_to(place)
+            } else {
+                data.line_to(place)
+            };
         }
         data = data.close();
     }
-    Path::new()
-        .set("d", data)
-        .set("fill", "#cdc7bb")
-        .set("fill-rule", "evenodd")
-        .set("stroke", "#8d8574")
-        .set("stroke-width", 0.8)
+    Path::new().set("d", data).set("class", "house")
 }
 
-fn ray(view: &LinkView<'_>, path: &PathRecord, scale: &GainScale, frame: &Frame) -> Group {
-    let gain_db = path.gain_db();
-    let mut data = Data::new().move_to(frame.place(view.tx));
-    let mut group = Group::new();
-    for i in &path.interactions {
-        data = data.line_to(frame.place(i.point));
-        let (x, y) = frame.place(i.point);
-        let fill = match i.kind {
-            InteractionKind::Reflection => "white",
-            InteractionKind::Diffraction => "#222",
-        };
-        group = group.add(
-            Circle::new()
-                .set("cx", x)
-                .set("cy", y)
-                .set("r", 2)
-                .set("fill", fill)
-                .set("stroke", "#222")
-                .set("stroke-width", 0.7),
-        );
+/// The corners of a path \[px\].
+fn places(link: &LinkView, path: &PathView, frame: &Frame) -> Vec<(f64, f64)> {
+    let bends = path.bends.iter().map(|bend| bend.point);
+    let points = [link.tx].into_iter().chain(bends).chain([link.rx]);
+    points.map(|p| frame.place(p)).collect()
+}
+
+fn draw_ray(link: &LinkView, ray: &Ray<'_>, frame: &Frame) -> Group {
+    let places = places(link, ray.path, frame);
+    let mut data = Data::new().move_to(places[0]);
+    for &place in &places[1..] {
+        data = data.line_to(place);
     }
-    data = data.line_to(frame.place(view.rx));
+    let title = format!(
+        "{}, {:.1} dB, {:.1} m",
+        ray.path.name(),
+        ray.path.gain_db,
+        ray.path.length_m()
+    );
     let line = Path::new()
         .set("d", data)
-        .set("fill", "none")
-        .set("stroke", scale.colour(gain_db))
-        .set(
-            "stroke-width",
-            format!("{:.2}", 0.7 + 2.0 * scale.part(gain_db)),
-        )
-        .set("stroke-linejoin", "round")
-        .add(Title::new(format!(
-            "{gain_db:.1} dB, {:.1} m",
-            path.length_m
-        )));
-    Group::new().add(line).add(group)
+        .set("class", format!("line {}", ray.colour.stroke()))
+        .set("style", format!("stroke-width:{}px", px(ray.width)))
+        .add(Title::new(plain(&title)));
+    let mut group = Group::new().add(line);
+    for (bend, &(x, y)) in ray.path.bends.iter().zip(&places[1..]) {
+        let kind = match bend.kind {
+            BendKind::Reflection => "reflection",
+            BendKind::Diffraction | BendKind::Unknown => "diffraction",
+        };
+        let dot = Circle::new()
+            .set("cx", x)
+            .set("cy", y)
+            .set("r", 2)
+            .set("class", format!("bend {kind}"));
+        group = group.add(dot);
+    }
+    group
 }
 
-fn terminal(name: &str, colour: &str, p: DVec2, frame: &Frame) -> Group {
-    let (x, y) = frame.place(p);
-    Group::new()
-        .add(
-            Circle::new()
-                .set("cx", x)
-                .set("cy", y)
-                .set("r", 5.5)
-                .set("fill", colour)
-                .set("stroke", "white")
-                .set("stroke-width", 1.5),
-        )
-        .add(
-            Text::new(name)
-                .set("x", x + 8.0)
-                .set("y", y - 8.0)
-                .set("paint-order", "stroke")
-                .set("stroke", "white")
-                .set("stroke-width", 4)
-                .set("style", format!("fill: {colour}; font-weight: 600")),
-        )
+/// Places along a way from its end on, near the end first.
+fn along(way: Vec<(f64, f64)>) -> impl Iterator<Item = (f64, f64)> + Clone {
+    let mut found = Vec::new();
+    let mut next = 30.0;
+    let mut walked = 0.0;
+    for leg in way.windows(2).rev() {
+        let ((x0, y0), (x1, y1)) = (leg[1], leg[0]);
+        let length = (x1 - x0).hypot(y1 - y0);
+        while next <= walked + length && found.len() < 60 {
+            let t = (next - walked) / length;
+            found.push((x0 + t * (x1 - x0), y0 + t * (y1 - y0)));
+            next += 9.0;
+        }
+        walked += length;
+    }
+    if found.is_empty() {
+        let ((x0, y0), (x1, y1)) = (way[way.len() - 1], way[way.len() - 2]);
+        found.push(((x0 + x1) / 2.0, (y0 + y1) / 2.0));
+    }
+    found.into_iter()
+}
+
+/// The name stands on the side away from the other end.
+fn terminal(name: &str, colour: Colour, at: (f64, f64), other: (f64, f64), side: f64) -> Group {
+    let (x, y) = at;
+    let is_left = (x < other.0 && x > 30.0) || x > side - 30.0;
+    let (dx, anchor) = if is_left {
+        (-9.0, "end")
+    } else {
+        (9.0, "start")
+    };
+    let dy = if y < other.1 && y > 24.0 || y > side - 12.0 {
+        -7.0
+    } else {
+        17.0
+    };
+    let dot = Circle::new()
+        .set("cx", x)
+        .set("cy", y)
+        .set("r", 5.5)
+        .set("class", colour.fill());
+    let ring = Circle::new()
+        .set("cx", x)
+        .set("cy", y)
+        .set("r", 7)
+        .set("class", "paper");
+    let text = Text::new(name)
+        .set("x", px(x + dx))
+        .set("y", px(y + dy))
+        .set("text-anchor", anchor)
+        .set("class", format!("title halo {}", colour.fill()));
+    Group::new().add(ring).add(dot).add(text)
 }
 
 fn ruler(frame: &Frame) -> Group {
-    let length = 50.0 * frame.pixels_per_metre;
+    // A round length of about a fifth of the picture.
+    let fifth = 0.2 * frame.side / frame.pixels_per_metre;
+    let power = 10_f64.powf(fifth.log10().floor());
+    let length = [5.0, 2.0, 1.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|&l| l <= fifth);
+    let length = length.unwrap_or(power);
     let y = frame.side - 12.0;
-    Group::new()
-        .add(
-            Line::new()
-                .set("x1", 12)
-                .set("x2", 12.0 + length)
-                .set("y1", y)
-                .set("y2", y)
-                .set("stroke", "#333")
-                .set("stroke-width", 2.5),
-        )
-        .add(
-            Text::new("50 m")
-                .set("x", 16)
-                .set("y", y - 5.0)
-                .set("class", "small"),
-        )
+    let line = Line::new()
+        .set("x1", 12)
+        .set("x2", px(12.0 + length * frame.pixels_per_metre))
+        .set("y1", y)
+        .set("y2", y)
+        .set("class", "line stroke-ink");
+    let text = Text::new(format!("{length} m"))
+        .set("x", 13)
+        .set("y", y - 6.0)
+        .set("class", "small halo");
+    Group::new().add(line).add(text)
 }
