@@ -7,6 +7,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
+pub mod benchmark;
 pub mod chart;
 pub mod cli;
 mod commands;
@@ -19,8 +20,8 @@ mod produce;
 mod sampling;
 mod spectra;
 mod summary;
-mod tiles;
-mod whole_files;
 pub mod theme;
+mod tiles;
 mod view;
+mod whole_files;
 mod wire;

@@ -10,16 +10,11 @@ use aps_raytrace::{Link, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
-<<<<<<< HEAD
 use crate::maps::{Map, MapSource, is_geojson, load_file};
-use crate::picture;
-use crate::tiles::{CutCity, TileArgs};
-=======
-use crate::maps::{Map, MapSource, load_file};
 use crate::picture::{self, Outlines};
 use crate::spectra::Spectrum;
+use crate::tiles::{CutCity, TileArgs};
 use crate::view::{LinkView, PathView};
->>>>>>> gallery
 use crate::wire::{LinkEntry, LinkList};
 
 /// Forms of output.
