@@ -7,6 +7,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
+pub mod benchmark;
 pub mod chart;
 pub mod cli;
 mod commands;
