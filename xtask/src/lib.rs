@@ -17,6 +17,7 @@ mod lobes;
 mod maps;
 pub mod page;
 mod picture;
+mod plan;
 mod produce;
 mod sampling;
 mod source;
@@ -29,4 +30,5 @@ mod view;
 mod whole_files;
 mod wire;
 
-pub use maps::IdList;
+pub use maps::{IdList, MapSource};
+pub use plan::{DatasetPlan, Production, Store};

@@ -1,23 +1,17 @@
 //! `cargo xtask dataset`: maps in, labelled data set out.
 
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
-use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Axis, DatasetConfig, DatasetWriter, Layout, ProfileLayout, Split};
-use aps_label::{LabelConfig, Labeler, Protocol};
-use aps_raytrace::{Material, TraceConfig};
+use anyhow::{Result, ensure};
+use aps_data::Split;
+use aps_label::Protocol;
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
 
 use crate::args::TraceArgs;
 use crate::interrupt::interrupt_flag;
 use crate::maps::{IdList, MapSource, choose};
-use crate::produce::Run;
-use crate::sampling;
-use crate::summary::{Summary, Tally};
+use crate::plan::{DatasetPlan, Store};
+use crate::summary::Summary;
 use crate::tiles::TileArgs;
 
 /// Sizes of a run; any of them can be set by itself.
@@ -29,17 +23,6 @@ pub enum Profile {
     Quick,
     /// All maps (51 synthetic ones), 100 x 500 links: the size of the paper.
     Full,
-}
-
-/// Things a data set can store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Store {
-    /// Angle power spectra.
-    Aps,
-    /// Power delay profiles.
-    Pdp,
-    /// Propagation paths: labels can be made anew from them.
-    Paths,
 }
 
 /// Make a labelled data set from maps.
@@ -92,88 +75,32 @@ impl Args {
                 .num_threads(threads)
                 .build_global()?;
         }
-        let (maps, tx, rx) = self.sizes();
+        let (maps, tx_per_map, rx_per_map) = self.sizes();
         let ids = self.map_ids(maps)?;
-        let trace = self.trace.config();
-        trace.validate()?;
-        let label = LabelConfig {
-            pdp: self.store.contains(&Store::Pdp),
-            ..LabelConfig::of(self.protocol)
+        let plan = DatasetPlan {
+            split: Split::of_maps(ids.iter().copied(), self.seed),
+            ids,
+            tx_per_map,
+            rx_per_map,
+            protocol: self.protocol,
+            store: self.store,
+            seed: self.seed,
+            trace: self.trace.config(),
+            maps: self.maps,
         };
-        let labeler = Labeler::new(&label)?;
-        let writer = DatasetWriter::open(&self.out, self.config(&trace, &label, tx, rx))
-            .with_context(|| format!("data set '{}'", self.out.display()))?;
-
-        let todo: Vec<u32> = ids
-            .iter()
-            .copied()
-            .filter(|&id| !writer.has_map(id))
-            .collect();
-        if todo.len() < ids.len() {
-            eprintln!(
-                "{} of {} maps are there already",
-                ids.len() - todo.len(),
-                ids.len()
-            );
-        }
-        let links = (todo.len() * tx * rx) as u64;
-        let progress = progress_bar(links);
-        let interrupted = interrupt_flag()?;
-        let run = Run {
-            writer: &writer,
-            trace: &trace,
-            labeler: &labeler,
-            progress: &progress,
-            interrupted: &interrupted,
-        };
-        let started = Instant::now();
-        let mut total = Tally::default();
-        let mut repairs = Vec::new();
-        for &id in &todo {
-            progress.set_message(format!("map {id}"));
-            let made = self.one_map(&run, id, tx, rx, &mut repairs);
-            if run.interrupted.load(Ordering::Relaxed) {
-                progress.abandon();
-                let done = writer.map_ids().len();
-                bail!(
-                    "interrupted; {done} whole maps are kept in '{}', the same command continues",
-                    self.out.display()
-                );
-            }
-            total.add(&made?);
-        }
-        progress.finish_and_clear();
-        let wall = started.elapsed();
-        let all = writer.map_ids();
-        writer.finish(&Split::of_maps(all, self.seed))?;
-        for line in repairs {
+        let made = plan.make(&self.out, &*interrupt_flag()?)?;
+        for line in &made.repairs {
             println!("{line}");
         }
         println!(
             "{}",
             Summary {
-                tally: &total,
-                wall
+                tally: &made.tally,
+                wall: made.wall
             }
         );
         println!("data set '{}'", self.out.display());
         Ok(())
-    }
-
-    fn one_map(
-        &self,
-        run: &Run<'_>,
-        id: u32,
-        tx: usize,
-        rx: usize,
-        repairs: &mut Vec<String>,
-    ) -> Result<Tally> {
-        let map = self.maps.load(id, self.seed)?;
-        if !map.scene.report().is_clean() {
-            repairs.push(format!("map {id}: {}", map.scene.report()));
-        }
-        let terminals = sampling::draw(&map.scene, self.seed, id, tx, rx)?;
-        run.map(id, &map, &terminals)
     }
 
     /// Synthetic maps, transmitters, receivers.
@@ -203,70 +130,4 @@ impl Args {
             }
         }
     }
-
-    /// Everything that decides the bytes, as the manifest keeps it.
-    fn config(
-        &self,
-        trace: &TraceConfig,
-        label: &LabelConfig,
-        tx: usize,
-        rx: usize,
-    ) -> DatasetConfig {
-        let stores = |what| self.store.contains(&what);
-        let angles = match self.protocol {
-            Protocol::Released => Axis::ANGLE_RELEASED_DEG,
-            _ => Axis::ANGLE_PAPER_DEG,
-        };
-        let delays = Axis {
-            start: 0.0,
-            stop: label.delay_axis.last_s * 1e9,
-            count: label.delay_axis.points,
-            endpoint: true,
-        };
-        DatasetConfig {
-            seed: self.seed,
-            layout: Layout {
-                aps: stores(Store::Aps).then(|| ProfileLayout::over(angles)),
-                pdp: stores(Store::Pdp).then(|| ProfileLayout::over(delays)),
-                paths: stores(Store::Paths),
-                raster: self.maps.raster(),
-            },
-            configuration: json!({
-                "maps": self.maps.describe(),
-                "sampling": { "tx_per_map": tx, "rx_per_map": rx, "grid_m": 1.0 },
-                "trace": trace_json(trace),
-                "label": label,
-            }),
-        }
-    }
-}
-
-fn trace_json(c: &TraceConfig) -> serde_json::Value {
-    let material = match c.material {
-        Material::Concrete => json!("concrete"),
-        Material::PerfectConductor => json!("pec"),
-        Material::Dielectric {
-            relative_permittivity,
-            conductivity_s_per_m,
-        } => json!([relative_permittivity, conductivity_s_per_m]),
-    };
-    json!({
-        "frequency_hz": c.frequency_hz,
-        "material": material,
-        "max_reflections": c.max_reflections,
-        "max_diffractions": c.max_diffractions,
-        "max_interactions": c.max_interactions,
-        "dynamic_range_db": c.dynamic_range_db,
-        "accuracy_db": c.accuracy_db,
-        "max_fallback_diffractions": c.max_fallback_diffractions,
-    })
-}
-
-fn progress_bar(links: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template(
-        "{msg:8} [{bar:40}] {human_pos}/{human_len} links, {per_sec}, {eta} left",
-    )
-    .expect("the template is well formed")
-    .progress_chars("=> ");
-    ProgressBar::new(links).with_style(style)
 }
