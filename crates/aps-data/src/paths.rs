@@ -113,6 +113,14 @@ impl PathRows<'_> {
                 ));
             }
         }
+        let out_of_range = out_of_range(
+            self.delay_s,
+            self.departure_azimuth_rad,
+            self.arrival_azimuth_rad,
+        );
+        if out_of_range.is_some() {
+            return out_of_range;
+        }
         first_not_finite([
             ("delay_s", self.delay_s),
             ("departure_azimuth_rad", self.departure_azimuth_rad),
@@ -140,6 +148,26 @@ fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
         LinkStatus::Unlabelled | LinkStatus::Other(_) => true,
         _ => paths == 0,
     }
+}
+
+/// The first delay below zero or azimuth beyond a full turn. NaN passes, to be told as such.
+fn out_of_range(delay_s: &[f64], departure_rad: &[f64], arrival_rad: &[f64]) -> Option<String> {
+    let is_delay = |x: f64| !(x < 0.0);
+    let is_azimuth = |x: f64| !(x.abs() > std::f64::consts::TAU);
+    let first = |name: &str, values: &[f64], fits: &dyn Fn(f64) -> bool, range: &str| {
+        let bad = values.iter().position(|&x| !fits(x))?;
+        let value = values[bad];
+        Some(format!("{name} number {bad} is {value}, {range}"))
+    };
+    first("delay_s", delay_s, &is_delay, "below 0")
+        .or_else(|| {
+            let name = "departure_azimuth_rad";
+            first(name, departure_rad, &is_azimuth, "beyond a full turn")
+        })
+        .or_else(|| {
+            let name = "arrival_azimuth_rad";
+            first(name, arrival_rad, &is_azimuth, "beyond a full turn")
+        })
 }
 
 fn first_not_finite<const N: usize>(columns: [(&str, &[f64]); N]) -> Option<String> {
@@ -210,6 +238,15 @@ impl PathTable {
                 return Some(format!("link {link} is {status}, but has {paths} paths"));
             }
         }
+        out_of_range(
+            &self.delay_s,
+            &self.departure_azimuth_rad,
+            &self.arrival_azimuth_rad,
+        )
+        .or_else(|| self.not_finite())
+    }
+
+    fn not_finite(&self) -> Option<String> {
         first_not_finite([
             ("delay_s", &self.delay_s),
             ("departure_azimuth_rad", &self.departure_azimuth_rad),
