@@ -8,11 +8,16 @@
 
 mod args;
 pub mod cli;
+mod command_line;
 mod commands;
 mod maps;
 mod picture;
 mod produce;
+mod production;
+mod progress;
+mod samples;
 mod sampling;
+mod settings;
 mod summary;
 mod tiles;
 mod whole_files;

@@ -3,6 +3,7 @@
 //! All numbers are stored in full, so that a label made from stored paths is the label a fresh
 //! trace would get.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use crate::status::LinkStatus;
@@ -150,24 +151,22 @@ fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
     }
 }
 
-/// The first delay below zero or azimuth beyond a full turn. NaN passes, to be told as such.
+/// The first delay below zero or azimuth beyond a full turn.
 fn out_of_range(delay_s: &[f64], departure_rad: &[f64], arrival_rad: &[f64]) -> Option<String> {
-    let is_delay = |x: f64| !(x < 0.0);
-    let is_azimuth = |x: f64| !(x.abs() > std::f64::consts::TAU);
-    let first = |name: &str, values: &[f64], fits: &dyn Fn(f64) -> bool, range: &str| {
-        let bad = values.iter().position(|&x| !fits(x))?;
+    if let Some(bad) = delay_s.iter().position(|&x| x < 0.0) {
+        return Some(format!("delay_s number {bad} is {}, below 0", delay_s[bad]));
+    }
+    let azimuths = [
+        ("departure_azimuth_rad", departure_rad),
+        ("arrival_azimuth_rad", arrival_rad),
+    ];
+    azimuths.into_iter().find_map(|(name, values)| {
+        let bad = values.iter().position(|x| x.abs() > TAU)?;
         let value = values[bad];
-        Some(format!("{name} number {bad} is {value}, {range}"))
-    };
-    first("delay_s", delay_s, &is_delay, "below 0")
-        .or_else(|| {
-            let name = "departure_azimuth_rad";
-            first(name, departure_rad, &is_azimuth, "beyond a full turn")
-        })
-        .or_else(|| {
-            let name = "arrival_azimuth_rad";
-            first(name, arrival_rad, &is_azimuth, "beyond a full turn")
-        })
+        Some(format!(
+            "{name} number {bad} is {value}, beyond a full turn"
+        ))
+    })
 }
 
 fn first_not_finite<const N: usize>(columns: [(&str, &[f64]); N]) -> Option<String> {

@@ -3,7 +3,10 @@
 pub mod dataset;
 pub mod export;
 pub mod import;
+pub mod info;
 pub mod label;
 pub mod metrics;
 pub mod models;
+pub mod relabel;
 pub mod trace;
+pub mod verify;

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use aps_label::{LabelConfig, Labeler, PathSample, Protocol};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Interaction, InteractionKind, Link, PathRecord, Tracer};
+use aps_raytrace::{Interaction, InteractionKind, Link, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
 use crate::maps::{Map, MapSource, is_geojson, load_file};
 use crate::picture;
+use crate::samples;
 use crate::tiles::{CutCity, TileArgs};
 use crate::wire::{LinkEntry, LinkList};
 
@@ -118,7 +119,7 @@ impl Args {
 
     fn draw(&self, file: &Path, map: &Map, tx: DVec2, rx: DVec2, link: &Link) -> Result<()> {
         let labeler = Labeler::new(&LabelConfig::of(self.protocol))?;
-        let samples: Vec<PathSample> = link.paths.iter().map(sample).collect();
+        let samples: Vec<PathSample> = link.paths.iter().map(samples::of_record).collect();
         let label = labeler.label(&samples)?;
         let picture = picture::link(&picture::LinkView {
             scene: &map.scene,
@@ -132,15 +133,6 @@ impl Args {
         svg::save(file, &picture).with_context(|| format!("picture '{}'", file.display()))?;
         eprintln!("picture '{}'", file.display());
         Ok(())
-    }
-}
-
-/// What a label sees of a path.
-pub fn sample(p: &PathRecord) -> PathSample {
-    PathSample {
-        delay_s: p.delay_s,
-        arrival_azimuth_rad: p.arrival_azimuth_rad,
-        gain_db: p.gain_db(),
     }
 }
 
