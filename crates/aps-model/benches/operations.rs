@@ -52,12 +52,14 @@ fn normalisation(criterion: &mut Criterion) {
     use aps_model::Mode;
     use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
     let generator = std::sync::Mutex::new(ChaCha8Rng::seed_from_u64(1));
-    let x = Var::from_tensor(&Tensor::randn(0f32, 1.0, (BATCH, 64, 32, 32), &Device::Cpu).unwrap()).unwrap();
+    let x = Var::from_tensor(&Tensor::randn(0f32, 1.0, (BATCH, 64, 32, 32), &Device::Cpu).unwrap())
+        .unwrap();
     let constant = |v: f64| {
         let t = Tensor::full(v, 64, &Device::Cpu).unwrap();
         Var::from_tensor(&t.to_dtype(DType::F32).unwrap()).unwrap()
     };
-    let (weight, bias, running_mean, running_var) = (constant(1.0), constant(0.0), constant(0.0), constant(1.0));
+    let (weight, bias, running_mean, running_var) =
+        (constant(1.0), constant(0.0), constant(0.0), constant(1.0));
     let tensors = ops::BatchNormTensors {
         weight: &weight,
         bias: &bias,

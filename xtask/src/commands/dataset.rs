@@ -1,24 +1,25 @@
 //! `cargo xtask dataset`: maps in, labelled data set out.
 
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
-use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Axis, DatasetConfig, DatasetWriter, Layout, ProfileLayout, Split};
+use anyhow::{Context, Result};
+use aps_data::{Access, DatasetConfig, DatasetWriter, Plan, Split};
 use aps_label::{LabelConfig, Labeler, Protocol};
-use aps_raytrace::{Material, TraceConfig};
-use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
+use aps_raytrace::TraceConfig;
+use clap::{Subcommand, ValueEnum};
 
-use crate::args::TraceArgs;
-use crate::interrupt::interrupt_flag;
+use crate::args::{Shard, TraceArgs};
+use crate::command_line;
 use crate::maps::{IdList, MapSource, choose};
 use crate::produce::Run;
+use crate::production;
+use crate::progress;
 use crate::sampling;
+use crate::settings::{self, Sampling, Stored};
 use crate::summary::{Summary, Tally};
 use crate::tiles::TileArgs;
+
+mod merge;
 
 /// Sizes of a run; any of them can be set by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -44,7 +45,10 @@ pub enum Store {
 
 /// Make a labelled data set from maps.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., a city in FILE.geojson, or synthetic[:N]
     /// for N made-up cities.
     #[arg(long, default_value = "synthetic")]
@@ -73,6 +77,10 @@ pub struct Args {
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// Make the maps of one shard only, like 1/4: shards may run at once, in one folder or in one each, and
+    /// `dataset merge` joins them.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// Folder of the data set; an unfinished one is continued.
     #[arg(long, default_value = "data/dataset")]
     out: PathBuf,
@@ -82,16 +90,21 @@ pub struct Args {
     tiles: TileArgs,
 }
 
+/// What else can be done to a data set in the making.
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Join what shards made into what one run would have made.
+    Merge(merge::Args),
+}
+
 impl Args {
     /// Runs the command.
     pub fn run(mut self) -> Result<()> {
-        self.maps = self.maps.cut(&self.tiles)?;
-        if let Some(threads) = self.threads {
-            ensure!(threads > 0, "--threads must be at least 1");
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build_global()?;
+        if let Some(Action::Merge(args)) = self.action {
+            return args.run();
         }
+        self.maps = self.maps.cut(&self.tiles)?;
+        progress::use_threads(self.threads)?;
         let (maps, tx, rx) = self.sizes();
         let ids = self.map_ids(maps)?;
         let trace = self.trace.config();
@@ -101,62 +114,45 @@ impl Args {
             ..LabelConfig::of(self.protocol)
         };
         let labeler = Labeler::new(&label)?;
-        let writer = DatasetWriter::open(&self.out, self.config(&trace, &label, tx, rx))
+        let config = self.config(&trace, &label, tx, rx);
+        let access = self.shard.map_or(Access::Whole, |shard| shard.access());
+        let writer = DatasetWriter::open_with(&self.out, config, access)
             .with_context(|| format!("data set '{}'", self.out.display()))?;
-
-        let todo: Vec<u32> = ids
-            .iter()
-            .copied()
-            .filter(|&id| !writer.has_map(id))
-            .collect();
-        if todo.len() < ids.len() {
-            eprintln!(
-                "{} of {} maps are there already",
-                ids.len() - todo.len(),
-                ids.len()
-            );
+        if ids.iter().any(|&id| !writer.has_map(id)) {
+            writer.set_plan(&Plan {
+                maps: ids.clone(),
+                shards: self.shard.map(|shard| shard.count),
+                command: command_line::own_without(&["--out", "--shard", "--threads"]),
+            })?;
         }
+        let own: Vec<u32> = ids.into_iter().filter(|&id| access.covers(id)).collect();
+        let mut todo = own.clone();
+        todo.retain(|&id| !writer.has_map(id));
+        production::tell_finished(todo.len(), own.len());
         let links = (todo.len() * tx * rx) as u64;
-        let progress = progress_bar(links);
-        let interrupted = interrupt_flag()?;
-        let run = Run {
-            writer: &writer,
-            trace: &trace,
-            labeler: &labeler,
-            progress: &progress,
-            interrupted: &interrupted,
-        };
-        let started = Instant::now();
-        let mut total = Tally::default();
         let mut repairs = Vec::new();
-        for &id in &todo {
-            progress.set_message(format!("map {id}"));
-            let made = self.one_map(&run, id, tx, rx, &mut repairs);
-            if run.interrupted.load(Ordering::Relaxed) {
-                progress.abandon();
-                let done = writer.map_ids().len();
-                bail!(
-                    "interrupted; {done} whole maps are kept in '{}', the same command continues",
-                    self.out.display()
-                );
-            }
-            total.add(&made?);
+        let (tally, wall) =
+            production::make_maps(&writer, &labeler, &self.out, &todo, links, |run, id| {
+                self.one_map(run, id, tx, rx, &trace, &mut repairs)
+            })?;
+        if self.shard.is_none() {
+            let all = writer.map_ids();
+            writer.finish(&Split::of_maps(all, self.seed))?;
         }
-        progress.finish_and_clear();
-        let wall = started.elapsed();
-        let all = writer.map_ids();
-        writer.finish(&Split::of_maps(all, self.seed))?;
         for line in repairs {
             println!("{line}");
         }
-        println!(
-            "{}",
-            Summary {
-                tally: &total,
-                wall
-            }
-        );
-        println!("data set '{}'", self.out.display());
+        let tally = &tally;
+        println!("{}", Summary { tally, wall });
+        match self.shard {
+            None => println!("data set '{}'", self.out.display()),
+            Some(shard) => println!(
+                "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
+                self.out.display(),
+                own.len(),
+                command_line::shown(["dataset", "merge"]),
+            ),
+        }
         Ok(())
     }
 
@@ -166,6 +162,7 @@ impl Args {
         id: u32,
         tx: usize,
         rx: usize,
+        trace: &TraceConfig,
         repairs: &mut Vec<String>,
     ) -> Result<Tally> {
         let map = self.maps.load(id, self.seed)?;
@@ -173,7 +170,7 @@ impl Args {
             repairs.push(format!("map {id}: {}", map.scene.report()));
         }
         let terminals = sampling::draw(&map.scene, self.seed, id, tx, rx)?;
-        run.map(id, &map, &terminals)
+        run.map(id, &map, &terminals, trace)
     }
 
     /// Synthetic maps, transmitters, receivers.
@@ -213,60 +210,20 @@ impl Args {
         rx: usize,
     ) -> DatasetConfig {
         let stores = |what| self.store.contains(&what);
-        let angles = match self.protocol {
-            Protocol::Released => Axis::ANGLE_RELEASED_DEG,
-            _ => Axis::ANGLE_PAPER_DEG,
+        let stored = Stored {
+            aps: stores(Store::Aps),
+            pdp: stores(Store::Pdp),
+            paths: stores(Store::Paths),
         };
-        let delays = Axis {
-            start: 0.0,
-            stop: label.delay_axis.last_s * 1e9,
-            count: label.delay_axis.points,
-            endpoint: true,
+        let sampling = Sampling {
+            tx_per_map: tx,
+            rx_per_map: rx,
+            grid_m: 1.0,
         };
         DatasetConfig {
             seed: self.seed,
-            layout: Layout {
-                aps: stores(Store::Aps).then(|| ProfileLayout::over(angles)),
-                pdp: stores(Store::Pdp).then(|| ProfileLayout::over(delays)),
-                paths: stores(Store::Paths),
-                raster: self.maps.raster(),
-            },
-            configuration: json!({
-                "maps": self.maps.describe(),
-                "sampling": { "tx_per_map": tx, "rx_per_map": rx, "grid_m": 1.0 },
-                "trace": trace_json(trace),
-                "label": label,
-            }),
+            layout: settings::layout(label, self.maps.raster(), stored),
+            configuration: settings::of_traced(self.maps.describe(), sampling, trace, label),
         }
     }
-}
-
-fn trace_json(c: &TraceConfig) -> serde_json::Value {
-    let material = match c.material {
-        Material::Concrete => json!("concrete"),
-        Material::PerfectConductor => json!("pec"),
-        Material::Dielectric {
-            relative_permittivity,
-            conductivity_s_per_m,
-        } => json!([relative_permittivity, conductivity_s_per_m]),
-    };
-    json!({
-        "frequency_hz": c.frequency_hz,
-        "material": material,
-        "max_reflections": c.max_reflections,
-        "max_diffractions": c.max_diffractions,
-        "max_interactions": c.max_interactions,
-        "dynamic_range_db": c.dynamic_range_db,
-        "accuracy_db": c.accuracy_db,
-        "max_fallback_diffractions": c.max_fallback_diffractions,
-    })
-}
-
-fn progress_bar(links: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template(
-        "{msg:8} [{bar:40}] {human_pos}/{human_len} links, {per_sec}, {eta} left",
-    )
-    .expect("the template is well formed")
-    .progress_chars("=> ");
-    ProgressBar::new(links).with_style(style)
 }
