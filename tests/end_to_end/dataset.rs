@@ -1,30 +1,12 @@
 //! `dataset`: the same bytes for any threads and after a resume, arrays that hold what they say.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use aps_data::{Dataset, LinkStatus};
 
+use crate::folder::files;
 use crate::{fail, succeed};
-
-/// Every file of a data set by its relative name.
-pub fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![root.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(root).unwrap().display().to_string();
-                found.insert(name, fs::read(&path).unwrap());
-            }
-        }
-    }
-    found
-}
 
 fn make(out: &Path, more: &[&str]) -> String {
     let mut args = vec![
@@ -103,10 +85,12 @@ fn another_configuration_is_refused_by_name() {
         "--out",
         out,
     ]);
-    assert!(
-        error.contains("max_reflections") || error.contains("max_interactions"),
-        "{error}"
-    );
+    for difference in [
+        "configuration.trace.max_interactions is 3 there, 2 here",
+        "configuration.trace.max_reflections is 2 there, 1 here",
+    ] {
+        assert!(error.contains(difference), "{error}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use aps_data::propbin::{Chain, Direction, Path as RayPath, Propbin, Version};
 use aps_data::released::{LinkName, ProfileFile, Sample};
 use aps_data::{Dataset, InteractionKind, LinkStatus};
 
-use crate::dataset::files;
+use crate::folder::files;
 use crate::{fail, succeed};
 
 fn text(path: &Path) -> &str {

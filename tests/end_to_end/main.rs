@@ -3,10 +3,16 @@
 mod city;
 mod dataset;
 mod exchange;
+mod faults;
+mod folder;
+mod info;
 mod label;
 mod metrics;
 mod pages;
+mod relabel;
+mod shards;
 mod trace;
+mod verify;
 
 use std::process::{Command, Output};
 
@@ -23,8 +29,9 @@ fn xtask(args: &[&str]) -> Output {
 fn succeed(args: &[&str]) -> String {
     let output = xtask(args);
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {stderr}");
-    String::from_utf8(output.stdout).expect("output is text")
+    let stdout = String::from_utf8(output.stdout).expect("output is text");
+    assert!(output.status.success(), "{args:?}: {stderr}{stdout}");
+    stdout
 }
 
 /// Standard error of a run that must fail.

@@ -1,8 +1,49 @@
 //! Arguments that several commands share, and how their values are read.
 
+use std::fmt;
+use std::str::FromStr;
+
+use aps_data::Access;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, TraceConfig};
 use clap::Args;
+
+/// A value of `--shard`: `I/N`, counted from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// From 1 to `count`.
+    pub number: u32,
+    pub count: u32,
+}
+
+impl Shard {
+    /// The maps it may write.
+    pub fn access(self) -> Access {
+        Access::Shard {
+            index: self.number - 1,
+            count: self.count,
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.count)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/');
+        let parts = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        match parts {
+            Some((number, count)) if (1..=count).contains(&number) => Ok(Self { number, count }),
+            _ => Err(format!("'{text}' is not a shard; try 1/4, 2/4, 3/4, 4/4")),
+        }
+    }
+}
 
 /// What to trace.
 #[derive(Debug, Clone, Args)]

@@ -18,6 +18,12 @@ struct Cli {
 enum Command {
     /// Make a labelled data set from maps.
     Dataset(commands::dataset::Args),
+    /// Tell what a data set holds, and what an unfinished one lacks.
+    Info(commands::info::Args),
+    /// Check a data set, also against the maps it was made of.
+    Verify(commands::verify::Args),
+    /// Label the stored paths of a data set anew.
+    Relabel(commands::relabel::Args),
     /// Trace single links and print or draw their paths.
     Trace(commands::trace::Args),
     /// Show which path makes which lobe of a spectrum.
@@ -47,6 +53,9 @@ enum Command {
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Dataset(args) => args.run(),
+        Command::Info(args) => args.run(),
+        Command::Verify(args) => args.run(),
+        Command::Relabel(args) => args.run(),
         Command::Trace(args) => args.run(),
         Command::Explain(args) => args.run(),
         Command::Gallery(args) => args.run(),

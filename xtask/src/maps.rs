@@ -201,6 +201,16 @@ impl FromStr for IdList {
     }
 }
 
+/// Ascending ids as a list that [`IdList`] reads, like `0-4,7`.
+pub fn ranges(ids: &[u32]) -> String {
+    let runs = ids.chunk_by(|a, b| a + 1 == *b);
+    let run = |run: &[u32]| match run {
+        [first, .., last] => format!("{first}-{last}"),
+        ids => ids.iter().map(u32::to_string).collect(),
+    };
+    runs.map(run).collect::<Vec<_>>().join(",")
+}
+
 /// The chosen maps, all of which must be there.
 pub fn choose(available: &[u32], chosen: &IdList) -> Result<Vec<u32>> {
     let missing: Vec<u32> = chosen

@@ -8,11 +8,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use aps_data::{DatasetWriter, LinkRows, LinkStatus, Links, MapInput, ProfileRows, Raster};
-use aps_label::{ANGLE_BINS, Label, Labeler, PathSample, Scratch, Status};
+use aps_data::{DatasetWriter, Links, MapInput, MapWriter};
+use aps_label::Labeler;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::Footprint;
-use aps_raytrace::{Link, Receiver, TraceConfig, TraceError, Tracer};
+use aps_raytrace::{Receiver, TraceConfig, Tracer};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
@@ -21,38 +20,37 @@ use crate::sampling::Terminals;
 use crate::summary::Tally;
 
 mod columns;
+mod links;
+mod relabel;
+mod rows;
 
-use columns::PathColumns;
+pub use columns::PathColumns;
+pub use links::LinkMaker;
+pub use rows::{Rows, profile_rows};
 
-/// Transmitters traced between two writes.
-const TX_AT_ONCE: usize = 16;
+/// Parts of a map made between two writes: transmitters, or portions of stored links.
+const GROUP: usize = 16;
 
 /// What all maps of a run share.
 pub struct Run<'a> {
     pub writer: &'a DatasetWriter,
-    pub trace: &'a TraceConfig,
     pub labeler: &'a Labeler,
     pub progress: &'a ProgressBar,
     /// Set by Ctrl-C.
     pub interrupted: &'a AtomicBool,
 }
 
-/// All rows of one transmitter.
-#[derive(Default)]
-struct Rows {
-    status: Vec<LinkStatus>,
-    fallback: Vec<u8>,
-    aps_db: Vec<f64>,
-    pdp_db: Vec<f64>,
-    paths: PathColumns,
-    tally: Tally,
-}
-
 impl Run<'_> {
-    /// Makes one map of the data set; nothing of it stays on disk unless it is whole.
-    pub fn map(&self, id: u32, map: &Map, terminals: &Terminals) -> Result<Tally> {
+    /// Traces and labels one map; nothing of it stays on disk unless it is whole.
+    pub fn map(
+        &self,
+        id: u32,
+        map: &Map,
+        terminals: &Terminals,
+        trace: &TraceConfig,
+    ) -> Result<Tally> {
         let started = Instant::now();
-        let tracer = Tracer::new(&map.scene, self.trace.clone())?;
+        let tracer = Tracer::new(&map.scene, trace.clone())?;
         let rx: Vec<Receiver> = terminals
             .rx
             .par_iter()
@@ -65,13 +63,7 @@ impl Run<'_> {
             maps_without_corners: u64::from(tracer.corner_count() == 0),
             ..Tally::default()
         };
-
-        let grid = self.writer.config().layout.raster;
-        let mut buildings = Raster::empty(grid)?;
-        for f in &map.footprints {
-            let rings = rings_of(f);
-            buildings.fill_building(rings.iter().map(Vec::as_slice))?;
-        }
+        let buildings = map.raster(self.writer.config().layout.raster)?;
         let mut writer = self.writer.begin_map(
             id,
             &MapInput {
@@ -81,110 +73,67 @@ impl Run<'_> {
                 links: Links::Grid,
             },
         )?;
-        for group in terminals.tx.chunks(TX_AT_ONCE) {
-            let rows: Vec<Result<Rows>> = group
-                .par_iter()
-                .map(|&tx| self.transmitter(&tracer, tx, &rx))
-                .collect();
-            let started = Instant::now();
-            for rows in rows {
-                let rows = rows.with_context(|| format!("map {id}"))?;
-                writer.push(&self.link_rows(&rows))?;
-                tally.add(&rows.tally);
-            }
-            tally.write += started.elapsed();
+        for group in terminals.tx.chunks(GROUP) {
+            self.write_group(&mut writer, group, &mut tally, |&tx| {
+                self.transmitter(&tracer, tx, &rx)
+            })
+            .with_context(|| format!("map {id}"))?;
         }
-        let started = Instant::now();
         writer.set_statistics(tally.statistics());
-        let entry = writer.finish()?;
-        tally.write += started.elapsed();
-        tally.bytes = entry.files.iter().map(|f| f.bytes).sum();
+        self.finish(writer, &mut tally)?;
         Ok(tally)
-    }
-
-    fn link_rows<'r>(&self, rows: &'r Rows) -> LinkRows<'r> {
-        let layout = &self.writer.config().layout;
-        let profile = |db: &'r [f64]| ProfileRows { db, argmax: None };
-        LinkRows {
-            status: &rows.status,
-            fallback: Some(&rows.fallback),
-            aps: layout.aps.map(|_| profile(&rows.aps_db)),
-            pdp: layout.pdp.map(|_| profile(&rows.pdp_db)),
-            paths: layout.paths.then(|| rows.paths.rows()),
-        }
     }
 
     fn transmitter(&self, tracer: &Tracer<'_>, tx: DVec2, rx: &[Receiver]) -> Result<Rows> {
         let started = Instant::now();
         let tx = tracer.transmitter(tx).context("transmitter")?;
-        let layout = &self.writer.config().layout;
-        let delays = self.labeler.delays_s().len();
-        let protocol = self.labeler.config().protocol;
         let mut rows = Rows::default();
         rows.tally.prepare = started.elapsed();
         rows.tally.empty_beams = tx.empty_beam_count() as u64;
-        let (mut link, mut scratch, mut label) =
-            (Link::default(), Scratch::default(), Label::default());
-        let mut samples = Vec::new();
+        let mut maker = LinkMaker::default();
         for rx in rx {
-            if self.interrupted.load(Ordering::Relaxed) {
+            if self.is_interrupted() {
                 bail!("interrupted");
             }
-            let started = Instant::now();
-            let traced = tracer.link(&tx, rx, &mut link);
-            let traced_at = Instant::now();
-            rows.tally.trace += traced_at - started;
-            if let Err(TraceError::Coincident { .. }) = traced {
-                link.paths.clear();
-            }
-            samples.clear();
-            samples.extend(link.paths.iter().map(|p| PathSample {
-                delay_s: p.delay_s,
-                arrival_azimuth_rad: p.arrival_azimuth_rad,
-                gain_db: p.gain_db(),
-            }));
-            let labelled = self
-                .labeler
-                .label_into(&samples, &mut scratch, &mut label)?;
-            let status = match (traced, labelled) {
-                (Err(_), _) => LinkStatus::SamePoint,
-                (_, Status::Labelled) => LinkStatus::Valid,
-                _ if link.is_enclosed => LinkStatus::Enclosed,
-                _ if link.paths.is_empty() => LinkStatus::NoPath,
-                _ => LinkStatus::Unlabelled,
-            };
-            rows.tally.label += traced_at.elapsed();
-            rows.tally.link(&link, &label, status, protocol);
-            rows.status.push(status);
-            let beyond = link.fallback_diffractions.unwrap_or(0);
-            rows.fallback.push(beyond.min(u8::MAX.into()) as u8);
-            let n = rows.status.len();
-            // Rows of links without label are ignored, whatever they hold.
-            if layout.aps.is_some() {
-                rows.aps_db.extend_from_slice(&label.aps_db);
-                rows.aps_db.resize(n * ANGLE_BINS, 0.0);
-            }
-            if layout.pdp.is_some() {
-                rows.pdp_db.extend_from_slice(&label.pdp_db);
-                rows.pdp_db.resize(n * delays, 0.0);
-            }
-            if layout.paths {
-                rows.paths.push(&link.paths);
-            }
+            maker.make(tracer, self.labeler, &tx, rx, &mut rows)?;
         }
+        rows.count_shapes(self.labeler, &self.writer.config().layout)?;
         self.progress.inc(rx.len() as u64);
         Ok(rows)
+    }
+
+    /// Makes the rows of some parts on all threads and writes them in the order of the parts.
+    fn write_group<T: Sync>(
+        &self,
+        writer: &mut MapWriter<'_>,
+        parts: &[T],
+        tally: &mut Tally,
+        make: impl Fn(&T) -> Result<Rows> + Send + Sync,
+    ) -> Result<()> {
+        let rows: Vec<Result<Rows>> = parts.par_iter().map(make).collect();
+        let started = Instant::now();
+        for rows in rows {
+            let rows = rows?;
+            writer.push(&rows.link_rows(&self.writer.config().layout))?;
+            tally.add(&rows.tally);
+        }
+        tally.write += started.elapsed();
+        Ok(())
+    }
+
+    fn finish(&self, writer: MapWriter<'_>, tally: &mut Tally) -> Result<()> {
+        let started = Instant::now();
+        let entry = writer.finish()?;
+        tally.write += started.elapsed();
+        tally.bytes = entry.files.iter().map(|f| f.bytes).sum();
+        Ok(())
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
     }
 }
 
 fn positions(points: &[DVec2]) -> Vec<[f64; 2]> {
     points.iter().map(|p| p.to_array()).collect()
-}
-
-/// Outer ring and courtyards of a building, as a raster takes them.
-pub fn rings_of(f: &Footprint) -> Vec<Vec<[f64; 2]>> {
-    std::iter::once(&f.outer)
-        .chain(&f.holes)
-        .map(|ring| positions(ring))
-        .collect()
 }

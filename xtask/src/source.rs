@@ -7,13 +7,12 @@ use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Dataset, MapData, PathTable, Raster};
 use aps_label::LabelConfig;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Link, Material, Receiver, TraceConfig, Tracer, Transmitter};
+use aps_raytrace::{Link, Receiver, TraceConfig, Tracer, Transmitter};
 use rayon::prelude::*;
-use serde::Deserialize;
 
 use crate::maps::{Map, MapSource};
 use crate::picture::Outlines;
-use crate::produce::rings_of;
+use crate::settings;
 use crate::view::{LinkView, PathView};
 
 /// A data set, and the maps it was made from where they are at hand.
@@ -33,53 +32,26 @@ pub struct SourceMap {
     again: Option<(Map, TraceConfig)>,
 }
 
-/// The settings that the runner keeps in the manifest; imported data sets may have none.
-#[derive(Debug, Default, Deserialize)]
-struct Configuration {
-    #[serde(default)]
-    maps: Option<String>,
-    #[serde(default)]
-    label: Option<LabelConfig>,
-    #[serde(default)]
-    trace: Option<StoredTrace>,
-}
-
-#[derive(Debug, Deserialize)]
-struct StoredTrace {
-    frequency_hz: f64,
-    material: StoredMaterial,
-    max_reflections: usize,
-    max_diffractions: usize,
-    max_interactions: usize,
-    dynamic_range_db: Option<f64>,
-    accuracy_db: Option<f64>,
-    max_fallback_diffractions: usize,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum StoredMaterial {
-    Name(String),
-    Values([f64; 2]),
-}
-
 impl Source {
     /// Opens a data set. Without `maps` its own are used if they were synthetic.
     pub fn open(folder: &Path, maps: Option<MapSource>) -> Result<Self> {
         let place = || format!("data set '{}'", folder.display());
         let dataset = Dataset::open(folder).with_context(place)?;
         let configuration = &dataset.manifest().configuration;
-        let settings: Configuration = match configuration.is_null() {
-            true => Configuration::default(),
-            false => Configuration::deserialize(configuration)
-                .with_context(|| format!("{}: settings in its manifest", place()))?,
+        // Imported data sets may lack settings.
+        let tracing = settings::tracing_of(configuration).with_context(place)?;
+        let label = match configuration.get("label").is_some() {
+            true => settings::label_of(configuration).with_context(place)?,
+            false => LabelConfig::default(),
         };
-        let own = (settings.maps.as_deref() == Some("synthetic"))
-            .then_some((MapSource::Synthetic { count: None }, false));
+        let is_synthetic = configuration
+            .get("maps")
+            .is_some_and(|maps| maps == "synthetic");
+        let own = is_synthetic.then_some((MapSource::Synthetic { count: None }, false));
         Ok(Self {
             maps: maps.map(|maps| (maps, true)).or(own),
-            label: settings.label.unwrap_or_default(),
-            trace: settings.trace.map(StoredTrace::config).transpose()?,
+            label,
+            trace: tracing.map(|(_, trace)| trace),
             dataset,
         })
     }
@@ -123,11 +95,7 @@ impl Source {
             Err(_) if !is_asked_for => return Ok(None),
             Err(error) => return Err(error),
         };
-        let mut raster = Raster::empty(buildings.grid())?;
-        for footprint in &map.footprints {
-            let rings = rings_of(footprint);
-            raster.fill_building(rings.iter().map(Vec::as_slice))?;
-        }
+        let raster = map.raster(buildings.grid())?;
         match (raster == *buildings, is_asked_for) {
             (true, _) => Ok(Some(map)),
             (false, false) => Ok(None),
@@ -220,35 +188,6 @@ fn trace_again(
     let mut links: Vec<(usize, LinkView)> = groups.into_iter().flatten().collect();
     links.sort_by_key(|(place, _)| *place);
     Ok(links.into_iter().map(|(_, link)| link).collect())
-}
-
-impl StoredTrace {
-    fn config(self) -> Result<TraceConfig> {
-        let material = match self.material {
-            StoredMaterial::Name(name) if name == "concrete" => Material::Concrete,
-            StoredMaterial::Name(name) if name == "pec" => Material::PerfectConductor,
-            StoredMaterial::Name(name) => bail!("the manifest's material '{name}' is not known"),
-            StoredMaterial::Values([relative_permittivity, conductivity_s_per_m]) => {
-                Material::Dielectric {
-                    relative_permittivity,
-                    conductivity_s_per_m,
-                }
-            }
-        };
-        let config = TraceConfig {
-            frequency_hz: self.frequency_hz,
-            material,
-            max_reflections: self.max_reflections,
-            max_diffractions: self.max_diffractions,
-            max_interactions: self.max_interactions,
-            dynamic_range_db: self.dynamic_range_db,
-            accuracy_db: self.accuracy_db,
-            max_fallback_diffractions: self.max_fallback_diffractions,
-            ..TraceConfig::default()
-        };
-        config.validate()?;
-        Ok(config)
-    }
 }
 
 /// A link of a data set, `MAP,TX,RX`: map number, rows of transmitter and receiver.

@@ -4,16 +4,18 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
 
-use aps_data::LinkStatus;
-use aps_label::{Label, Protocol};
+use anyhow::Result;
+use aps_data::{LinkStatus, Profile};
+use aps_label::{Label, Moments, Protocol, relative_power};
 use aps_raytrace::Link;
 use serde_json::{Value, json};
 
 /// Below its maximum a spectrum is noise by this much \[dB\]; omissions must not show above.
 const EFFECT_RANGE_DB: f64 = 40.0;
 
-/// Natural logarithm of one decibel of power.
-const DECIBEL: f64 = std::f64::consts::LN_10 / 10.0;
+/// Names of the two statistics of omissions that depend on the label.
+const LARGEST_EFFECT: &str = "largest_effect_above_40_db_below_maximum_db";
+const LINKS_AFFECTED: &str = "links_where_it_may_exceed_0_1_db";
 
 /// Counts and times over some links; sums of parts are the whole.
 #[derive(Debug, Clone, Default)]
@@ -23,6 +25,8 @@ pub struct Tally {
     pub status: BTreeMap<String, u64>,
     /// Labelled links by the number of dominant peaks of their APS.
     pub dominant_peaks: BTreeMap<usize, u64>,
+    /// All values of all APS, relative to their link's largest one, as stored.
+    pub relative_power: Moments,
     /// Links beyond the limits, by their number of diffractions.
     pub fallback: BTreeMap<usize, u64>,
     /// With an accuracy set: links by the number of interactions they stopped at.
@@ -50,14 +54,10 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Counts one link.
+    /// Counts one traced link.
     pub fn link(&mut self, link: &Link, label: &Label, status: LinkStatus, protocol: Protocol) {
-        self.links += 1;
-        self.paths += link.paths.len() as u64;
-        *self.status.entry(status.to_string()).or_default() += 1;
-        if let Some(d) = link.fallback_diffractions {
-            *self.fallback.entry(d).or_default() += 1;
-        }
+        let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
+        self.stored_link(link.paths.len(), status, beyond as u8);
         if let Some(order) = link.stopped_at {
             *self.stopped_at.entry(order).or_default() += 1;
         }
@@ -71,21 +71,6 @@ impl Tally {
             .iter()
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
-        let shape: Vec<f64> = label
-            .aps_db
-            .iter()
-            .map(|db| ((db - top_db) * DECIBEL).exp())
-            .collect();
-        let definition = match protocol {
-            Protocol::Released => aps_metrics::Protocol::Released.definition(),
-            _ => aps_metrics::Protocol::Paper.definition(),
-        };
-        if let Ok(peaks) = aps_metrics::spectrum_peaks(&shape, &definition) {
-            *self
-                .dominant_peaks
-                .entry(peaks.dominant().len())
-                .or_default() += 1;
-        }
         // The weakest bin that counts, as a path gain.
         let weakest_db = top_db - EFFECT_RANGE_DB - protocol.sent_power_db();
         let effect_db = link.omitted.effect_db(10_f64.powf(weakest_db / 10.0));
@@ -93,11 +78,49 @@ impl Tally {
         self.links_affected += u64::from(effect_db > 0.1);
     }
 
+    /// Counts what is stored of one link.
+    pub fn stored_link(&mut self, paths: usize, status: LinkStatus, fallback: u8) {
+        self.links += 1;
+        self.paths += paths as u64;
+        *self.status.entry(status.to_string()).or_default() += 1;
+        if fallback > 0 {
+            *self.fallback.entry(fallback.into()).or_default() += 1;
+        }
+    }
+
+    /// Counts the shapes of labelled links' spectra, as they are stored.
+    pub fn shapes(
+        &mut self,
+        aps: &Profile,
+        links: impl Iterator<Item = usize>,
+        protocol: Protocol,
+    ) -> Result<()> {
+        let definition = match protocol {
+            Protocol::Released => aps_metrics::Protocol::Released.definition(),
+            _ => aps_metrics::Protocol::Paper.definition(),
+        };
+        let mut stored = vec![0.0; aps.bins()];
+        let mut shape = vec![0.0; aps.bins()];
+        for link in links {
+            aps.read_relative_db(link, &mut stored);
+            for (value, &stored) in shape.iter_mut().zip(&stored) {
+                *value = f64::from(stored);
+            }
+            relative_power(&mut shape)?;
+            self.relative_power.add(&shape)?;
+            let peaks = aps_metrics::spectrum_peaks(&shape, &definition)?;
+            let count = peaks.dominant().len();
+            *self.dominant_peaks.entry(count).or_default() += 1;
+        }
+        Ok(())
+    }
+
     /// What the manifest keeps: findings that follow from the settings.
     pub fn statistics(&self) -> Value {
         json!({
             "paths": self.paths,
             "dominant_peaks": self.dominant_peaks,
+            "relative_power": self.relative_power_json(),
             "fallback_diffractions": self.fallback,
             "stopped_at_interactions": self.stopped_at,
             "omitted": {
@@ -106,10 +129,42 @@ impl Tally {
                 "empty_beams": self.empty_beams,
                 "paths_by_bound": self.omitted_by_bound,
                 "paths_by_gain": self.omitted_by_gain,
-                "largest_effect_above_40_db_below_maximum_db": self.omission_effect_db,
-                "links_where_it_may_exceed_0_1_db": self.links_affected,
+                LARGEST_EFFECT: self.omission_effect_db,
+                LINKS_AFFECTED: self.links_affected,
             },
         })
+    }
+
+    /// As [`Tally::statistics`], of stored links: what only a trace can tell is as `source` has it, but for what
+    /// depends on the label, unless that is the same.
+    pub fn statistics_like(&self, source: &Value, same_label: bool) -> Value {
+        let mut statistics = match source {
+            Value::Object(source) => source.clone(),
+            _ => serde_json::Map::new(),
+        };
+        let own = [
+            ("paths", json!(self.paths)),
+            ("dominant_peaks", json!(self.dominant_peaks)),
+            ("relative_power", self.relative_power_json()),
+            ("fallback_diffractions", json!(self.fallback)),
+        ];
+        statistics.extend(own.map(|(key, value)| (key.into(), value)));
+        if let Some(Value::Object(omitted)) = statistics.get_mut("omitted")
+            && !same_label
+        {
+            omitted.remove(LARGEST_EFFECT);
+            omitted.remove(LINKS_AFFECTED);
+        }
+        Value::Object(statistics)
+    }
+
+    fn relative_power_json(&self) -> Value {
+        let values = self.relative_power.count();
+        let statistics = self.relative_power.mean_std();
+        statistics.map_or(
+            Value::Null,
+            |s| json!({ "values": values, "mean": s.mean, "std": s.std }),
+        )
     }
 
     /// Adds the counts of a part.
@@ -123,6 +178,7 @@ impl Tally {
         self.paths += part.paths;
         merge(&mut self.status, &part.status);
         merge(&mut self.dominant_peaks, &part.dominant_peaks);
+        self.relative_power.merge(&part.relative_power);
         merge(&mut self.fallback, &part.fallback);
         merge(&mut self.stopped_at, &part.stopped_at);
         self.maps_without_walls += part.maps_without_walls;

@@ -8,7 +8,7 @@ use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Tiling, parse_geojson};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::maps::Map;
+use crate::maps::{Map, ranges};
 
 /// Tiles with a larger share of buildings have no room for terminals.
 const MAX_BUILT_SHARE: f64 = 0.95;
@@ -137,17 +137,4 @@ impl CutCity {
             scene,
         })
     }
-}
-
-/// `0-3,7` for sorted numbers.
-fn ranges(ids: &[u32]) -> String {
-    let mut words: Vec<String> = Vec::new();
-    for run in ids.chunk_by(|a, b| a + 1 == *b) {
-        words.push(match run {
-            [only] => only.to_string(),
-            [first, .., last] => format!("{first}-{last}"),
-            [] => continue,
-        });
-    }
-    words.join(",")
 }

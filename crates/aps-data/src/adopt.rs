@@ -16,23 +16,28 @@ impl DatasetWriter {
     /// The folder needs no manifest. Each file is checked against its checksum on the way.
     ///
     /// # Errors
-    /// [`Error::ConfigMismatch`] when a map was made with other settings, [`Error::Checksum`] when
-    /// a file is damaged, [`Error::Input`] when it belongs to another shard, [`Error::Io`]. Maps
-    /// copied before stay.
+    /// Those of [`DatasetWriter::adopt_map`]. Maps copied before stay.
     pub fn adopt(&self, other: impl AsRef<Path>) -> Result<Vec<u32>, Error> {
         let mut adopted = Vec::new();
-        for (id, folder) in MapEntry::folders_in(other.as_ref())? {
+        for (id, _) in MapEntry::folders_in(other.as_ref())? {
             if !self.has_map(id) {
-                self.must_cover(id)?;
-                self.adopt_map(id, &folder)?;
+                self.adopt_map(other.as_ref(), id)?;
                 adopted.push(id);
             }
         }
         Ok(adopted)
     }
 
-    fn adopt_map(&self, id: u32, source: &Path) -> Result<(), Error> {
-        let manifest = MapManifest::read_of(id, source)?;
+    /// Copies one whole map out of another folder.
+    ///
+    /// # Errors
+    /// [`Error::ConfigMismatch`] when the map was made with other settings, [`Error::Checksum`]
+    /// when a file is damaged, [`Error::Input`] when it is there already or belongs to another
+    /// shard, [`Error::Io`]. Nothing of the map is then in this data set.
+    pub fn adopt_map(&self, other: impl AsRef<Path>, id: u32) -> Result<(), Error> {
+        self.must_want(id)?;
+        let source = other.as_ref().join(MapEntry::folder_of(id));
+        let manifest = MapManifest::read_of(id, &source)?;
         self.config()
             .must_equal(&manifest.config(), &source.join(MAP_FILE))?;
         let folder = PartialFolder::create(self.root(), &MapEntry::folder_of(id))?;

@@ -29,12 +29,21 @@ pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> Result<(), Error> {
         .map_err(at(path, "write"))
 }
 
+/// Removes a file, if it is there.
+pub(crate) fn remove_file(path: &Path) -> Result<(), Error> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => Err(at(path, "remove")(source)),
+        _ => sync_folder(path.parent().unwrap_or(Path::new("."))),
+    }
+}
+
 /// Creates or replaces a file such that at any moment either the old or the new one is there,
 /// whole.
 pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let partial = folder.join(format!(".{name}.partial"));
+    // The process in the name keeps shards apart that write the same file.
+    let partial = folder.join(format!(".{name}{PARTIAL}{}", std::process::id()));
     let written = write_synced(&partial, bytes);
     let renamed =
         written.and_then(|()| fs::rename(&partial, path).map_err(at(path, "rename a file to")));
@@ -86,9 +95,11 @@ impl PartialFolder {
     pub fn remove_leftovers(root: &Path) -> Result<(), Error> {
         for name in names_in(root)? {
             let path = root.join(&name);
-            if name.starts_with(".map_") && name.contains(PARTIAL) && path.is_dir() {
+            let is_partial = name.starts_with('.') && name.contains(PARTIAL);
+            if is_partial && name.starts_with(".map_") && path.is_dir() {
                 fs::remove_dir_all(&path).map_err(at(&path, "remove"))?;
-            } else if name == ".manifest.json.partial" || name.starts_with(&format!("{LOCK_FILE}."))
+            } else if is_partial && name.contains(".json")
+                || name.starts_with(&format!("{LOCK_FILE}."))
             {
                 fs::remove_file(&path).map_err(at(&path, "remove"))?;
             }

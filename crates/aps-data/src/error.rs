@@ -75,18 +75,15 @@ pub enum Error {
     },
     /// The folder holds maps made with other settings.
     #[error(
-        "{} was made with {key} = {stored}, this run has {key} = {given}; use the same setting or another folder",
-        path.display()
+        "{} was made with other settings: {}; use the same ones or another folder",
+        path.display(),
+        listed(differences)
     )]
     ConfigMismatch {
         /// Manifest of the finished map or data set.
         path: PathBuf,
-        /// Path of the first setting that differs, e.g. `configuration.tracer.max_reflections`.
-        key: String,
-        /// Its value in the folder.
-        stored: String,
-        /// Its value in this run.
-        given: String,
+        /// Every setting that differs, at least one.
+        differences: Vec<Difference>,
     },
     /// Another process writes to the folder.
     #[error("{} is locked: another run writes to this data set; wait for it or use another folder", path.display())]
@@ -108,6 +105,12 @@ pub enum Error {
         /// What is wrong, and where.
         problem: String,
     },
+    /// Rows of links do not fit the layout they are to be stored in.
+    #[error("cannot store such rows: {problem}")]
+    Rows {
+        /// What is wrong, and where.
+        problem: String,
+    },
     /// A map asked for is not in the data set.
     #[error("{} has no map {map}", path.display())]
     UnknownMap {
@@ -124,6 +127,22 @@ pub enum Error {
         /// What was asked for.
         what: &'static str,
     },
+}
+
+/// A setting that differs between a folder and a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// Its path, e.g. `configuration.tracer.max_reflections`.
+    pub key: String,
+    /// Its value in the folder, as JSON, or `nothing`.
+    pub stored: String,
+    /// Its value in this run, as JSON, or `nothing`.
+    pub given: String,
+}
+
+fn listed(differences: &[Difference]) -> String {
+    let one = |d: &Difference| format!("{} is {} there, {} here", d.key, d.stored, d.given);
+    differences.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// Adds action and path to an I/O error.

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::error::{Error, at};
+use crate::error::{Difference, Error, at};
 
 /// Largest manifest read \[bytes\]; that of 51 maps has some 200 kB.
 const MAX_BYTES: u64 = 256 << 20;
@@ -53,29 +53,35 @@ pub(crate) fn in_order(value: &Value) -> Value {
     }
 }
 
-/// The first place where two values differ: its path, e.g. `tracer.materials[2]`, and both values
-/// as text.
-pub(crate) fn first_difference(a: &Value, b: &Value) -> Option<(String, String, String)> {
-    fn walk(path: &str, a: Option<&Value>, b: Option<&Value>) -> Option<(String, String, String)> {
+/// All places where two values differ, by path, e.g. `tracer.materials[2]`; `given` is of `b`.
+pub(crate) fn differences(a: &Value, b: &Value) -> Vec<Difference> {
+    fn walk(key: String, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<Difference>) {
         match (a, b) {
             (Some(Value::Object(a)), Some(Value::Object(b))) => {
-                let mut keys: Vec<&String> = a.keys().chain(b.keys()).collect();
-                keys.sort_unstable();
-                keys.dedup();
-                let dot = if path.is_empty() { "" } else { "." };
-                keys.iter()
-                    .find_map(|&key| walk(&format!("{path}{dot}{key}"), a.get(key), b.get(key)))
+                let mut names: Vec<&String> = a.keys().chain(b.keys()).collect();
+                names.sort_unstable();
+                names.dedup();
+                let dot = if key.is_empty() { "" } else { "." };
+                for name in names {
+                    walk(format!("{key}{dot}{name}"), a.get(name), b.get(name), found);
+                }
             }
-            (Some(Value::Array(a)), Some(Value::Array(b))) => (0..a.len().max(b.len()))
-                .find_map(|i| walk(&format!("{path}[{i}]"), a.get(i), b.get(i))),
-            (a, b) if a == b => None,
+            (Some(Value::Array(a)), Some(Value::Array(b))) => {
+                for i in 0..a.len().max(b.len()) {
+                    walk(format!("{key}[{i}]"), a.get(i), b.get(i), found);
+                }
+            }
+            (a, b) if a == b => {}
             (a, b) => {
                 let text = |value: Option<&Value>| value.map_or("nothing".into(), Value::to_string);
-                Some((path.into(), text(a), text(b)))
+                let (stored, given) = (text(a), text(b));
+                found.push(Difference { key, stored, given });
             }
         }
     }
-    walk("", Some(a), Some(b))
+    let mut found = Vec::new();
+    walk(String::new(), Some(a), Some(b), &mut found);
+    found
 }
 
 #[cfg(test)]
@@ -84,14 +90,17 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn difference_is_named_by_its_path() {
-        let a = json!({"tracer": {"max_reflections": 2, "materials": [1, 2]}});
-        let b = json!({"tracer": {"max_reflections": 3, "materials": [1, 2]}});
-        let expected = ("tracer.max_reflections".into(), "2".into(), "3".into());
-        assert_eq!(first_difference(&a, &b), Some(expected));
-        let shorter = json!({"tracer": {"max_reflections": 2, "materials": [1]}});
-        let expected = ("tracer.materials[1]".into(), "2".into(), "nothing".into());
-        assert_eq!(first_difference(&a, &shorter), Some(expected));
-        assert_eq!(first_difference(&a, &a), None);
+    fn differences_are_named_by_their_paths() {
+        let a = json!({"tracer": {"max_reflections": 2, "materials": [1, 2]}, "seed": 1});
+        let b = json!({"tracer": {"max_reflections": 3, "materials": [1]}, "seed": 1});
+        let found = differences(&a, &b).into_iter();
+        let found: Vec<_> = found.map(|d| (d.key, d.stored, d.given)).collect();
+        let triple = |a: &str, b: &str, c: &str| (a.to_owned(), b.to_owned(), c.to_owned());
+        let expected = [
+            triple("tracer.materials[1]", "2", "nothing"),
+            triple("tracer.max_reflections", "2", "3"),
+        ];
+        assert_eq!(found, expected);
+        assert!(differences(&a, &a).is_empty());
     }
 }

@@ -10,6 +10,7 @@
 //! - Reading: [`Dataset`] loads a map at a time as [`MapData`], and its [`PathTable`].
 //! - For training: [`Split`] says which maps train and test, [`ConditionImages`] makes a model's input from a
 //!   [`Raster`] of buildings and the ends of a link.
+//! - Without a manifest: [`Survey`] tells what an unfinished data set has and lacks.
 //! - [`npy`] reads and writes single arrays.
 //! - [`propbin`] and [`released`] read and write the files of the data published with the benchmark.
 //!
@@ -83,6 +84,7 @@ mod map_data;
 mod map_writer;
 pub mod npy;
 mod paths;
+mod plan;
 mod profile;
 pub mod propbin;
 mod raster;
@@ -90,18 +92,21 @@ mod reader;
 pub mod released;
 mod split;
 mod status;
+mod survey;
 mod writer;
 
 pub use condition::{ConditionConfig, ConditionImages};
-pub use error::Error;
+pub use error::{Difference, Error};
 pub use layout::{Axis, Layout, Precision, ProfileLayout};
 pub use manifest::{DatasetConfig, FORMAT_VERSION, FileEntry, Manifest, MapEntry, Totals};
 pub use map_data::MapData;
 pub use map_writer::{LinkRows, Links, MapInput, MapWriter};
 pub use paths::{InteractionKind, PathRows, PathTable, UNKNOWN_ID};
+pub use plan::Plan;
 pub use profile::{FILL_DB, Profile, ProfileRows, Samples};
 pub use raster::{Raster, RasterError, RasterGrid};
 pub use reader::Dataset;
 pub use split::{Part, Split};
 pub use status::LinkStatus;
+pub use survey::Survey;
 pub use writer::{Access, DatasetWriter};

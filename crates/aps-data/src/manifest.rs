@@ -17,6 +17,9 @@ use crate::json;
 use crate::layout::Layout;
 use crate::split::Split;
 
+#[cfg(test)]
+mod fuzz;
+
 /// The version of the format this crate writes, and the newest it reads.
 pub const FORMAT_VERSION: u64 = 1;
 
@@ -158,14 +161,13 @@ impl DatasetConfig {
             } = config;
             serde_json::json!({ "seed": seed, "layout": layout, "configuration": configuration })
         };
-        match json::first_difference(&as_value(stored), &as_value(self)) {
-            Some((key, stored, given)) => Err(Error::ConfigMismatch {
+        let differences = json::differences(&as_value(stored), &as_value(self));
+        match differences.is_empty() {
+            true => Ok(()),
+            false => Err(Error::ConfigMismatch {
                 path: path.into(),
-                key,
-                stored,
-                given,
+                differences,
             }),
-            None => Ok(()),
         }
     }
 }
@@ -203,7 +205,11 @@ impl Manifest {
 
     /// Reads a manifest and checks that it agrees with itself.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
-        let manifest: Manifest = parse(path, &json::read_bytes(path)?)?;
+        Self::parse(path, &json::read_bytes(path)?)
+    }
+
+    fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let manifest: Manifest = parse(path, bytes)?;
         match manifest.problem() {
             Some(problem) => Err(Error::Damaged {
                 path: path.into(),
@@ -251,9 +257,16 @@ impl MapManifest {
     /// Reads the manifest of map `id` in its folder and checks that it agrees with itself.
     pub fn read_of(id: u32, folder: &Path) -> Result<Self, Error> {
         let path = folder.join(MAP_FILE);
-        let manifest: MapManifest = parse(&path, &json::read_bytes(&path)?)?;
+        Self::parse(id, &path, &json::read_bytes(&path)?)
+    }
+
+    fn parse(id: u32, path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let manifest: MapManifest = parse(path, bytes)?;
         match manifest.problem(id) {
-            Some(problem) => Err(Error::Damaged { path, problem }),
+            Some(problem) => Err(Error::Damaged {
+                path: path.into(),
+                problem,
+            }),
             None => Ok(manifest),
         }
     }
@@ -383,7 +396,7 @@ impl Totals {
 }
 
 /// Parses a manifest, looking at its version before anything else.
-fn parse<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, Error> {
+pub(crate) fn parse<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, Error> {
     #[derive(Deserialize)]
     struct Version {
         format: Option<String>,

@@ -3,6 +3,7 @@
 //! All numbers are stored in full, so that a label made from stored paths is the label a fresh
 //! trace would get.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use crate::status::LinkStatus;
@@ -113,6 +114,14 @@ impl PathRows<'_> {
                 ));
             }
         }
+        let out_of_range = out_of_range(
+            self.delay_s,
+            self.departure_azimuth_rad,
+            self.arrival_azimuth_rad,
+        );
+        if out_of_range.is_some() {
+            return out_of_range;
+        }
         first_not_finite([
             ("delay_s", self.delay_s),
             ("departure_azimuth_rad", self.departure_azimuth_rad),
@@ -140,6 +149,24 @@ fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
         LinkStatus::Unlabelled | LinkStatus::Other(_) => true,
         _ => paths == 0,
     }
+}
+
+/// The first delay below zero or azimuth beyond a full turn.
+fn out_of_range(delay_s: &[f64], departure_rad: &[f64], arrival_rad: &[f64]) -> Option<String> {
+    if let Some(bad) = delay_s.iter().position(|&x| x < 0.0) {
+        return Some(format!("delay_s number {bad} is {}, below 0", delay_s[bad]));
+    }
+    let azimuths = [
+        ("departure_azimuth_rad", departure_rad),
+        ("arrival_azimuth_rad", arrival_rad),
+    ];
+    azimuths.into_iter().find_map(|(name, values)| {
+        let bad = values.iter().position(|x| x.abs() > TAU)?;
+        let value = values[bad];
+        Some(format!(
+            "{name} number {bad} is {value}, beyond a full turn"
+        ))
+    })
 }
 
 fn first_not_finite<const N: usize>(columns: [(&str, &[f64]); N]) -> Option<String> {
@@ -210,6 +237,15 @@ impl PathTable {
                 return Some(format!("link {link} is {status}, but has {paths} paths"));
             }
         }
+        out_of_range(
+            &self.delay_s,
+            &self.departure_azimuth_rad,
+            &self.arrival_azimuth_rad,
+        )
+        .or_else(|| self.not_finite())
+    }
+
+    fn not_finite(&self) -> Option<String> {
         first_not_finite([
             ("delay_s", &self.delay_s),
             ("departure_azimuth_rad", &self.departure_azimuth_rad),

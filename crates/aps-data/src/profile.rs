@@ -6,6 +6,7 @@
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
+use crate::error::Error;
 use crate::layout::{Precision, ProfileLayout};
 use crate::status::LinkStatus;
 
@@ -46,6 +47,52 @@ pub enum Samples {
 }
 
 impl Profile {
+    /// The form in which rows are stored, in memory: what a reader of the data set would get.
+    ///
+    /// # Errors
+    /// [`Error::Rows`] when they do not fit layout and states, or hold a value that is not finite.
+    pub fn encode(
+        rows: &ProfileRows<'_>,
+        layout: &ProfileLayout,
+        status: &[LinkStatus],
+    ) -> Result<Self, Error> {
+        let encoded = encode(rows, layout, status, 0);
+        let EncodedRows { db, max_db, argmax } =
+            encoded.map_err(|problem| Error::Rows { problem })?;
+        Ok(Profile {
+            bins: layout.axis.count,
+            db,
+            max_db,
+            argmax,
+        })
+    }
+
+    /// Whether two links, of this profile and another one, have the same bits in every array.
+    ///
+    /// # Panics
+    /// When there are no such links.
+    pub fn is_same_row(&self, link: usize, other: &Profile, other_link: usize) -> bool {
+        fn same<T: Copy, B: PartialEq>(a: &[T], b: &[T], bits: impl Fn(T) -> B) -> bool {
+            a.len() == b.len() && a.iter().zip(b).all(|(&a, &b)| bits(a) == bits(b))
+        }
+        let row = |profile: &Profile, link| link * profile.bins..(link + 1) * profile.bins;
+        let (here, there) = (row(self, link), row(other, other_link));
+        let same_db = match (&self.db, &other.db) {
+            (Samples::F16(a), Samples::F16(b)) => {
+                same(&a[here.clone()], &b[there.clone()], f16::to_bits)
+            }
+            (Samples::F32(a), Samples::F32(b)) => {
+                same(&a[here.clone()], &b[there.clone()], f32::to_bits)
+            }
+            _ => false,
+        };
+        let same_places = match (&self.argmax, &other.argmax) {
+            (Some(a), Some(b)) => same(&a[here], &b[there], f16::to_bits),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        same_db && same_places && self.max_db[link].to_bits() == other.max_db[other_link].to_bits()
+    }
+
     /// Number of bins of each link.
     pub fn bins(&self) -> usize {
         self.bins

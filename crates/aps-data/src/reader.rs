@@ -167,21 +167,46 @@ impl Dataset {
     /// A single changed byte anywhere is found: in an array by its checksum, in a manifest because
     /// the data set has only one way to write it.
     pub fn verify(&self) -> Vec<Error> {
-        let mut problems: Vec<Error> = self.verify_manifest().err().into_iter().collect();
-        for map in &self.manifest.maps {
-            let before = problems.len();
-            problems.extend(self.verify_bytes(map));
-            // Values of damaged files would only repeat the news.
-            if problems.len() == before {
-                problems.extend(self.verify_values(map));
-            }
+        let of_maps = self.manifest.maps.iter();
+        let of_maps = of_maps.flat_map(|map| self.verify_map(map.id));
+        self.verify_manifest().into_iter().chain(of_maps).collect()
+    }
+
+    /// The part of [`Dataset::verify`] that concerns no single map: the manifest, and maps in the
+    /// folder that it does not name.
+    pub fn verify_manifest(&self) -> Vec<Error> {
+        let path = self.root.join(MANIFEST_FILE);
+        let mut problems: Vec<Error> = must_be(&path, &json::to_bytes(&self.manifest))
+            .err()
+            .into_iter()
+            .collect();
+        match MapEntry::folders_in(&self.root) {
+            Ok(folders) => problems.extend(
+                folders
+                    .into_iter()
+                    .filter(|(id, _)| self.entry(*id).is_err())
+                    .map(|(_, path)| Error::Damaged {
+                        path,
+                        problem: "the manifest does not name this map".into(),
+                    }),
+            ),
+            Err(error) => problems.push(error),
         }
         problems
     }
 
-    fn verify_manifest(&self) -> Result<(), Error> {
-        let path = self.root.join(MANIFEST_FILE);
-        must_be(&path, &json::to_bytes(&self.manifest))
+    /// The part of [`Dataset::verify`] that concerns one map.
+    pub fn verify_map(&self, id: u32) -> Vec<Error> {
+        let map = match self.entry(id) {
+            Ok(map) => map,
+            Err(error) => return vec![error],
+        };
+        let problems = self.verify_bytes(map);
+        // Values of damaged files would only repeat the news.
+        match problems.is_empty() {
+            true => self.verify_values(map),
+            false => problems,
+        }
     }
 
     fn verify_bytes(&self, map: &MapEntry) -> Vec<Error> {

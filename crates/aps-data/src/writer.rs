@@ -12,6 +12,7 @@ use crate::error::{Error, at};
 use crate::json;
 use crate::manifest::{DatasetConfig, MANIFEST_FILE, MAP_FILE, Manifest, MapEntry, MapManifest};
 use crate::map_writer::{MapInput, MapWriter};
+use crate::plan::{PLAN_FILE, Plan};
 use crate::split::Split;
 
 /// Which maps a writer may write.
@@ -145,12 +146,17 @@ impl DatasetWriter {
     /// [`Error::Input`] when the map is there already, belongs to another shard, or its points,
     /// links or raster make no sense; [`Error::Io`].
     pub fn begin_map(&self, id: u32, input: &MapInput<'_>) -> Result<MapWriter<'_>, Error> {
-        if self.has_map(id) {
-            let problem = "already written; ask has_map first".into();
-            return Err(Error::Input { map: id, problem });
-        }
-        self.must_cover(id)?;
+        self.must_want(id)?;
         MapWriter::begin(self, id, input)
+    }
+
+    /// Leaves word of what the run is to make, for whoever finds the data set unfinished; shards in
+    /// one folder all leave the same. [`DatasetWriter::finish`] removes it.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn set_plan(&self, plan: &Plan) -> Result<(), Error> {
+        plan.write(&self.root)
     }
 
     /// Writes the manifest over all finished maps, which the split must name, each once.
@@ -177,18 +183,23 @@ impl DatasetWriter {
         }
         let manifest = Manifest::new(self.config.clone(), split.clone(), maps);
         durable::replace_file(&self.root.join(MANIFEST_FILE), &json::to_bytes(&manifest))?;
+        durable::remove_file(&self.root.join(PLAN_FILE))?;
         Ok(manifest)
     }
 
-    /// Refuses maps of other shards.
-    pub(crate) fn must_cover(&self, id: u32) -> Result<(), Error> {
-        match self.access.covers(id) {
-            true => Ok(()),
-            false => Err(Error::Input {
-                map: id,
-                problem: "belongs to another shard".into(),
-            }),
-        }
+    /// Refuses finished maps and those of other shards.
+    pub(crate) fn must_want(&self, id: u32) -> Result<(), Error> {
+        let problem = if self.has_map(id) {
+            "already written; ask has_map first"
+        } else if !self.access.covers(id) {
+            "belongs to another shard"
+        } else {
+            return Ok(());
+        };
+        Err(Error::Input {
+            map: id,
+            problem: problem.into(),
+        })
     }
 
     pub(crate) fn root(&self) -> &Path {
@@ -232,7 +243,7 @@ fn take_locks(root: &Path, access: Access) -> Result<Vec<File>, Error> {
 
 /// Whether a file or folder of this name belongs to a data set.
 fn is_of_dataset(name: &str) -> bool {
-    name == MANIFEST_FILE || MapEntry::id_of(name).is_some()
+    [MANIFEST_FILE, PLAN_FILE].contains(&name) || MapEntry::id_of(name).is_some()
 }
 
 /// The whole maps in a folder, all made with the given settings.

@@ -2,17 +2,22 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Result, ensure};
-use aps_data::Split;
-use aps_label::Protocol;
-use clap::ValueEnum;
+use anyhow::{Context, Result};
+use aps_data::{Access, DatasetWriter, Plan, Split};
+use aps_label::{LabelConfig, Labeler, Protocol};
+use clap::{Subcommand, ValueEnum};
 
-use crate::args::TraceArgs;
-use crate::interrupt::interrupt_flag;
+use crate::args::{Shard, TraceArgs};
+use crate::command_line;
 use crate::maps::{IdList, MapSource, choose};
-use crate::plan::{DatasetPlan, Store};
+use crate::plan::DatasetPlan;
+use crate::production;
+use crate::progress;
+use crate::settings::Stored;
 use crate::summary::Summary;
 use crate::tiles::TileArgs;
+
+mod merge;
 
 /// Sizes of a run; any of them can be set by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -25,9 +30,23 @@ pub enum Profile {
     Full,
 }
 
+/// Things a data set can store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Store {
+    /// Angle power spectra.
+    Aps,
+    /// Power delay profiles.
+    Pdp,
+    /// Propagation paths: labels can be made anew from them.
+    Paths,
+}
+
 /// Make a labelled data set from maps.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct Args {
+    #[command(subcommand)]
+    action: Option<Action>,
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., a city in FILE.geojson, or synthetic[:N]
     /// for N made-up cities.
     #[arg(long, default_value = "synthetic")]
@@ -56,6 +75,10 @@ pub struct Args {
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// Make the maps of one shard only, like 1/4: shards may run at once, in one folder or in one each, and
+    /// `dataset merge` joins them.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
     /// Folder of the data set; an unfinished one is continued.
     #[arg(long, default_value = "data/dataset")]
     out: PathBuf,
@@ -65,42 +88,85 @@ pub struct Args {
     tiles: TileArgs,
 }
 
+/// What else can be done to a data set in the making.
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Join what shards made into what one run would have made.
+    Merge(merge::Args),
+}
+
 impl Args {
     /// Runs the command.
     pub fn run(mut self) -> Result<()> {
-        self.maps = self.maps.cut(&self.tiles)?;
-        if let Some(threads) = self.threads {
-            ensure!(threads > 0, "--threads must be at least 1");
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build_global()?;
+        if let Some(Action::Merge(args)) = self.action {
+            return args.run();
         }
-        let (maps, tx_per_map, rx_per_map) = self.sizes();
+        self.maps = self.maps.cut(&self.tiles)?;
+        progress::use_threads(self.threads)?;
+        let (maps, tx, rx) = self.sizes();
         let ids = self.map_ids(maps)?;
-        let plan = DatasetPlan {
-            split: Split::of_maps(ids.iter().copied(), self.seed),
-            ids,
-            tx_per_map,
-            rx_per_map,
-            protocol: self.protocol,
-            store: self.store,
-            seed: self.seed,
-            trace: self.trace.config(),
-            maps: self.maps,
-        };
-        let made = plan.make(&self.out, &*interrupt_flag()?)?;
-        for line in &made.repairs {
+        let plan = self.plan(tx, rx);
+        plan.trace.validate()?;
+        let labeler = Labeler::new(&plan.label)?;
+        let access = self.shard.map_or(Access::Whole, |shard| shard.access());
+        let writer = DatasetWriter::open_with(&self.out, plan.config(), access)
+            .with_context(|| format!("data set '{}'", self.out.display()))?;
+        if ids.iter().any(|&id| !writer.has_map(id)) {
+            writer.set_plan(&Plan {
+                maps: ids.clone(),
+                shards: self.shard.map(|shard| shard.count),
+                command: command_line::own_without(&["--out", "--shard", "--threads"]),
+            })?;
+        }
+        let own: Vec<u32> = ids.into_iter().filter(|&id| access.covers(id)).collect();
+        let mut todo = own.clone();
+        todo.retain(|&id| !writer.has_map(id));
+        production::tell_finished(todo.len(), own.len());
+        let links = (todo.len() * tx * rx) as u64;
+        let mut repairs = Vec::new();
+        let (tally, wall) =
+            production::make_maps(&writer, &labeler, &self.out, &todo, links, |run, id| {
+                plan.map(run, id, &mut repairs)
+            })?;
+        if self.shard.is_none() {
+            let all = writer.map_ids();
+            writer.finish(&Split::of_maps(all, self.seed))?;
+        }
+        for line in repairs {
             println!("{line}");
         }
-        println!(
-            "{}",
-            Summary {
-                tally: &made.tally,
-                wall: made.wall
-            }
-        );
-        println!("data set '{}'", self.out.display());
+        let tally = &tally;
+        println!("{}", Summary { tally, wall });
+        match self.shard {
+            None => println!("data set '{}'", self.out.display()),
+            Some(shard) => println!(
+                "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
+                self.out.display(),
+                own.len(),
+                command_line::shown(["dataset", "merge"]),
+            ),
+        }
         Ok(())
+    }
+
+    fn plan(&self, tx_per_map: usize, rx_per_map: usize) -> DatasetPlan {
+        let stores = |what| self.store.contains(&what);
+        DatasetPlan {
+            maps: self.maps.clone(),
+            tx_per_map,
+            rx_per_map,
+            label: LabelConfig {
+                pdp: stores(Store::Pdp),
+                ..LabelConfig::of(self.protocol)
+            },
+            stored: Stored {
+                aps: stores(Store::Aps),
+                pdp: stores(Store::Pdp),
+                paths: stores(Store::Paths),
+            },
+            seed: self.seed,
+            trace: self.trace.config(),
+        }
     }
 
     /// Synthetic maps, transmitters, receivers.

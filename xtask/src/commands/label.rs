@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 use aps_label::{Array, DelayAxis, LabelConfig, Labeler, PathSample, Protocol};
 use npyz::WriterBuilder;
 
+use crate::samples;
 use crate::wire::LinkList;
 
 /// Make labels for path lists from anywhere: one row a link, dB, f64.
@@ -58,15 +59,7 @@ impl Args {
         let (mut aps, mut pdp) = (Vec::new(), Vec::new());
         let mut unlabelled = Vec::new();
         for (i, link) in list.links.iter().enumerate() {
-            let samples: Vec<PathSample> = link
-                .paths
-                .iter()
-                .map(|p| PathSample {
-                    delay_s: p.delay_s,
-                    arrival_azimuth_rad: p.arrival_azimuth_rad,
-                    gain_db: p.gain_db,
-                })
-                .collect();
+            let samples: Vec<PathSample> = link.paths.iter().map(samples::of_entry).collect();
             let label = labeler
                 .label(&samples)
                 .with_context(|| format!("{}: link {i}", place()))?;

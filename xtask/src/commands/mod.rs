@@ -1,11 +1,14 @@
 //! The commands, one file each.
 
 pub mod dataset;
-pub mod export;
-pub mod import;
 pub mod explain;
+pub mod export;
 pub mod gallery;
+pub mod import;
+pub mod info;
 pub mod label;
 pub mod metrics;
 pub mod models;
+pub mod relabel;
 pub mod trace;
+pub mod verify;

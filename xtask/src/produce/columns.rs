@@ -1,6 +1,6 @@
 //! Path records as the flat columns that a data set stores.
 
-use aps_data::{InteractionKind, PathRows};
+use aps_data::{InteractionKind, PathRows, PathTable};
 use aps_raytrace::PathRecord;
 
 /// Paths of consecutive links.
@@ -33,6 +33,46 @@ impl PathColumns {
                 self.interaction_point_m.push(i.point.to_array());
             }
         }
+    }
+
+    /// Appends a stored link as it is.
+    pub fn push_stored(&mut self, table: &PathTable, link: usize) {
+        let paths = table.paths_of(link);
+        self.paths_per_link.push(paths.len());
+        for path in paths {
+            self.delay_s.push(table.delay_s[path]);
+            self.departure_azimuth_rad
+                .push(table.departure_azimuth_rad[path]);
+            self.arrival_azimuth_rad
+                .push(table.arrival_azimuth_rad[path]);
+            self.gain.push(table.gain[path]);
+            let interactions = table.interactions_of(path);
+            self.interactions_per_path.push(interactions.len());
+            for i in interactions {
+                self.interaction_kind.push(table.interaction_kind[i]);
+                self.interaction_id.push(table.interaction_id[i]);
+                self.interaction_point_m.push(table.interaction_point_m[i]);
+            }
+        }
+    }
+
+    /// Whether every number has the same bits.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let bits = |columns: &Self| -> Vec<u64> {
+            let values = columns
+                .delay_s
+                .iter()
+                .chain(&columns.departure_azimuth_rad)
+                .chain(&columns.arrival_azimuth_rad)
+                .chain(columns.gain.as_flattened())
+                .chain(columns.interaction_point_m.as_flattened());
+            values.map(|value| value.to_bits()).collect()
+        };
+        self.paths_per_link == other.paths_per_link
+            && self.interactions_per_path == other.interactions_per_path
+            && self.interaction_kind == other.interaction_kind
+            && self.interaction_id == other.interaction_id
+            && bits(self) == bits(other)
     }
 
     /// The columns, borrowed.

@@ -64,6 +64,30 @@ fn verify_lists_every_damaged_file() {
 }
 
 #[test]
+fn map_that_the_manifest_does_not_name_is_found() {
+    let root = tempfile::tempdir().unwrap();
+    sample::write(root.path());
+    fs::create_dir(root.path().join("map_0007")).unwrap();
+    let problems = Dataset::open(root.path()).unwrap().verify();
+    assert!(matches!(&problems[..], [Error::Damaged { path, .. }] if path.ends_with("map_0007")));
+}
+
+#[test]
+fn values_outside_their_range_do_not_leave_the_crate() {
+    let cases = [("path_delay_s", -1e-9), ("path_arrival_azimuth_rad", 7.0)];
+    for (name, value) in cases {
+        let root = tempfile::tempdir().unwrap();
+        sample::write(root.path());
+        let path = root.path().join(format!("map_0000/{name}.npy"));
+        let mut bytes = fs::read(&path).unwrap();
+        bytes[128..136].copy_from_slice(&f64::to_le_bytes(value));
+        fs::write(&path, bytes).unwrap();
+        let error = Dataset::open(root.path()).unwrap().paths(0).unwrap_err();
+        assert!(error.to_string().contains("number 0 is"), "{error}");
+    }
+}
+
+#[test]
 fn truncated_array_is_an_error_on_loading_and_on_resuming() {
     let root = tempfile::tempdir().unwrap();
     sample::write(root.path());

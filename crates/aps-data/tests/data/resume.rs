@@ -1,7 +1,9 @@
 use std::fs;
 use std::path::Path;
 
-use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, Error, Links, MapInput, Split};
+use aps_data::{
+    Access, Dataset, DatasetConfig, DatasetWriter, Error, Links, MapInput, Plan, Split, Survey,
+};
 
 use crate::sample::{self, LINKS, RX, Rows, TX};
 
@@ -59,7 +61,7 @@ fn leftovers_of_a_killed_run_are_removed() {
     let partial = root.path().join(".map_0003.partial-4242");
     fs::create_dir(&partial).unwrap();
     fs::write(partial.join("tx.npy"), b"half").unwrap();
-    fs::write(root.path().join(".manifest.json.partial"), b"{").unwrap();
+    fs::write(root.path().join(".manifest.json.partial-4242"), b"{").unwrap();
     drop(DatasetWriter::open(root.path(), sample::config()).unwrap());
     assert_eq!(names(root.path()), [".lock"]);
 }
@@ -84,6 +86,35 @@ fn resumed_run_skips_whole_maps_and_equals_an_undisturbed_one() {
 }
 
 #[test]
+fn unfinished_data_set_tells_what_is_missing_until_it_is_finished() {
+    let root = tempfile::tempdir().unwrap();
+    assert!(matches!(
+        Survey::of(root.path()),
+        Err(Error::NotADataset { .. })
+    ));
+    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
+    let plan = Plan {
+        maps: vec![0, 1, 2, 3],
+        shards: Some(2),
+        command: ["make", "it"].map(Into::into).to_vec(),
+    };
+    writer.set_plan(&plan).unwrap();
+    let survey = Survey::of(root.path()).unwrap();
+    assert_eq!((survey.config, survey.plan), (None, Some(plan.clone())));
+    sample::write_map(&writer, 2, LINKS).unwrap();
+    let survey = Survey::of(root.path()).unwrap();
+    assert_eq!(survey.missing(), [0, 1, 3]);
+    assert_eq!(survey.config.as_ref(), Some(writer.config()));
+    for id in survey.missing() {
+        sample::write_map(&writer, id, LINKS).unwrap();
+    }
+    writer.finish(&Split::of_maps(0..4, 0)).unwrap();
+    let survey = Survey::of(root.path()).unwrap();
+    assert_eq!((survey.missing(), survey.plan), (vec![], None));
+    assert_eq!(survey.manifest.unwrap().maps, survey.maps);
+}
+
+#[test]
 fn finished_map_is_not_written_twice() {
     let root = tempfile::tempdir().unwrap();
     sample::write(root.path());
@@ -95,46 +126,41 @@ fn finished_map_is_not_written_twice() {
     );
 }
 
-/// Opens the sample data set with other settings; returns the name and both values of the one that
-/// differs.
-fn mismatch(config: DatasetConfig) -> (String, String, String) {
+/// Opens the sample data set with other settings; returns what the refusal says differs.
+fn mismatch(change: fn(&mut DatasetConfig)) -> String {
     let root = tempfile::tempdir().unwrap();
     sample::write(root.path());
     // Also without the manifest, as after a kill, the maps know their settings.
     fs::remove_file(root.path().join("manifest.json")).unwrap();
-    match DatasetWriter::open(root.path(), config) {
-        Err(Error::ConfigMismatch {
-            key, stored, given, ..
-        }) => (key, stored, given),
-        other => panic!("{other:?}"),
-    }
+    let mut config = sample::config();
+    change(&mut config);
+    let error = DatasetWriter::open(root.path(), config).unwrap_err();
+    assert!(matches!(error, Error::ConfigMismatch { .. }), "{error:?}");
+    let message = error.to_string();
+    let (_, differences) = message.split_once("other settings: ").unwrap();
+    differences.split_once(';').unwrap().0.to_owned()
 }
 
 #[test]
 fn other_settings_are_refused_by_name() {
-    let changed = |change: fn(&mut DatasetConfig)| {
-        let mut config = sample::config();
-        change(&mut config);
-        let (key, stored, given) = mismatch(config);
-        format!("{key}: {stored}, {given}")
-    };
-    let reflections =
-        changed(|config| config.configuration["tracer"]["max_reflections"] = 3.into());
-    assert_eq!(reflections, "configuration.tracer.max_reflections: 2, 3");
-    let protocol = changed(|config| config.configuration["label"]["protocol"] = "released".into());
     assert_eq!(
-        protocol,
-        "configuration.label.protocol: \"paper\", \"released\""
-    );
-    let extra = changed(|config| config.configuration["tracer"]["max_diffractions"] = 1.into());
-    assert_eq!(extra, "configuration.tracer.max_diffractions: nothing, 1");
-    assert_eq!(
-        changed(|config| config.seed = 1),
-        "seed: 18446744073709551615, 1"
+        mismatch(|config| config.configuration["tracer"]["max_reflections"] = 3.into()),
+        "configuration.tracer.max_reflections is 2 there, 3 here"
     );
     assert_eq!(
-        changed(|config| config.layout.raster.width = 5),
-        "layout.raster.width: 10, 5"
+        mismatch(|config| config.configuration["label"]["protocol"] = "released".into()),
+        "configuration.label.protocol is \"paper\" there, \"released\" here"
+    );
+    assert_eq!(
+        mismatch(|config| config.configuration["tracer"]["max_diffractions"] = 1.into()),
+        "configuration.tracer.max_diffractions is nothing there, 1 here"
+    );
+    assert_eq!(
+        mismatch(|config| {
+            config.seed = 1;
+            config.layout.raster.width = 5;
+        }),
+        "layout.raster.width is 10 there, 5 here, seed is 18446744073709551615 there, 1 here"
     );
 }
 

@@ -2,8 +2,8 @@
 //!
 //! The golden values were computed in double precision. Outputs, losses and gradients are compared in single precision, as
 //! in use, and with the operations in use. Three steps are compared in double precision: in single precision Adam makes
-//! full steps of gradients that are small by cancellation, and rounding moves weights by up to 1e-3 of their size, in
-//! PyTorch as here.
+//! full steps of gradients that are small by cancellation. PyTorch's own f32 run ends up to 4e-2 of a tensor's largest value
+//! from its f64 run, and up to 2e-3 in a tensor's norm (ResNet-MLP, MS-MLP, ResNet-Conv1D).
 
 mod adversarial;
 mod golden;

@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -28,7 +27,7 @@ pub fn mean(test: &TestSet, mean: &[f64]) -> Answer {
 
 /// The label of a single straight path, whatever stands in its way. Timed link by link on one thread.
 pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result<Answer> {
-    let labeler = Labeler::new(&plan.label())?;
+    let labeler = Labeler::new(&plan.label)?;
     let wavelength_m = SPEED_OF_LIGHT_M_PER_S / plan.trace.frequency_hz;
     let (mut scratch, mut label) = (Scratch::default(), Label::default());
     let mut times = Vec::with_capacity(test.len());
@@ -69,17 +68,11 @@ pub fn tracer(
     mean: &[f64],
     folder: &Path,
     batch: usize,
-    interrupted: &AtomicBool,
 ) -> Result<Answer> {
     let mut config = trace(reflections, diffractions);
     config.max_fallback_diffractions = 0;
     let lower = DatasetPlan {
-        ids: test.maps().to_vec(),
         trace: config,
-        split: Split {
-            test: test.maps().to_vec(),
-            ..Split::default()
-        },
         ..plan.clone()
     };
     let labels = folder.join("labels");
@@ -87,12 +80,16 @@ pub fn tracer(
         // Times are those of whole runs.
         fs::remove_dir_all(&labels)?;
     }
-    let made = lower.make(&labels, interrupted)?;
+    let split = Split {
+        test: test.maps().to_vec(),
+        ..Split::default()
+    };
+    let times = lower.make(&labels, &split)?;
     let answers = test.targets_of(&Dataset::open(&labels)?)?;
     fs::remove_dir_all(&labels)?;
     let of_map = |&(links, time)| ms_per_link(time, links as usize);
     Ok(Answer {
-        latency: vec![of_times(batch, made.maps.iter().map(of_map).collect())],
+        latency: vec![of_times(batch, times.iter().map(of_map).collect())],
         ..substitute(answers, mean)
     })
 }

@@ -4,13 +4,14 @@ use std::str::FromStr;
 
 use anyhow::{Result, anyhow, ensure};
 use aps_data::Split;
+use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
-use xtask::{DatasetPlan, MapSource, Store};
+use xtask::{DatasetPlan, MapSource, Stored};
 
 use super::config::{Config, DataConfig};
 
-/// What has to be made.
-pub fn plan(config: &Config) -> Result<DatasetPlan> {
+/// What has to be made, and which maps are for what.
+pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let data = &config.data;
     let maps = MapSource::from_str(&data.maps).map_err(|e| anyhow!("maps: {e}"))?;
     ensure!(
@@ -19,19 +20,20 @@ pub fn plan(config: &Config) -> Result<DatasetPlan> {
     );
     let asked = data.train_maps + data.develop_maps + data.test_maps;
     let split = split(&maps.ids(asked as u32)?, data)?;
-    let mut ids = [&split.train[..], &split.develop, &split.test].concat();
-    ids.sort_unstable();
-    Ok(DatasetPlan {
+    let plan = DatasetPlan {
         maps,
-        ids,
         tx_per_map: data.tx_per_map,
         rx_per_map: data.rx_per_map,
-        protocol: data.protocol,
-        store: vec![Store::Aps],
+        label: LabelConfig::of(data.protocol),
+        stored: Stored {
+            aps: true,
+            pdp: false,
+            paths: false,
+        },
         seed: config.seed,
         trace: trace(data.max_reflections, data.max_diffractions),
-        split,
-    })
+    };
+    Ok((plan, split))
 }
 
 /// The tracer's settings with some limits.

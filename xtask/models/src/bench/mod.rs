@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, Part as SplitPart};
+use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::{ModelKind, candle_core};
 use serde_json::{Value, json};
 use xtask::DatasetPlan;
@@ -95,9 +95,9 @@ impl Bench {
         let mut machine = machine::describe();
         self.claim_folder()?;
         let jobs = self.jobs()?;
-        let plan = dataset::plan(&self.config)?;
-        let mut pace = Pace::new(self.guesses(&plan, &jobs));
-        let ground = self.ground(plan, &mut pace)?;
+        let (plan, split) = dataset::plan(&self.config)?;
+        let mut pace = Pace::new(self.guesses(&split, &jobs));
+        let ground = self.ground(plan, &split, &mut pace)?;
         let (mut entries, mut failed) = (Vec::new(), Vec::new());
         for job in &jobs {
             let (name, _) = job.title();
@@ -181,30 +181,29 @@ impl Bench {
     }
 
     /// Guesses of the times of the data and of each job \[s\].
-    fn guesses(&self, plan: &DatasetPlan, jobs: &[Job]) -> Vec<f64> {
-        let of_maps = |maps: usize| maps * plan.tx_per_map * plan.rx_per_map;
-        let test_links = of_maps(plan.split.test.len());
+    fn guesses(&self, split: &Split, jobs: &[Job]) -> Vec<f64> {
+        let of_maps = |maps: usize| maps * self.config.data.tx_per_map * self.config.data.rx_per_map;
+        let test_links = of_maps(split.test.len());
         let job = |job: &Job| match job {
             Job::Model(kind) => pace::model_s(
                 &self.config,
                 *kind,
-                of_maps(plan.split.train.len()),
+                of_maps(split.train.len()),
                 test_links,
             ),
             Job::Tracer(_) => pace::data_s(test_links),
             Job::Mean | Job::LineOfSight | Job::External(..) => 1e-4 * test_links as f64,
         };
-        let data = pace::data_s(of_maps(plan.ids.len()));
+        let data = pace::data_s(of_maps(split.train.len() + split.develop.len() + split.test.len()));
         std::iter::once(data).chain(jobs.iter().map(job)).collect()
     }
 
-    fn ground(&self, plan: DatasetPlan, pace: &mut Pace) -> Result<Ground> {
+    fn ground(&self, plan: DatasetPlan, split: &Split, pace: &mut Pace) -> Result<Ground> {
         pace.announce("data set");
         let began = Instant::now();
         let settings = json!({
             "maps": self.config.data.maps,
-            "ids": plan.ids,
-            "split": plan.split,
+            "split": split,
             "seed": plan.seed,
             "settings": plan.config().configuration,
         });
@@ -213,7 +212,7 @@ impl Bench {
         // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
         let folder = data.folder().join("dataset");
         if state != State::Finished {
-            plan.make(&folder, &self.interrupted)?;
+            plan.make(&folder, split)?;
             data.finish()?;
         }
         let dataset = data::open(&folder)?;
@@ -286,7 +285,7 @@ impl Bench {
                 let batches = &self.config.latency.batches;
                 let batch = batches.iter().copied().max().unwrap_or(1);
                 let (plan, mean, folder) = (&ground.plan, &ground.mean, part.folder());
-                baselines::tracer(test, plan, *limits, mean, folder, batch, interrupted)?
+                baselines::tracer(test, plan, *limits, mean, folder, batch)?
             }
             (Job::External(_, file), _) => Answer {
                 predictions: test.choose(&ground.dataset, answer::spectra(file)?)?,

@@ -8,6 +8,7 @@ use aps_data::{Dataset, MapData, PathTable, Profile};
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch};
 
 use super::Exporter;
+use crate::samples;
 use crate::whole_files;
 
 /// The labels of one map.
@@ -87,11 +88,8 @@ impl<'a> Released<'a> {
                     label,
                 } = buffers;
                 samples.clear();
-                samples.extend(table.paths_of(link).map(|path| PathSample {
-                    delay_s: table.delay_s[path],
-                    arrival_azimuth_rad: table.arrival_azimuth_rad[path],
-                    gain_db: gain_db(table.gain[path]),
-                }));
+                let paths = table.paths_of(link);
+                samples.extend(paths.map(|path| samples::of_stored(table, path)));
                 let status = labeler.label_into(samples, scratch, label)?;
                 if status != aps_label::Status::Labelled {
                     bail!(
@@ -144,11 +142,6 @@ impl Exporter for Released<'_> {
         }
         Ok(written)
     }
-}
-
-/// 20 log10|a| [dB], as path records have it.
-fn gain_db([re, im]: [f64; 2]) -> f64 {
-    10.0 * (re * re + im * im).log10()
 }
 
 /// A stored row in absolute dB, with its places or zeros.

@@ -24,7 +24,7 @@ use serde_json::json;
 
 use super::rows::Rows;
 use super::{LINKS_AT_ONCE, Target, buildings, must_have_maps};
-use crate::plan::Store;
+use crate::commands::dataset::Store;
 use crate::maps::MapSource;
 use crate::tiles::TileArgs;
 

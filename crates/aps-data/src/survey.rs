@@ -1,0 +1,76 @@
+//! What a folder holds of a data set, finished or not.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::manifest::{DatasetConfig, MANIFEST_FILE, MAP_FILE, Manifest, MapEntry, MapManifest};
+use crate::plan::Plan;
+
+/// The whole maps of a data set that may be unfinished, from their JSON alone; nothing is locked
+/// or changed.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Survey {
+    /// The manifest, if the data set is finished.
+    pub manifest: Option<Manifest>,
+    /// What the run that has not finished was to make, if it left word.
+    pub plan: Option<Plan>,
+    /// The settings of all whole maps; `None` before the first.
+    pub config: Option<DatasetConfig>,
+    /// The whole maps, by ascending id.
+    pub maps: Vec<MapEntry>,
+}
+
+impl Survey {
+    /// Looks into a folder.
+    ///
+    /// # Errors
+    /// [`Error::NotADataset`] when it holds nothing of a data set; [`Error::ConfigMismatch`] when
+    /// its maps were made with different settings; [`Error::Io`], [`Error::Json`],
+    /// [`Error::NewerFormat`] and [`Error::Damaged`] for JSON that is not as written.
+    pub fn of(root: impl AsRef<Path>) -> Result<Self, Error> {
+        let root = root.as_ref();
+        let plan = Plan::read(root)?;
+        let path = root.join(MANIFEST_FILE);
+        let manifest = path.is_file().then(|| Manifest::read(&path)).transpose()?;
+        let mut config = manifest.as_ref().map(Manifest::config);
+        let mut maps = Vec::new();
+        for (id, folder) in MapEntry::folders_in(root)? {
+            let stored = MapManifest::read_of(id, &folder)?;
+            match &config {
+                Some(config) => config.must_equal(&stored.config(), &folder.join(MAP_FILE))?,
+                None => config = Some(stored.config()),
+            }
+            maps.push(stored.map);
+        }
+        maps.sort_unstable_by_key(|map| map.id);
+        if plan.is_none() && manifest.is_none() && maps.is_empty() {
+            return Err(Error::NotADataset {
+                path: root.into(),
+                problem: "it has neither a manifest nor a map".into(),
+            });
+        }
+        Ok(Survey {
+            manifest,
+            plan,
+            config,
+            maps,
+        })
+    }
+
+    /// The maps that the data set is to have when finished: those planned and those there.
+    pub fn wanted(&self) -> Vec<u32> {
+        let planned = self.plan.iter().flat_map(|plan| plan.maps.iter().copied());
+        let mut ids: Vec<u32> = planned.chain(self.maps.iter().map(|map| map.id)).collect();
+        ids.sort_unstable();
+        ids.dedup();
+        ids
+    }
+
+    /// The maps that are still missing.
+    pub fn missing(&self) -> Vec<u32> {
+        let mut wanted = self.wanted();
+        wanted.retain(|&id| self.maps.binary_search_by_key(&id, |map| map.id).is_err());
+        wanted
+    }
+}

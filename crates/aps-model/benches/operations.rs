@@ -1,0 +1,87 @@
+//! Convolutions of ResNet-18 at 64 px, batch 32, forward and with both gradients: ours beside candle's own, which the
+//! portable operations call. Throughput is in floating-point operations (a fused multiply-add is two).
+
+use std::hint::black_box;
+
+use aps_model::candle_core::{DType, Device, Tensor, Var};
+use aps_model::{Result, ops, portable};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+
+/// name, in, pixels a side, out, kernel, stride
+const LAYERS: [(&str, usize, usize, usize, usize, usize); 5] = [
+    ("stem", 3, 64, 64, 7, 2),
+    ("layer1", 64, 16, 64, 3, 1),
+    ("layer2", 128, 8, 128, 3, 1),
+    ("layer4, halving", 256, 4, 512, 3, 2),
+    ("layer4", 512, 2, 512, 3, 1),
+];
+const BATCH: usize = 32;
+
+type Convolution = fn(&Tensor, &Tensor, Option<&Tensor>, usize, (usize, usize)) -> Result<Tensor>;
+
+fn convolutions(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("convolution");
+    group.sample_size(10);
+    for (name, inputs, side, outputs, kernel, stride) in LAYERS {
+        let random = |shape: [usize; 4]| Tensor::randn(0f32, 1.0, &shape, &Device::Cpu).unwrap();
+        let x = Var::from_tensor(&random([BATCH, inputs, side, side])).unwrap();
+        let weight = Var::from_tensor(&random([outputs, inputs, kernel, kernel])).unwrap();
+        let padding = (kernel / 2, kernel / 2);
+        let multiplications = BATCH * (side / stride).pow(2) * outputs * inputs * kernel.pow(2);
+        for (whose, convolve) in [
+            ("ours", ops::conv2d as Convolution),
+            ("candle", portable::conv2d as Convolution),
+        ] {
+            group.throughput(Throughput::Elements(2 * multiplications as u64));
+            group.bench_function(format!("{name}, forward, {whose}"), |bencher| {
+                bencher.iter(|| convolve(black_box(&x), &weight, None, stride, padding).unwrap());
+            });
+            group.throughput(Throughput::Elements(6 * multiplications as u64));
+            group.bench_function(format!("{name}, with gradients, {whose}"), |bencher| {
+                bencher.iter(|| {
+                    let y = convolve(black_box(&x), &weight, None, stride, padding).unwrap();
+                    y.sum_all().unwrap().backward().unwrap()
+                });
+            });
+        }
+    }
+}
+
+/// Batch normalisation with ReLU over the largest feature map of the same network.
+fn normalisation(criterion: &mut Criterion) {
+    use aps_model::Mode;
+    use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
+    let generator = std::sync::Mutex::new(ChaCha8Rng::seed_from_u64(1));
+    let x = Var::from_tensor(&Tensor::randn(0f32, 1.0, (BATCH, 64, 32, 32), &Device::Cpu).unwrap())
+        .unwrap();
+    let constant = |v: f64| {
+        let t = Tensor::full(v, 64, &Device::Cpu).unwrap();
+        Var::from_tensor(&t.to_dtype(DType::F32).unwrap()).unwrap()
+    };
+    let (weight, bias, running_mean, running_var) =
+        (constant(1.0), constant(0.0), constant(0.0), constant(1.0));
+    let tensors = ops::BatchNormTensors {
+        weight: &weight,
+        bias: &bias,
+        running_mean: &running_mean,
+        running_var: &running_var,
+    };
+    let mode = Mode::Train(&generator);
+    let mut group = criterion.benchmark_group("batch normalisation and ReLU with gradients");
+    group.sample_size(10);
+    group.bench_function("ours", |bencher| {
+        bencher.iter(|| {
+            let y = ops::batch_norm_relu(black_box(&x), tensors, mode).unwrap();
+            y.sum_all().unwrap().backward().unwrap()
+        });
+    });
+    group.bench_function("composed of candle's", |bencher| {
+        bencher.iter(|| {
+            let y = portable::batch_norm_relu(black_box(&x), tensors, mode).unwrap();
+            y.sum_all().unwrap().backward().unwrap()
+        });
+    });
+}
+
+criterion_group!(benches, convolutions, normalisation);
+criterion_main!(benches);

@@ -1,0 +1,298 @@
+//! What may come between: kills, full disks, folders that cannot be written, maps that vanish.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::folder::{Folder, assert_same, files, map};
+use crate::{fail, succeed};
+
+const RUNNER: &str = env!("CARGO_BIN_EXE_xtask");
+
+/// A small data set with every kind of array.
+fn args(maps: &str, out: &str) -> Vec<String> {
+    let fixed = "dataset --tx-per-map 2 --rx-per-map 12 --store aps,pdp,paths";
+    let fixed = fixed
+        .split(' ')
+        .chain(["--profile", "full", "--maps", maps, "--out", out]);
+    fixed.map(Into::into).collect()
+}
+
+fn make(maps: &str, out: &str, more: &[&str]) -> String {
+    let args = args(maps, out);
+    let args: Vec<&str> = args
+        .iter()
+        .map(String::as_str)
+        .chain(more.iter().copied())
+        .collect();
+    succeed(&args)
+}
+
+/// What a run has done: every byte counts, and every file and folder.
+fn progress(folder: &Path) -> u64 {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return 0;
+    };
+    let of_entry = |path: &Path| match fs::metadata(path) {
+        Ok(found) if found.is_dir() => 1 + progress(path),
+        Ok(found) => 1 + found.len(),
+        Err(_) => 0, // renamed meanwhile
+    };
+    entries.flatten().map(|entry| of_entry(&entry.path())).sum()
+}
+
+/// Kills the process as soon as the folder has got this far; whether it was still running.
+fn kill_at(child: &mut Child, folder: &Path, wanted: u64) -> bool {
+    loop {
+        if child.try_wait().unwrap().is_some() {
+            return false;
+        }
+        if progress(folder) >= wanted {
+            child.kill().unwrap(); // SIGKILL on Unix
+            return child.wait().unwrap().code().is_none();
+        }
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn run_killed_at_fifty_moments_and_resumed_equals_an_undisturbed_one() {
+    const KILLS: usize = 50;
+    let folder = Folder::new();
+    let maps = folder.maps(5);
+    make(&maps, &folder.arg("whole"), &["--threads", "1"]);
+    make(&maps, &folder.arg("two"), &["--threads", "2"]);
+    let expected = files(&folder.path("whole"));
+    assert_same(&expected, &files(&folder.path("two")));
+    let all = progress(&folder.path("whole"));
+
+    let mut rng = ChaCha8Rng::seed_from_u64(50);
+    let (mut kills, mut with_half_a_map, mut with_whole_maps) = (0, 0, 0);
+    while kills < KILLS {
+        let out = folder.path("killed");
+        // Killed and resumed until a run gets to its end.
+        loop {
+            let done = progress(&out);
+            let wanted = done + rng.random_range(0..=all - all.min(done) + all / 20);
+            let threads = ["1", "2"][rng.random_range(0..2)];
+            let mut child = Command::new(RUNNER)
+                .args(args(&maps, out.to_str().unwrap()))
+                .args(["--threads", threads])
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            if !kill_at(&mut child, &out, wanted) {
+                assert!(child.wait().unwrap().success());
+                break;
+            }
+            kills += 1;
+            let names: Vec<String> = fs::read_dir(&out)
+                .map(|entries| entries.map(|e| e.unwrap().file_name().into_string().unwrap()))
+                .map(Iterator::collect)
+                .unwrap_or_default();
+            let has = |beginning: &str| names.iter().any(|name| name.starts_with(beginning));
+            with_half_a_map += usize::from(has(".map_"));
+            with_whole_maps += usize::from(has("map_"));
+        }
+        assert_same(&expected, &files(&out));
+        fs::remove_dir_all(&out).unwrap();
+    }
+    // They came at different moments indeed.
+    assert!(
+        with_half_a_map > 0 && with_whole_maps > 0,
+        "{with_half_a_map} kills amid a map, {with_whole_maps} after a map"
+    );
+}
+
+/// Runs a shell script with the runner as `$0` and its arguments as `$@`.
+fn shell(script: &str, args: &[String], more: &[&str]) -> Output {
+    let mut command = Command::new("unshare");
+    command.args([
+        "--user",
+        "--map-root-user",
+        "--mount",
+        "sh",
+        "-c",
+        script,
+        RUNNER,
+    ]);
+    command.args(args).args(more).output().unwrap()
+}
+
+/// Whether this system lets a test mount a folder in memory; says so if not.
+fn may_mount(at: &Path) -> bool {
+    let script = format!("mount -t tmpfs tmpfs '{}'", at.display());
+    let tried = Command::new("unshare")
+        .args(["--user", "--map-root-user", "--mount", "sh", "-c", &script])
+        .output();
+    let may = tried.is_ok_and(|output| output.status.success());
+    if !may {
+        eprintln!("skipped: this system does not let a test mount a folder");
+    }
+    may
+}
+
+#[test]
+fn full_disk_is_told_and_loses_no_finished_map() {
+    let folder = Folder::new();
+    let maps = folder.maps(5);
+    make(&maps, &folder.arg("whole"), &[]);
+    let disk = folder.path("disk");
+    fs::create_dir(&disk).unwrap();
+    if !may_mount(&disk) {
+        return;
+    }
+    // Room for less than half of it; then for all.
+    let out = folder.arg("disk/data");
+    let script = format!(
+        "set -e; mount -t tmpfs -o size=320k tmpfs '{disk}'
+         \"$0\" \"$@\" && exit 7
+         ls '{out}' >&2
+         mount -o remount,size=64m '{disk}'
+         \"$0\" \"$@\"
+         cp -r '{out}' '{copy}'",
+        disk = disk.display(),
+        copy = folder.arg("copy")
+    )
+    .replace(
+        "\"$0\" \"$@\" && exit 7",
+        "if \"$0\" \"$@\"; then exit 7; fi",
+    );
+    let output = shell(&script, &args(&maps, &out), &[]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{told}");
+    assert!(told.contains("No space left on device"), "{told}");
+    assert!(told.contains("whole maps are kept"), "{told}");
+    assert!(
+        told.contains("map_0000") && !told.contains("map_0004"),
+        "{told}"
+    );
+    assert_same(&files(&folder.path("whole")), &files(&folder.path("copy")));
+}
+
+#[test]
+fn file_that_may_not_grow_is_told_and_loses_no_finished_map() {
+    let folder = Folder::new();
+    let maps = folder.maps(3);
+    let (whole, out) = (folder.arg("whole"), folder.arg("data"));
+    make(&maps, &whole, &[]);
+    make(&maps, &out, &["--map-ids", "0-1"]);
+    // 40 blocks of 512 bytes, or of 1024 in some shells; the image of the buildings has 64 KiB.
+    let output = Command::new("sh")
+        .args([
+            "-c",
+            "trap '' XFSZ; ulimit -f 40; exec \"$0\" \"$@\"",
+            RUNNER,
+        ])
+        .args(args(&maps, &out))
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(
+        told.contains("buildings.npy") && told.contains("too large"),
+        "{told}"
+    );
+    assert!(told.contains("2 whole maps are kept"), "{told}");
+    assert!(!folder.path("data/map_0002").exists());
+    make(&maps, &out, &[]);
+    assert_same(&files(&folder.path("whole")), &files(&folder.path("data")));
+}
+
+#[test]
+fn folder_that_cannot_be_written_is_told() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    fs::write(folder.path("file"), "").unwrap();
+    let below_a_file = args(&maps, &folder.arg("file/data"));
+    let told = fail(&below_a_file.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(
+        told.contains("cannot create") && told.contains("file/data"),
+        "{told}"
+    );
+
+    let read_only = folder.path("read-only");
+    fs::create_dir(&read_only).unwrap();
+    if !may_mount(&read_only) {
+        return;
+    }
+    let script = format!(
+        "mount -t tmpfs -o ro tmpfs '{}' && exec \"$0\" \"$@\"",
+        read_only.display()
+    );
+    let output = shell(&script, &args(&maps, &folder.arg("read-only/data")), &[]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("Read-only file system"), "{told}");
+    assert!(told.contains("read-only/data"), "{told}");
+}
+
+#[cfg(unix)]
+#[test]
+fn map_that_vanishes_during_a_run_is_told_and_the_run_goes_on_when_it_is_back() {
+    let folder = Folder::new();
+    let maps = folder.maps(4);
+    make(&maps, &folder.arg("whole"), &[]);
+    // Listed when the run begins, and not there when its turn comes.
+    let gone = folder.path("maps/2.json");
+    fs::remove_file(&gone).unwrap();
+    std::os::unix::fs::symlink("nowhere.json", &gone).unwrap();
+    let out = args(&maps, &folder.arg("data"));
+    let told = fail(&out.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(
+        told.contains("maps/2.json") && told.contains("No such file"),
+        "{told}"
+    );
+    assert!(told.contains("2 whole maps are kept"), "{told}");
+    assert!(!folder.path("data/manifest.json").exists());
+    fs::remove_file(&gone).unwrap();
+    fs::write(&gone, map(2)).unwrap();
+    make(&maps, &folder.arg("data"), &[]);
+    assert_same(&files(&folder.path("whole")), &files(&folder.path("data")));
+}
+
+#[test]
+fn map_cut_short_by_somebody_else_is_told_with_its_file() {
+    let folder = Folder::new();
+    let maps = folder.maps(2);
+    make(&maps, &folder.arg("data"), &[]);
+    let array = folder.path("data/map_0001/aps_db.npy");
+    let bytes = fs::read(&array).unwrap();
+    fs::write(&array, &bytes[..bytes.len() - 1]).unwrap();
+    let again = args(&maps, &folder.arg("data"));
+    let told = fail(&again.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(
+        told.contains("map_0001/aps_db.npy") && told.contains("remove its map folder"),
+        "{told}"
+    );
+    fs::remove_dir_all(folder.path("data/map_0001")).unwrap();
+    make(&maps, &folder.arg("data"), &[]);
+    assert_eq!(fs::read(&array).unwrap(), bytes);
+}
+
+#[test]
+fn data_set_of_a_newer_format_is_refused_by_every_command() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    make(&maps, &folder.arg("data"), &[]);
+    let manifest = folder.path("data/manifest.json");
+    let text = fs::read_to_string(&manifest).unwrap();
+    let newer = text.replace("\"format_version\": 1", "\"format_version\": 2");
+    fs::write(&manifest, newer).unwrap();
+    let (data, other) = (folder.arg("data"), folder.arg("other"));
+    let again = args(&maps, &data);
+    for command in [
+        again.iter().map(String::as_str).collect(),
+        vec!["info", &data],
+        vec!["verify", &data],
+        vec!["relabel", &data, "--out", &other],
+        vec!["dataset", "merge", &data, "--out", &other],
+    ] {
+        let told = fail(&command);
+        assert!(told.contains("format version 2"), "{command:?}: {told}");
+    }
+}

@@ -1,0 +1,84 @@
+//! Folders of maps and data sets, for tests of all kinds.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+/// Maps and data sets of a test; in memory where the system has a place for that, so that syncing costs nothing.
+pub struct Folder(TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        let in_memory = tempfile::tempdir_in("/dev/shm");
+        Folder(in_memory.or_else(|_| tempfile::tempdir()).unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn arg(&self, name: &str) -> String {
+        self.path(name).to_str().unwrap().to_owned()
+    }
+
+    /// So many maps of a few houses each, as a folder of RadioMapSeer files.
+    pub fn maps(&self, count: u32) -> String {
+        fs::create_dir_all(self.path("maps")).unwrap();
+        for id in 0..count {
+            fs::write(self.path(&format!("maps/{id}.json")), map(id)).unwrap();
+        }
+        self.arg("maps")
+    }
+}
+
+/// Three houses and a thin wall, elsewhere on each map.
+pub fn map(id: u32) -> String {
+    let shift = 7 * id;
+    let house = |x: u32, y: u32, w: u32, h: u32| {
+        let (x, y) = (x + shift, y + shift);
+        format!(
+            "[[{x},{y}],[{},{y}],[{},{}],[{x},{}],[{x},{y}]]",
+            x + w,
+            x + w,
+            y + h,
+            y + h
+        )
+    };
+    let houses = [
+        house(40, 60, 30, 20),
+        house(90, 30, 15, 60),
+        house(60, 120, 50, 12),
+        house(20, 110, 2, 40),
+    ];
+    format!("[{}]", houses.join(","))
+}
+
+/// Every file of a data set by its relative name.
+pub fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![root.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(root).unwrap().display().to_string();
+                found.insert(name, fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+/// Fails naming the files that differ, not showing them.
+#[track_caller]
+pub fn assert_same(expected: &BTreeMap<String, Vec<u8>>, found: &BTreeMap<String, Vec<u8>>) {
+    let names = |files: &BTreeMap<String, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(expected), names(found));
+    let differ = |name: &&String| expected[*name] != found[*name];
+    let differing: Vec<&String> = expected.keys().filter(differ).collect();
+    assert!(differing.is_empty(), "{differing:?}");
+}

@@ -1,0 +1,191 @@
+//! `relabel`: other labels from stored paths, the same that a fresh trace would get.
+
+use std::collections::BTreeMap;
+
+use aps_data::Dataset;
+use aps_label::{Array, LabelConfig, Labeler, PathSample};
+use half::f16;
+
+use crate::folder::{Folder, assert_same, files};
+use crate::{fail, succeed};
+
+fn make(folder: &Folder, out: &str, more: &[&str]) {
+    let out = folder.arg(out);
+    let fixed = "dataset --maps synthetic:3 --profile smoke --threads 1".split(' ');
+    let fixed = fixed.chain(["--out", &out]);
+    succeed(&fixed.chain(more.iter().copied()).collect::<Vec<_>>());
+}
+
+fn relabel(folder: &Folder, from: &str, out: &str, more: &[&str]) {
+    let [from, out] = [from, out].map(|name| folder.arg(name));
+    let fixed = ["relabel", &from, "--out", &out];
+    succeed(
+        &fixed
+            .into_iter()
+            .chain(more.iter().copied())
+            .collect::<Vec<_>>(),
+    );
+}
+
+fn arrays(folder: &Folder, name: &str) -> BTreeMap<String, Vec<u8>> {
+    let mut files = files(&folder.path(name));
+    files.retain(|name, _| name.ends_with(".npy"));
+    files
+}
+
+#[test]
+fn same_settings_give_the_same_bytes() {
+    let folder = Folder::new();
+    make(&folder, "traced", &["--store", "aps,pdp,paths"]);
+    relabel(&folder, "traced", "same", &["--threads", "2"]);
+    assert_same(&files(&folder.path("traced")), &files(&folder.path("same")));
+}
+
+#[test]
+fn other_protocol_gives_the_labels_of_a_fresh_trace_and_back() {
+    let folder = Folder::new();
+    make(&folder, "released", &["--store", "aps,paths"]);
+    make(
+        &folder,
+        "paper",
+        &["--store", "aps,pdp,paths", "--protocol", "paper"],
+    );
+    let to_paper = ["--protocol", "paper", "--store", "aps,pdp,paths"];
+    relabel(&folder, "released", "relabelled", &to_paper);
+    assert_same(&arrays(&folder, "paper"), &arrays(&folder, "relabelled"));
+    let back = ["--protocol", "released", "--store", "aps,paths"];
+    relabel(&folder, "relabelled", "back", &back);
+    assert_same(&arrays(&folder, "released"), &arrays(&folder, "back"));
+    succeed(&["verify", &folder.arg("relabelled"), "--sample", "40"]);
+}
+
+#[test]
+fn circular_array_sees_what_the_crate_computes() {
+    let folder = Folder::new();
+    make(&folder, "traced", &["--store", "aps,paths"]);
+    let array = ["--array", "uca", "--elements", "12", "--spacing", "0.4"];
+    let more = [
+        "--fs-hz",
+        "1e8",
+        "--delay-points",
+        "65",
+        "--last-delay-s",
+        "2e-6",
+        "--store",
+        "aps",
+    ];
+    relabel(&folder, "traced", "uca", &[&array[..], &more].concat());
+    let mut config = LabelConfig {
+        sampling_rate_hz: 1e8,
+        array: Array::UniformCircular {
+            elements: 12,
+            radius_wavelengths: 12.0 * 0.4 / std::f64::consts::TAU,
+        },
+        ..LabelConfig::released()
+    };
+    (config.delay_axis.points, config.delay_axis.last_s) = (65, 2e-6);
+    let labeler = Labeler::new(&config).unwrap();
+
+    let traced = Dataset::open(folder.path("traced")).unwrap();
+    let uca = Dataset::open(folder.path("uca")).unwrap();
+    assert!(!uca.manifest().layout.paths);
+    assert_eq!(uca.manifest().split, traced.manifest().split);
+    let mut checked = 0;
+    for id in 0..3 {
+        let (map, paths) = (uca.map(id).unwrap(), traced.paths(id).unwrap());
+        let aps = map.aps.as_ref().unwrap();
+        let mut row = vec![0.0; aps.bins()];
+        for link in map.valid_links() {
+            let samples: Vec<PathSample> = paths
+                .paths_of(link)
+                .map(|path| PathSample {
+                    delay_s: paths.delay_s[path],
+                    arrival_azimuth_rad: paths.arrival_azimuth_rad[path],
+                    gain_db: 20.0 * paths.gain[path][0].hypot(paths.gain[path][1]).log10(),
+                })
+                .collect();
+            let label = labeler.label(&samples).unwrap().unwrap();
+            let top = label
+                .aps_db
+                .iter()
+                .copied()
+                .fold(f64::NEG_INFINITY, f64::max);
+            aps.read_relative_db(link, &mut row);
+            for (&stored, &db) in row.iter().zip(&label.aps_db) {
+                let error = f64::from(stored) - (db - top);
+                let step = f64::from(f16::EPSILON) * (db - top).abs();
+                assert!(
+                    error.abs() <= 0.51 * step + 1e-9,
+                    "map {id}, link {link}: {error} dB"
+                );
+            }
+            checked += 1;
+        }
+        let original = traced.map(id).unwrap();
+        assert_eq!(map.status, original.status);
+        assert_eq!(
+            (map.tx_m, map.rx_m, map.links),
+            (original.tx_m, original.rx_m, original.links)
+        );
+    }
+    assert!(checked > 200, "{checked}");
+}
+
+#[test]
+fn killed_relabelling_is_continued() {
+    let folder = Folder::new();
+    make(&folder, "traced", &["--store", "aps,paths"]);
+    relabel(&folder, "traced", "whole", &["--fs-hz", "1e8"]);
+    relabel(&folder, "traced", "resumed", &["--fs-hz", "1e8"]);
+    // As if it had been stopped before its last map.
+    std::fs::remove_file(folder.path("resumed/manifest.json")).unwrap();
+    std::fs::remove_dir_all(folder.path("resumed/map_0002")).unwrap();
+    relabel(&folder, "traced", "resumed", &["--fs-hz", "1e8"]);
+    assert_same(
+        &files(&folder.path("whole")),
+        &files(&folder.path("resumed")),
+    );
+    let [from, out] = ["traced", "resumed"].map(|name| folder.arg(name));
+    let told = fail(&["relabel", &from, "--out", &out, "--fs-hz", "2e8"]);
+    let difference = "configuration.label.sampling_rate_hz is 100000000.0 there, 200000000.0 here";
+    assert!(told.contains(difference), "{told}");
+}
+
+#[test]
+fn data_set_without_paths_says_how_to_make_one_with_them() {
+    let folder = Folder::new();
+    make(&folder, "labels", &[]);
+    let told = fail(&[
+        "relabel",
+        &folder.arg("labels"),
+        "--out",
+        &folder.arg("new"),
+    ]);
+    assert!(told.contains("stores no paths"), "{told}");
+    assert!(
+        told.contains("cargo xtask dataset --store aps,paths"),
+        "{told}"
+    );
+    assert!(!folder.path("new").exists());
+}
+
+#[test]
+fn damaged_source_is_not_given_new_checksums() {
+    let folder = Folder::new();
+    make(&folder, "traced", &["--store", "aps,paths"]);
+    let array = folder.path("traced/map_0001/path_delay_s.npy");
+    let mut bytes = std::fs::read(&array).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&array, bytes).unwrap();
+    let told = fail(&[
+        "relabel",
+        &folder.arg("traced"),
+        "--out",
+        &folder.arg("new"),
+    ]);
+    assert!(
+        told.contains("map_0001/path_delay_s.npy") && told.contains("SHA-256"),
+        "{told}"
+    );
+    assert!(folder.path("new/map_0000").exists() && !folder.path("new/map_0001").exists());
+}

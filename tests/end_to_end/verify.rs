@@ -1,0 +1,222 @@
+//! `verify`: whatever is changed in a data set is found, also when the checksums were made to fit.
+
+use std::fs;
+
+use aps_data::{Dataset, Raster, RasterGrid};
+use aps_raytrace::Scene;
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::{Location, parse_radiomapseer};
+use sha2::{Digest, Sha256};
+
+use crate::folder::{Folder, files, map};
+use crate::{succeed, xtask};
+
+fn make(folder: &Folder, maps: &str) {
+    let out = folder.arg("data");
+    let fixed = "dataset --profile full --tx-per-map 2 --rx-per-map 15 --store aps,pdp,paths";
+    let fixed = fixed.split(' ').chain(["--maps", maps, "--out", &out]);
+    succeed(&fixed.collect::<Vec<_>>());
+}
+
+/// The findings of a run that must have some.
+#[track_caller]
+fn findings(folder: &Folder, more: &[&str]) -> Vec<String> {
+    let data = folder.arg("data");
+    let args = ["verify", &data].into_iter().chain(more.iter().copied());
+    let output = xtask(&args.collect::<Vec<_>>());
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    let told = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<String> = told.lines().map(Into::into).collect();
+    assert!(
+        errors.contains(&format!("{} findings in", lines.len())),
+        "{errors}"
+    );
+    lines
+}
+
+/// Changes an array and lets the manifests say that it has always been so.
+fn forge(folder: &Folder, array: &str, change: impl FnOnce(&mut [u8])) {
+    let path = folder.path(&format!("data/{array}"));
+    let digest = |bytes: &[u8]| -> String {
+        Sha256::digest(bytes)
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect()
+    };
+    let mut bytes = fs::read(&path).unwrap();
+    let before = digest(&bytes);
+    change(&mut bytes[128..]);
+    fs::write(&path, &bytes).unwrap();
+    let of_map = path.with_file_name("map.json");
+    for manifest in [of_map, folder.path("data/manifest.json")] {
+        let text = fs::read_to_string(&manifest).unwrap();
+        assert!(text.contains(&before));
+        fs::write(&manifest, text.replace(&before, &digest(&bytes))).unwrap();
+    }
+}
+
+#[test]
+fn sound_data_set_has_no_finding() {
+    let folder = Folder::new();
+    let maps = folder.maps(3);
+    make(&folder, &maps);
+    let data = folder.arg("data");
+    let told = succeed(&["verify", &data, "--maps", &maps, "--sample", "90"]);
+    assert!(told.contains("90 links computed anew"), "{told}");
+    let told = succeed(&["verify", &data]);
+    assert!(told.contains("give --maps"), "{told}");
+}
+
+#[test]
+fn synthetic_cities_are_made_anew() {
+    let folder = Folder::new();
+    make(&folder, "synthetic:2");
+    let told = succeed(&["verify", &folder.arg("data"), "--sample", "1000"]);
+    assert!(told.contains("as it should be"), "{told}");
+}
+
+#[test]
+fn one_flipped_byte_in_any_file_is_found() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    make(&folder, &maps);
+    for (name, bytes) in files(&folder.path("data")) {
+        if name == ".lock" {
+            continue;
+        }
+        let path = folder.path(&format!("data/{name}"));
+        let mut damaged = bytes.clone();
+        let at = bytes.len() * 2 / 3;
+        damaged[at] ^= 4;
+        fs::write(&path, damaged).unwrap();
+        let data = folder.arg("data");
+        let output = xtask(&["verify", &data]);
+        let told = [output.stdout, output.stderr]
+            .map(|t| String::from_utf8(t).unwrap())
+            .concat();
+        assert_eq!(output.status.code(), Some(1), "{name}, byte {at}: {told}");
+        assert!(told.contains(&name), "{name}: {told}");
+        fs::write(&path, bytes).unwrap();
+    }
+}
+
+#[test]
+fn forged_label_is_found_by_computing_it_anew() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    make(&folder, &maps);
+    let dataset = Dataset::open(folder.path("data")).unwrap();
+    let link = dataset.map(0).unwrap().valid_links().nth(5).unwrap();
+    // A level that nothing else depends on: 3 dB more.
+    forge(&folder, "map_0000/aps_max_db.npy", |data| {
+        let level = &mut data[4 * link..4 * link + 4];
+        let db = f32::from_le_bytes((&*level).try_into().unwrap()) + 3.0;
+        level.copy_from_slice(&db.to_le_bytes());
+    });
+    succeed(&["verify", &folder.arg("data")]);
+    let found = findings(&folder, &["--maps", &maps, "--sample", "30"]);
+    let (tx, rx) = (link / 15, link % 15);
+    let expected = format!("map 0, link {link} (tx {tx}, rx {rx}): aps is not what its map gives");
+    assert_eq!(found, [expected]);
+}
+
+#[test]
+fn forged_path_is_found_by_computing_it_anew() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    make(&folder, &maps);
+    forge(&folder, "map_0000/path_delay_s.npy", |data| data[0] ^= 1);
+    let found = findings(&folder, &["--maps", &maps, "--sample", "30"]);
+    assert_eq!(
+        found,
+        ["map 0, link 0 (tx 0, rx 0): paths are not what its map gives"]
+    );
+}
+
+#[test]
+fn forged_shape_is_found_by_the_statistics() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    make(&folder, &maps);
+    forge(&folder, "map_0000/aps_db.npy", |data| {
+        // Some bin below the maximum, to 0 dB.
+        let bin = data.chunks(2).position(|db| db != [0, 0]).unwrap();
+        data[2 * bin..2 * bin + 2].copy_from_slice(&[0, 0]);
+    });
+    let found = findings(&folder, &[]);
+    assert!(
+        found[0].contains("statistics.") && found[0].contains("its arrays make"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn link_that_ends_in_a_building_is_found_with_and_without_the_maps() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    make(&folder, &maps);
+    // The middle of the first house of map 0.
+    forge(&folder, "map_0000/tx.npy", |data| {
+        data[..8].copy_from_slice(&55_f64.to_le_bytes());
+        data[8..16].copy_from_slice(&70_f64.to_le_bytes());
+    });
+    let found = findings(&folder, &[]);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0].contains("tx 0 of") && found[0].contains("in a building, at (55, 70) m"),
+        "{found:?}"
+    );
+    let found = findings(&folder, &["--maps", &maps, "--sample", "0"]);
+    assert!(
+        found[0].contains("in a building") && found[1].contains("positions are not"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn other_maps_are_found() {
+    let folder = Folder::new();
+    let maps = folder.maps(2);
+    make(&folder, &maps);
+    fs::write(folder.path("maps/1.json"), map(3)).unwrap();
+    let found = findings(&folder, &["--maps", &maps]);
+    assert!(
+        found[0].contains("map 1: buildings are not those of the map given"),
+        "{found:?}"
+    );
+}
+
+/// Points where a terminal may stand are never taken for indoor ones, on any map of the paper that is there and on
+/// synthetic cities.
+#[test]
+fn no_outdoor_point_is_deep_inside_a_raster() {
+    let mut scenes = Vec::new();
+    for id in 0..51 {
+        let path = format!("{}/../../shared/maps/{id}.json", env!("CARGO_MANIFEST_DIR"));
+        if let Ok(text) = fs::read_to_string(path) {
+            scenes.push((
+                parse_radiomapseer(&text).unwrap(),
+                Scene::from_radiomapseer(&text).unwrap(),
+            ));
+        }
+    }
+    if scenes.is_empty() {
+        eprintln!("skipped: no map in ../shared/maps");
+    }
+    let (mut outdoor, mut deep) = (0, 0);
+    for (footprints, scene) in scenes {
+        let mut raster = Raster::empty(RasterGrid::default()).unwrap();
+        for footprint in footprints {
+            let ring: Vec<[f64; 2]> = footprint.outer.iter().map(|p| p.to_array()).collect();
+            raster.fill_building([ring.as_slice()]).unwrap();
+        }
+        for (x, y) in (0..256).flat_map(|x| (0..256).map(move |y| (f64::from(x), f64::from(y)))) {
+            if scene.locate(DVec2::new(x, y)) == Location::Outdoor {
+                outdoor += 1;
+                deep += usize::from(raster.is_deep_inside([x, y]));
+            }
+        }
+    }
+    assert_eq!(deep, 0, "of {outdoor} outdoor points");
+}

@@ -1,0 +1,204 @@
+//! `cargo xtask relabel`: other labels for the paths of a data set.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail, ensure};
+use aps_data::{Dataset, DatasetConfig, DatasetWriter, Plan};
+use aps_label::{Array, DelayAxis, LabelConfig, Labeler, Protocol};
+use clap::ValueEnum;
+
+use crate::command_line;
+use crate::commands::dataset::Store;
+use crate::production;
+use crate::progress;
+use crate::settings::{self, Stored};
+use crate::summary::Summary;
+
+/// Forms of the receiving array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Form {
+    /// Uniform and linear: sees a direction and its mirror image alike.
+    Ula,
+    /// Uniform and circular: sees every direction for itself.
+    Uca,
+}
+
+/// Label the stored paths of a data set anew: another array, bandwidth, delay grid or protocol, without a trace.
+///
+/// What is not given is as in the data set's own labels.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder of a finished data set that stores paths.
+    dataset: PathBuf,
+    /// Folder of the new data set; an unfinished one is continued.
+    #[arg(long)]
+    out: PathBuf,
+    /// Definition of the label: released (what the published code computes) or paper. Brings its delay grid along.
+    #[arg(long)]
+    protocol: Option<Protocol>,
+    /// Form of the array.
+    #[arg(long, value_enum)]
+    array: Option<Form>,
+    /// Elements of the array.
+    #[arg(long)]
+    elements: Option<usize>,
+    /// Spacing of neighbouring elements, on a circle along its arc [wavelengths].
+    #[arg(long)]
+    spacing: Option<f64>,
+    /// Sampling rate of the delay kernel, the bandwidth [Hz].
+    #[arg(long)]
+    fs_hz: Option<f64>,
+    /// Points of the delay axis.
+    #[arg(long)]
+    delay_points: Option<usize>,
+    /// Last delay of the axis [s].
+    #[arg(long)]
+    last_delay_s: Option<f64>,
+    /// What to store: any of aps,pdp,paths [default: as the data set does].
+    #[arg(long, value_enum, value_delimiter = ',')]
+    store: Option<Vec<Store>>,
+    /// Threads [default: all cores]. The result does not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+impl Args {
+    /// Runs the command.
+    pub fn run(self) -> Result<()> {
+        progress::use_threads(self.threads)?;
+        let source = Dataset::open(&self.dataset)?;
+        let place = || format!("data set '{}'", self.dataset.display());
+        if !source.manifest().layout.paths {
+            bail!(
+                "{} stores no paths to be labelled; make one that does with {}",
+                place(),
+                command_line::shown(["dataset", "--store", "aps,paths", "--out", "DIR"])
+            );
+        }
+        let config = self.config(&source).with_context(place)?;
+        let labeler = Labeler::new(&settings::label_of(&config.configuration)?)?;
+        let writer = DatasetWriter::open(&self.out, config)
+            .with_context(|| format!("data set '{}'", self.out.display()))?;
+        let maps = &source.manifest().maps;
+        let todo: Vec<_> = maps.iter().filter(|map| !writer.has_map(map.id)).collect();
+        if !todo.is_empty() {
+            writer.set_plan(&Plan {
+                maps: maps.iter().map(|map| map.id).collect(),
+                shards: None,
+                command: command_line::own_without(&["--out", "--threads"]),
+            })?;
+        }
+        production::tell_finished(todo.len(), maps.len());
+        let links = todo.iter().map(|map| map.links as u64).sum();
+        let todo: Vec<u32> = todo.iter().map(|map| map.id).collect();
+        let (tally, wall) =
+            production::make_maps(&writer, &labeler, &self.out, &todo, links, |run, id| {
+                run.relabel(&source, id)
+            })?;
+        writer.finish(&source.manifest().split)?;
+        let tally = &tally;
+        println!("{}", Summary { tally, wall });
+        println!("data set '{}'", self.out.display());
+        Ok(())
+    }
+
+    /// The settings of the source, but for the label.
+    fn config(&self, source: &Dataset) -> Result<DatasetConfig> {
+        let manifest = source.manifest();
+        let own = settings::label_of(&manifest.configuration)?;
+        let stored = self.stored(source);
+        ensure!(
+            stored.aps || stored.pdp,
+            "--store must name aps, pdp or both: there is nothing else to make anew"
+        );
+        let label = self.label(&own, stored.pdp);
+        let mut layout = settings::layout(&label, manifest.layout.raster, stored);
+        for (new, old) in [
+            (&mut layout.aps, manifest.layout.aps),
+            (&mut layout.pdp, manifest.layout.pdp),
+        ] {
+            if let (Some(new), Some(old)) = (new, old) {
+                new.dtype = old.dtype;
+            }
+        }
+        let mut configuration = manifest.configuration.clone();
+        configuration["label"] = serde_json::to_value(&label)?;
+        Ok(DatasetConfig {
+            seed: manifest.seed,
+            layout,
+            configuration,
+        })
+    }
+
+    fn stored(&self, source: &Dataset) -> Stored {
+        let layout = &source.manifest().layout;
+        match &self.store {
+            Some(store) => Stored {
+                aps: store.contains(&Store::Aps),
+                pdp: store.contains(&Store::Pdp),
+                paths: store.contains(&Store::Paths),
+            },
+            None => Stored {
+                aps: layout.aps.is_some(),
+                pdp: layout.pdp.is_some(),
+                paths: layout.paths,
+            },
+        }
+    }
+
+    fn label(&self, own: &LabelConfig, pdp: bool) -> LabelConfig {
+        let protocol = self.protocol.unwrap_or(own.protocol);
+        let axis = match protocol == own.protocol {
+            true => own.delay_axis,
+            false => LabelConfig::of(protocol).delay_axis,
+        };
+        LabelConfig {
+            protocol,
+            sampling_rate_hz: self.fs_hz.unwrap_or(own.sampling_rate_hz),
+            array: self.array(own.array),
+            delay_axis: DelayAxis {
+                points: self.delay_points.unwrap_or(axis.points),
+                last_s: self.last_delay_s.unwrap_or(axis.last_s),
+            },
+            pdp,
+        }
+    }
+
+    fn array(&self, own: Array) -> Array {
+        let is_asked = self.array.is_some() || self.elements.is_some() || self.spacing.is_some();
+        if !is_asked {
+            return own;
+        }
+        let (form, elements, spacing) = described(own);
+        let elements = self.elements.unwrap_or(elements);
+        let spacing_wavelengths = self.spacing.unwrap_or(spacing);
+        match self.array.unwrap_or(form) {
+            Form::Ula => Array::UniformLinear {
+                elements,
+                spacing_wavelengths,
+            },
+            Form::Uca => Array::UniformCircular {
+                elements,
+                radius_wavelengths: elements as f64 * spacing_wavelengths / std::f64::consts::TAU,
+            },
+        }
+    }
+}
+
+/// Form, elements and spacing [wavelengths] of an array.
+fn described(array: Array) -> (Form, usize, f64) {
+    match array {
+        Array::UniformCircular {
+            elements,
+            radius_wavelengths,
+        } => {
+            let spacing = std::f64::consts::TAU * radius_wavelengths / elements as f64;
+            (Form::Uca, elements, spacing)
+        }
+        Array::UniformLinear {
+            elements,
+            spacing_wavelengths,
+        } => (Form::Ula, elements, spacing_wavelengths),
+        _ => (Form::Ula, 16, 0.5),
+    }
+}

@@ -1,0 +1,156 @@
+//! What can be said about a map's arrays: by themselves, and beside the map they were made of.
+
+use anyhow::Result;
+use aps_data::{Dataset, MapData, MapEntry};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::Location;
+use serde_json::Value;
+
+use super::Findings;
+use crate::maps::Map;
+use crate::settings;
+use crate::summary::Tally;
+
+/// Ends of valid links that are named; more of them are only counted.
+const NAMED: usize = 10;
+
+/// Checks that need the data set alone. `is_exact`: ends are looked at beside the map instead.
+pub fn check(
+    dataset: &Dataset,
+    entry: &MapEntry,
+    map: &MapData,
+    is_exact: bool,
+    findings: &mut Findings,
+) -> Result<()> {
+    check_counts(dataset, entry, findings)?;
+    check_statistics(dataset, entry, map, findings)?;
+    if !is_exact {
+        let is_wrong = |p: [f64; 2]| {
+            let grid = map.buildings.grid();
+            let size = [grid.width, grid.height].map(|n| n as f64 * grid.metres_per_pixel);
+            let is_outside = p.iter().zip(size).any(|(&x, size)| x < 0.0 || x > size);
+            match is_outside {
+                true => Some("outside the map"),
+                false => map.buildings.is_deep_inside(p).then_some("in a building"),
+            }
+        };
+        check_ends(map, is_wrong, findings);
+    }
+    Ok(())
+}
+
+/// Checks beside the map that the data set was made of; whether it is that map at all.
+pub fn check_against(
+    dataset: &Dataset,
+    map: &MapData,
+    given: &Map,
+    findings: &mut Findings,
+) -> Result<bool> {
+    if given.raster(dataset.manifest().layout.raster)? != map.buildings {
+        findings.add(format!(
+            "map {}: buildings are not those of the map given",
+            map.id
+        ));
+        return Ok(false);
+    }
+    let is_wrong = |p: [f64; 2]| match given.scene.locate(DVec2::from(p)) {
+        Location::Outdoor => None,
+        Location::OnWall { .. } => Some("on a wall"),
+        Location::OutsideArea => Some("outside the map"),
+        _ => Some("in a building"),
+    };
+    check_ends(map, is_wrong, findings);
+    Ok(true)
+}
+
+/// Numbers of terminals and links that contradict the settings.
+fn check_counts(dataset: &Dataset, entry: &MapEntry, findings: &mut Findings) -> Result<()> {
+    let Some((sampling, _)) = settings::tracing_of(&dataset.manifest().configuration)? else {
+        return Ok(());
+    };
+    let (tx, rx) = (sampling.tx_per_map, sampling.rx_per_map);
+    let found = [entry.tx, entry.rx, entry.links];
+    if found != [tx, rx, tx * rx] {
+        let [t, r, l] = found;
+        findings.add(format!(
+            "map {}: {t} transmitters, {r} receivers, {l} links; its settings make {tx}, {rx}, {}",
+            entry.id,
+            tx * rx
+        ));
+    }
+    Ok(())
+}
+
+/// Ends of labelled links where nothing can stand.
+fn check_ends(
+    map: &MapData,
+    is_wrong: impl Fn([f64; 2]) -> Option<&'static str>,
+    findings: &mut Findings,
+) {
+    for (role, ends, of_link) in [("tx", &map.tx_m, 0), ("rx", &map.rx_m, 1)] {
+        let mut valid_links = vec![0; ends.len()];
+        for link in map.valid_links() {
+            valid_links[map.links[link][of_link] as usize] += 1;
+        }
+        let wrong = (0..ends.len())
+            .filter(|&i| valid_links[i] > 0)
+            .filter_map(|i| Some((i, is_wrong(ends[i])?)));
+        let wrong: Vec<(usize, &str)> = wrong.collect();
+        for &(i, place) in wrong.iter().take(NAMED) {
+            let ([x, y], links) = (ends[i], valid_links[i]);
+            findings.add(format!(
+                "map {}: {role} {i} of {links} valid links is {place}, at ({x}, {y}) m",
+                map.id
+            ));
+        }
+        if wrong.len() > NAMED {
+            let more = wrong.len() - NAMED;
+            findings.add(format!("map {}: so are {more} more {role}", map.id));
+        }
+    }
+}
+
+/// Statistics of the manifest that are not those of the arrays: numbers of paths and peaks, and the mean and deviation
+/// that spectra are normalised by.
+fn check_statistics(
+    dataset: &Dataset,
+    entry: &MapEntry,
+    map: &MapData,
+    findings: &mut Findings,
+) -> Result<()> {
+    let manifest = dataset.manifest();
+    // Imported data have none.
+    let Value::Object(stored) = &entry.statistics else {
+        return Ok(());
+    };
+    let mut tally = Tally::default();
+    if let (Some(aps), Ok(label)) = (&map.aps, settings::label_of(&manifest.configuration)) {
+        tally.shapes(aps, map.valid_links(), label.protocol)?;
+    }
+    let paths = match manifest.layout.paths {
+        true => Some(dataset.paths(map.id)?),
+        false => None,
+    };
+    for (link, &status) in map.status.iter().enumerate() {
+        let count = paths.as_ref().map_or(0, |paths| paths.paths_of(link).len());
+        tally.stored_link(count, status, map.fallback[link]);
+    }
+    let found = tally.statistics();
+    let checked = [
+        ("paths", manifest.layout.paths),
+        ("dominant_peaks", map.aps.is_some()),
+        ("relative_power", map.aps.is_some()),
+        ("fallback_diffractions", true),
+    ];
+    for (name, is_stored) in checked {
+        let differs = stored.get(name).is_some_and(|s| Some(s) != found.get(name));
+        if is_stored && differs {
+            let (stored, found) = (&stored[name], &found[name]);
+            findings.add(format!(
+                "map {}: statistics.{name} is {stored}, its arrays make {found}",
+                map.id
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,166 @@
+//! Links computed anew, to be compared with those stored.
+
+use anyhow::Result;
+use aps_data::{Dataset, MapData, MapEntry, PathTable, Profile};
+use aps_label::{LabelConfig, Labeler};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::{TraceConfig, Tracer};
+use rayon::prelude::*;
+
+use super::Findings;
+use crate::maps::Map;
+use crate::produce::{LinkMaker, PathColumns, Rows, profile_rows};
+use crate::sampling;
+use crate::settings::{self, Sampling};
+
+/// All that a data set says about how its links were made.
+pub struct Recomputation<'d> {
+    dataset: &'d Dataset,
+    trace: TraceConfig,
+    sampling: Sampling,
+    labeler: Labeler,
+}
+
+/// What is stored of a map.
+struct Stored<'m> {
+    map: &'m MapData,
+    pdp: Option<Profile>,
+    paths: Option<PathTable>,
+}
+
+impl<'d> Recomputation<'d> {
+    /// `None` when the data set was not traced here.
+    pub fn new(dataset: &'d Dataset) -> Result<Option<Self>> {
+        let configuration = &dataset.manifest().configuration;
+        let Some((sampling, trace)) = settings::tracing_of(configuration)? else {
+            return Ok(None);
+        };
+        let label: LabelConfig = settings::label_of(configuration)?;
+        Ok(Some(Self {
+            dataset,
+            trace,
+            sampling,
+            labeler: Labeler::new(&label)?,
+        }))
+    }
+
+    /// Compares terminals and the given links of a map.
+    pub fn check(
+        &self,
+        entry: &MapEntry,
+        map: &MapData,
+        given: &Map,
+        links: &[usize],
+        findings: &mut Findings,
+    ) -> Result<()> {
+        let manifest = self.dataset.manifest();
+        let Sampling {
+            tx_per_map,
+            rx_per_map,
+            ..
+        } = self.sampling;
+        let drawn = sampling::draw(
+            &given.scene,
+            manifest.seed,
+            entry.id,
+            tx_per_map,
+            rx_per_map,
+        );
+        let is_drawn = drawn.is_ok_and(|drawn| {
+            let same = |drawn: &[DVec2], stored: &[[f64; 2]]| {
+                drawn
+                    .iter()
+                    .map(|p| p.to_array())
+                    .eq(stored.iter().copied())
+            };
+            same(&drawn.tx, &map.tx_m) && same(&drawn.rx, &map.rx_m)
+        });
+        if !is_drawn {
+            findings.add(format!(
+                "map {}: positions are not those that seed {} draws",
+                entry.id, manifest.seed
+            ));
+        }
+        if links.is_empty() {
+            return Ok(());
+        }
+        let tracer = Tracer::new(&given.scene, self.trace.clone())?;
+        let stored = Stored {
+            map,
+            pdp: manifest
+                .layout
+                .pdp
+                .map(|_| self.dataset.pdp(entry.id))
+                .transpose()?,
+            paths: manifest
+                .layout
+                .paths
+                .then(|| self.dataset.paths(entry.id))
+                .transpose()?,
+        };
+        let differences: Vec<Option<String>> = links
+            .par_iter()
+            .map(|&link| {
+                let what = match self.link(&tracer, map, link) {
+                    Ok(rows) => self.difference(&stored, link, &rows)?,
+                    Err(error) => Some(format!("{error:#}; it is")),
+                };
+                Ok(what.map(|what| {
+                    let [tx, rx] = map.links[link];
+                    format!(
+                        "map {}, link {link} (tx {tx}, rx {rx}): {what} not what its map gives",
+                        entry.id
+                    )
+                }))
+            })
+            .collect::<Result<_>>()?;
+        for difference in differences.into_iter().flatten() {
+            findings.add(difference);
+        }
+        Ok(())
+    }
+
+    /// A link as it is made.
+    fn link(&self, tracer: &Tracer<'_>, map: &MapData, link: usize) -> Result<Rows> {
+        let mut rows = Rows::default();
+        let (tx, rx) = map.ends_m(link);
+        let tx = tracer.transmitter(DVec2::from(tx))?;
+        let rx = tracer.receiver(DVec2::from(rx))?;
+        LinkMaker::default().make(tracer, &self.labeler, &tx, &rx, &mut rows)?;
+        Ok(rows)
+    }
+
+    /// The first of a link's arrays that differ, in words.
+    fn difference(&self, stored: &Stored<'_>, link: usize, rows: &Rows) -> Result<Option<String>> {
+        let layout = &self.dataset.manifest().layout;
+        let (status, found) = (stored.map.status[link], rows.status[0]);
+        if status != found {
+            return Ok(Some(format!(
+                "status {status}, which should be {found}, is"
+            )));
+        }
+        if stored.map.fallback[link] != rows.fallback[0] {
+            return Ok(Some("fallback is".into()));
+        }
+        let profiles = [
+            ("aps", layout.aps, &rows.aps_db, stored.map.aps.as_ref()),
+            ("pdp", layout.pdp, &rows.pdp_db, stored.pdp.as_ref()),
+        ];
+        for (name, layout, made, stored) in profiles {
+            if let (Some(layout), Some(stored)) = (layout, stored) {
+                let made = Profile::encode(&profile_rows(made), &layout, &rows.status)?;
+                if !made.is_same_row(0, stored, link) {
+                    return Ok(Some(format!("{name} is")));
+                }
+            }
+        }
+        if let Some(table) = &stored.paths {
+            let mut paths = PathColumns::default();
+            paths.push_stored(table, link);
+            if !paths.is_same(&rows.paths) {
+                return Ok(Some("paths are".into()));
+            }
+        }
+        Ok(None)
+    }
+}

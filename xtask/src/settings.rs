@@ -1,0 +1,202 @@
+//! The settings of a data set as its manifest keeps them, and read back.
+//!
+//! Everything a link depends on is there: `maps` (their kind), `sampling`, `trace`, `label`, and the seed beside them. So
+//! a stored data set can be labelled anew, and its links computed again and compared.
+
+use anyhow::{Context, Result, bail};
+use aps_data::{Axis, Layout, ProfileLayout, RasterGrid};
+use aps_label::{LabelConfig, Protocol};
+use aps_raytrace::{Material, TraceConfig};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+/// What of each link is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stored {
+    pub aps: bool,
+    pub pdp: bool,
+    pub paths: bool,
+}
+
+/// Terminals of each map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sampling {
+    pub tx_per_map: usize,
+    pub rx_per_map: usize,
+    pub grid_m: f64,
+}
+
+/// The layout of labels made with these settings.
+pub fn layout(label: &LabelConfig, raster: RasterGrid, stored: Stored) -> Layout {
+    let angles = match label.protocol {
+        Protocol::Released => Axis::ANGLE_RELEASED_DEG,
+        _ => Axis::ANGLE_PAPER_DEG,
+    };
+    let delays = Axis {
+        start: 0.0,
+        stop: label.delay_axis.last_s * 1e9,
+        count: label.delay_axis.points,
+        endpoint: true,
+    };
+    Layout {
+        raster,
+        aps: stored.aps.then(|| ProfileLayout::over(angles)),
+        pdp: stored.pdp.then(|| ProfileLayout::over(delays)),
+        paths: stored.paths,
+    }
+}
+
+/// The `configuration` of a traced data set; `maps` says what kind they are of.
+pub fn of_traced(
+    maps: Value,
+    sampling: Sampling,
+    trace: &TraceConfig,
+    label: &LabelConfig,
+) -> Value {
+    json!({
+        "maps": maps,
+        "sampling": sampling,
+        "trace": TraceSettings::of(trace),
+        "label": label,
+    })
+}
+
+/// The label settings in a `configuration`.
+pub fn label_of(configuration: &Value) -> Result<LabelConfig> {
+    let label = configuration.get("label");
+    let label = label.context("its manifest has no label settings")?;
+    serde_json::from_value(label.clone()).context("its manifest has unknown label settings")
+}
+
+/// How it was traced and where terminals were drawn; `None` if it was not traced here.
+pub fn tracing_of(configuration: &Value) -> Result<Option<(Sampling, TraceConfig)>> {
+    let (Some(trace), Some(sampling)) = (configuration.get("trace"), configuration.get("sampling"))
+    else {
+        return Ok(None);
+    };
+    let trace: TraceSettings =
+        serde_json::from_value(trace.clone()).context("its manifest has unknown trace settings")?;
+    let sampling = serde_json::from_value(sampling.clone())
+        .context("its manifest has unknown sampling settings")?;
+    Ok(Some((sampling, trace.config()?)))
+}
+
+/// [`TraceConfig`] without `max_images`, which decides whether a map can be traced, not what comes out.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TraceSettings {
+    frequency_hz: f64,
+    material: MaterialSetting,
+    max_reflections: usize,
+    max_diffractions: usize,
+    max_interactions: usize,
+    dynamic_range_db: Option<f64>,
+    accuracy_db: Option<f64>,
+    max_fallback_diffractions: usize,
+}
+
+/// `"concrete"`, `"pec"`, or relative permittivity and conductivity [S/m].
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(untagged)]
+enum MaterialSetting {
+    Named(String),
+    Values([f64; 2]),
+}
+
+impl TraceSettings {
+    fn of(config: &TraceConfig) -> Self {
+        Self {
+            frequency_hz: config.frequency_hz,
+            material: match config.material {
+                Material::Concrete => MaterialSetting::Named("concrete".into()),
+                Material::PerfectConductor => MaterialSetting::Named("pec".into()),
+                Material::Dielectric {
+                    relative_permittivity,
+                    conductivity_s_per_m,
+                } => MaterialSetting::Values([relative_permittivity, conductivity_s_per_m]),
+            },
+            max_reflections: config.max_reflections,
+            max_diffractions: config.max_diffractions,
+            max_interactions: config.max_interactions,
+            dynamic_range_db: config.dynamic_range_db,
+            accuracy_db: config.accuracy_db,
+            max_fallback_diffractions: config.max_fallback_diffractions,
+        }
+    }
+
+    fn config(self) -> Result<TraceConfig> {
+        let material = match self.material {
+            MaterialSetting::Named(name) => match name.as_str() {
+                "concrete" => Material::Concrete,
+                "pec" => Material::PerfectConductor,
+                _ => bail!("its manifest names the unknown material '{name}'"),
+            },
+            MaterialSetting::Values([relative_permittivity, conductivity_s_per_m]) => {
+                Material::Dielectric {
+                    relative_permittivity,
+                    conductivity_s_per_m,
+                }
+            }
+        };
+        let config = TraceConfig {
+            frequency_hz: self.frequency_hz,
+            material,
+            max_reflections: self.max_reflections,
+            max_diffractions: self.max_diffractions,
+            max_interactions: self.max_interactions,
+            dynamic_range_db: self.dynamic_range_db,
+            accuracy_db: self.accuracy_db,
+            max_fallback_diffractions: self.max_fallback_diffractions,
+            ..TraceConfig::default()
+        };
+        config.validate()?;
+        Ok(config)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_read_back_as_they_were() {
+        let sampling = Sampling {
+            tx_per_map: 3,
+            rx_per_map: 7,
+            grid_m: 1.0,
+        };
+        let label = LabelConfig {
+            sampling_rate_hz: 123.4e6,
+            ..LabelConfig::paper()
+        };
+        let materials = [
+            Material::Concrete,
+            Material::PerfectConductor,
+            Material::Dielectric {
+                relative_permittivity: 6.1,
+                conductivity_s_per_m: 0.03,
+            },
+        ];
+        for material in materials {
+            let trace = TraceConfig {
+                material,
+                accuracy_db: Some(0.1),
+                dynamic_range_db: None,
+                frequency_hz: 0.1 + 28e9,
+                ..TraceConfig::default()
+            };
+            let written = of_traced(json!("synthetic"), sampling, &trace, &label).to_string();
+            let read: Value = serde_json::from_str(&written).unwrap();
+            assert_eq!(tracing_of(&read).unwrap(), Some((sampling, trace)));
+            assert_eq!(label_of(&read).unwrap(), label);
+        }
+    }
+
+    #[test]
+    fn what_was_not_traced_has_no_tracing() {
+        let imported = json!({ "import": "propbin", "sampling": { "rx_per_map": null } });
+        assert_eq!(tracing_of(&imported).unwrap(), None);
+        assert!(label_of(&imported).is_err());
+    }
+}
