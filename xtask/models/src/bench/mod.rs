@@ -182,19 +182,19 @@ impl Bench {
 
     /// Guesses of the times of the data and of each job \[s\].
     fn guesses(&self, split: &Split, jobs: &[Job]) -> Vec<f64> {
-        let of_maps = |maps: usize| maps * self.config.data.tx_per_map * self.config.data.rx_per_map;
+        let of_maps =
+            |maps: usize| maps * self.config.data.tx_per_map * self.config.data.rx_per_map;
         let test_links = of_maps(split.test.len());
         let job = |job: &Job| match job {
-            Job::Model(kind) => pace::model_s(
-                &self.config,
-                *kind,
-                of_maps(split.train.len()),
-                test_links,
-            ),
+            Job::Model(kind) => {
+                pace::model_s(&self.config, *kind, of_maps(split.train.len()), test_links)
+            }
             Job::Tracer(_) => pace::data_s(test_links),
             Job::Mean | Job::LineOfSight | Job::External(..) => 1e-4 * test_links as f64,
         };
-        let data = pace::data_s(of_maps(split.train.len() + split.develop.len() + split.test.len()));
+        let data = pace::data_s(of_maps(
+            split.train.len() + split.develop.len() + split.test.len(),
+        ));
         std::iter::once(data).chain(jobs.iter().map(job)).collect()
     }
 
