@@ -20,11 +20,16 @@ pub enum MapSource {
     Folder(PathBuf),
     /// `FILE.geojson`, cut into tiles by [`MapSource::cut`].
     City {
+        /// The file.
         file: PathBuf,
+        /// Its tiles; none before it was cut.
         cut: Option<Arc<CutCity>>,
     },
     /// `synthetic` or `synthetic:N`.
-    Synthetic { count: Option<u32> },
+    Synthetic {
+        /// N.
+        count: Option<u32>,
+    },
 }
 
 impl FromStr for MapSource {
