@@ -154,7 +154,7 @@ impl Bench {
 
     fn jobs(&self) -> Result<Vec<Job>> {
         let tracer = &self.config.tracer;
-        let mut jobs = vec![Job::Tracer(SIGHT), Job::Mean, Job::LineOfSight];
+        let mut jobs = vec![Job::Mean, Job::LineOfSight, Job::Tracer(SIGHT)];
         for &diffractions in &tracer.diffractions {
             for &reflections in &tracer.reflections {
                 jobs.push(Job::Tracer([reflections, diffractions]));
