@@ -44,6 +44,9 @@ enum Command {
     /// Predict spectra with a trained model.
     #[command(disable_help_flag = true)]
     Predict(commands::models::Args),
+    /// Train, score and time models against each other, baselines and the tracer, and report.
+    #[command(disable_help_flag = true)]
+    BenchModels(commands::models::Args),
 }
 
 /// Runs the command line of this process.
@@ -62,6 +65,7 @@ pub fn run() -> ExitCode {
         Command::Import(args) => args.run(),
         Command::Train(args) => args.run("train"),
         Command::Predict(args) => args.run("predict"),
+        Command::BenchModels(args) => args.run("bench-models"),
     };
     exit_code(result)
 }

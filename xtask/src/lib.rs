@@ -7,6 +7,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
+pub mod benchmark;
 pub mod chart;
 pub mod cli;
 mod command_line;
@@ -17,6 +18,7 @@ mod lobes;
 mod maps;
 pub mod page;
 mod picture;
+mod plan;
 mod produce;
 mod production;
 mod progress;
@@ -33,4 +35,6 @@ mod view;
 mod whole_files;
 mod wire;
 
-pub use maps::IdList;
+pub use maps::{IdList, MapSource};
+pub use plan::{DatasetPlan, MapTime};
+pub use settings::Stored;

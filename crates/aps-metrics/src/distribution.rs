@@ -63,7 +63,7 @@ impl Distribution {
 }
 
 /// Quantiles at ascending shares in \[0, 1\] of at least one value; reorders the values.
-fn quantiles<const N: usize>(values: &mut [f64], shares: [f64; N]) -> [f64; N] {
+pub(crate) fn quantiles<const N: usize>(values: &mut [f64], shares: [f64; N]) -> [f64; N] {
     let last = values.len() - 1;
     // Below this index the order statistics asked for so far are in their places.
     let mut placed = 0;
@@ -88,7 +88,7 @@ fn quantiles<const N: usize>(values: &mut [f64], shares: [f64; N]) -> [f64; N] {
 }
 
 /// Sum with a running correction of the rounding error (Neumaier, ZAMM 54, 1974).
-fn compensated_sum(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn compensated_sum(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, correction) = values.fold((0.0_f64, 0.0), |(sum, correction), value| {
         let next = sum + value;
         let lost = if sum.abs() >= value.abs() {

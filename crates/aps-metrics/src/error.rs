@@ -103,6 +103,14 @@ pub enum Error {
         /// Number of samples.
         samples: usize,
     },
+    /// Not exactly one value a sample.
+    #[error("{values} values for {samples} samples: give one a sample, in the same order")]
+    ValuesOfSamples {
+        /// Number of values.
+        values: usize,
+        /// Number of samples.
+        samples: usize,
+    },
     /// Two evaluations under different definitions cannot be merged.
     #[error("cannot merge two evaluations made under different definitions")]
     DefinitionsDiffer,

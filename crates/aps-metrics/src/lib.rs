@@ -12,6 +12,7 @@
 //! - [`Report`] is what it says: mean, standard deviation and quantiles of every [`Metric`],
 //!   overall and for each map;
 //! - [`Scorer`] gives the [`SampleScores`] of a single pair of spectra;
+//! - [`Bootstrap`] tells how far a mean over links of few maps can be trusted;
 //! - [`PeakFinder`] finds peaks as `scipy.signal.find_peaks` does, and on a ring;
 //!   [`spectrum_peaks`] tells the dominant ones.
 //!
@@ -53,6 +54,7 @@
 #![forbid(unsafe_code)]
 
 mod angle;
+mod bootstrap;
 mod distribution;
 mod dominant;
 mod error;
@@ -66,6 +68,7 @@ mod report;
 mod sample;
 mod spectra;
 
+pub use bootstrap::{Bootstrap, Estimate, Resamples};
 pub use distribution::{Distribution, ccdf};
 pub use dominant::{SpectrumPeaks, spectrum_peaks};
 pub use error::{Defect, Error, Shape, Side};

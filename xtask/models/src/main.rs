@@ -3,12 +3,14 @@
 // Brackets in the comments of arguments are units in the help that clap makes of them.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+mod bench;
 mod data;
 mod device;
 mod journal;
 mod labels;
 mod network;
 mod predict;
+mod run;
 mod score;
 mod settings;
 mod train;
@@ -31,11 +33,14 @@ enum Command {
     Train(train::Args),
     /// Predict spectra with a trained model.
     Predict(predict::Args),
+    /// Train, score and time models against each other, baselines and the tracer, and report.
+    BenchModels(bench::Args),
 }
 
 fn main() -> ExitCode {
     xtask::cli::exit_code(match Cli::parse().command {
         Command::Train(args) => args.run(),
         Command::Predict(args) => args.run(),
+        Command::BenchModels(args) => args.run(),
     })
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::labels::Labels;
 
 /// Labels summed by one thread; fixed, so that the sum does not depend on the threads.
-const BLOCK: usize = 1024;
+pub const BLOCK: usize = 1024;
 
 /// The columns of the closing table beside [`Metric::PAPER_COLUMNS`].
 const MSE: [Metric; 1] = [Metric::Mse];
@@ -49,7 +49,7 @@ impl Development {
         let mut evaluation = Evaluation::new(self.protocol);
         let links = self.labels.links().iter().copied();
         predict(model, conditions, links, batch, |first, spectra| {
-            self.push(&mut evaluation, first, spectra)
+            push(&mut evaluation, &self.labels, first, spectra)
         })?;
         report(&evaluation)
     }
@@ -64,21 +64,32 @@ impl Development {
             .repeat(BLOCK);
         for first in (0..self.len()).step_by(BLOCK) {
             let rows = BLOCK.min(self.len() - first);
-            self.push(&mut evaluation, first, &repeated[..rows * ANGLE_BINS])?;
+            push(
+                &mut evaluation,
+                &self.labels,
+                first,
+                &repeated[..rows * ANGLE_BINS],
+            )?;
         }
         report(&evaluation)
     }
+}
 
-    fn push(&self, evaluation: &mut Evaluation, first: usize, predicted: &[f32]) -> Result<()> {
-        let rows = predicted.len() / ANGLE_BINS;
-        let target = |i: usize| self.labels.target(first + i);
-        let truth: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(target).collect();
-        let (truth, predicted) = (
-            Spectra::new(&truth, ANGLE_BINS)?,
-            Spectra::new(predicted, ANGLE_BINS)?,
-        );
-        Ok(evaluation.push(truth, predicted, None)?)
-    }
+/// Scores the spectra that are predicted for the links from `first` on.
+pub fn push(
+    evaluation: &mut Evaluation,
+    labels: &Labels,
+    first: usize,
+    predicted: &[f32],
+) -> Result<()> {
+    let rows = predicted.len() / ANGLE_BINS;
+    let target = |i: usize| labels.target(first + i);
+    let truth: Vec<f64> = (0..rows).into_par_iter().flat_map_iter(target).collect();
+    let (truth, predicted) = (
+        Spectra::new(&truth, ANGLE_BINS)?,
+        Spectra::new(predicted, ANGLE_BINS)?,
+    );
+    Ok(evaluation.push(truth, predicted, None)?)
 }
 
 fn report(evaluation: &Evaluation) -> Result<GroupReport> {

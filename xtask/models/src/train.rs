@@ -1,28 +1,18 @@
 //! `cargo xtask train`: a data set in, weights out.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
-use anyhow::{Context, Result, bail, ensure};
-use aps_metrics::{GroupReport, Metric};
-use aps_model::condition::ConditionConfig;
-use aps_model::train::{StepReport, TrainConfig, Trainer};
-use aps_model::weights::{self, Label};
+use anyhow::{Result, ensure};
+use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
-use indicatif::{ProgressBar, ProgressStyle};
-use serde::{Deserialize, Serialize};
 use xtask::interrupt::interrupt_flag;
 
-use crate::data::{self, DevMaps};
+use crate::data::DevMaps;
 use crate::device::{Device, use_threads};
-use crate::journal::Journal;
-use crate::labels::Labels;
 use crate::network;
-use crate::score::{self, Development};
-use crate::settings::{RunFolder, Settings};
-
-/// Steps between two checkpoints within an epoch.
-const STEPS_BETWEEN_CHECKPOINTS: u64 = 1000;
+use crate::run::{TrainingPlan, training_config};
+use crate::settings::RunFolder;
 
 /// What the options' one line each leaves open.
 const WHAT_IS_WRITTEN: &str = "\
@@ -91,17 +81,6 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// What a run knows beside the training itself; kept in its checkpoints.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Progress {
-    /// Epochs whose scores are written.
-    epochs: u64,
-    /// Bits of the sum of the losses of this epoch's steps: JSON would round them.
-    loss_bits: u64,
-    /// The best epoch so far, and its scores' mean squared error as bits.
-    best: Option<(u64, u64)>,
-}
-
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
@@ -118,317 +97,38 @@ impl Args {
             "there is no run to continue in '{}'; start one without --resume",
             self.out.display()
         );
-        let mut run = self.prepare(folder)?;
-        run.go()
-    }
-
-    fn prepare(&self, folder: RunFolder) -> Result<Run> {
-        let device = self.device.open()?;
-        let dataset = data::open(&self.data)?;
-        let (train_maps, dev_maps) =
-            data::divide(&dataset.manifest().split, self.dev_maps.as_ref())?;
-        let (protocol, training_statistics, normalization) = data::target(&dataset)?;
-        let all = train_maps.iter().chain(&dev_maps).copied();
-        let image_size = self.image_size.unwrap_or(network::image_size(self.preset));
-        let (conditions, index_of) = data::conditions(&dataset, all, image_size, &device)?;
-        let load = |maps: &[u32], limit| {
-            Labels::load(&dataset, maps, &index_of, limit, self.seed, normalization)
-        };
-        let train = load(&train_maps, self.limit)?;
-        let dev = load(&dev_maps, (self.dev_limit > 0).then_some(self.dev_limit))?;
-        let counts = [train.rows().len(), dev.rows().len()];
-        ensure!(
-            counts[0] > 0,
-            "the training maps {train_maps:?} have no link with a label"
-        );
-        ensure!(
-            counts[1] > 0,
-            "the development maps {dev_maps:?} have no link with a label"
-        );
-
-        let label = Label {
-            kind: self.model,
-            preset: self.preset,
-        };
-        let training = self.training();
-        let settings = Settings {
-            model: self.model.to_string(),
-            preset: self.preset.to_string(),
-            image_size,
-            sigma_px: ConditionConfig::default().sigma_px,
-            initial_weights: match &self.pretrained {
-                None => "random".into(),
-                Some(path) => path.display().to_string(),
-            },
-            device: self.device,
-            data: self.data.clone(),
-            data_configuration: dataset.manifest().configuration.clone(),
-            protocol: protocol.to_string(),
-            training_statistics,
-            train_maps,
-            dev_maps,
-            train_links: counts[0],
-            dev_links: counts[1],
-            training: training.clone(),
-        };
-        let mean_spectrum = score::mean_spectrum(&train);
-        let trainees = network::trainees(label, self.seed, self.pretrained.as_deref(), &device)?;
-        let mut trainer = Trainer::new(trainees, conditions, train, training)?;
-        let progress = match self.resume {
-            true => serde_json::from_str(&trainer.resume(folder.checkpoint())?)
-                .context("notes of the checkpoint")?,
-            false => Progress::default(),
-        };
-        folder.write_settings(&settings)?;
-        let steps = Journal::open(folder.steps(), &step_columns(), trainer.steps_done())?;
-        let epochs = Journal::open(folder.epochs(), &epoch_columns(), progress.epochs)?;
-        eprintln!(
-            "{} ({}, {} weights), {} training links of {} maps, {} development links of {} maps, images {image_size} x {image_size}, {} steps of {} links",
-            settings.model,
-            settings.preset,
-            settings.initial_weights,
-            settings.train_links,
-            settings.train_maps.len(),
-            settings.dev_links,
-            settings.dev_maps.len(),
-            trainer.steps_total(),
-            settings.training.batch.min(settings.train_links),
-        );
-        Ok(Run {
-            label,
-            folder,
-            trainer,
-            progress,
-            steps,
-            epochs,
-            development: Development::new(dev, protocol),
-            mean_spectrum,
-        })
-    }
-
-    fn training(&self) -> TrainConfig {
-        let preset = match self.model.is_adversarial() {
-            true => TrainConfig::adversarial(),
-            false => TrainConfig::regression(),
-        };
-        let papers_batch = match self.model {
-            ModelKind::RadioUnet => 256,
-            _ => preset.batch,
-        };
-        let papers_rate = match self.model {
-            ModelKind::VitReg => 1e-4,
-            _ => preset.learning_rate,
-        };
-        TrainConfig {
-            epochs: self.epochs,
-            batch: self.batch.unwrap_or(match self.preset {
-                Preset::Paper => papers_batch,
-                Preset::Small => 64,
-            }),
-            learning_rate: self.lr.unwrap_or(papers_rate),
-            seed: self.seed,
-            ..preset
-        }
-    }
-}
-
-/// A run from its first, or next, step to its last.
-struct Run {
-    label: Label,
-    folder: RunFolder,
-    trainer: Trainer,
-    progress: Progress,
-    steps: Journal,
-    epochs: Journal,
-    development: Development,
-    mean_spectrum: Vec<f64>,
-}
-
-impl Run {
-    fn go(&mut self) -> Result<()> {
         let interrupted = interrupt_flag()?;
-        let bar = progress_bar(&self.trainer);
-        if self.trainer.steps_done() == 0 {
-            // So that a run that fails at once has something to go back to.
-            self.save()?;
-        }
-        let mut last = None;
-        while let Some(report) = self.step(&bar, &interrupted)? {
-            bar.set_message(format!(
-                "epoch {}, loss {:.4}",
-                report.epoch + 1,
-                report.loss
-            ));
-            if report.ends_epoch {
-                last = Some(self.end_epoch(&report, &bar)?);
-            }
-            let is_due = self
-                .trainer
-                .steps_done()
-                .is_multiple_of(STEPS_BETWEEN_CHECKPOINTS);
-            if report.ends_epoch || is_due {
-                self.save()?;
-            }
-        }
-        bar.finish_and_clear();
-        self.close(last)
-    }
-
-    /// One step with its row in the log. On Ctrl-C everything is saved and the run ends with an error that says so.
-    fn step(&mut self, bar: &ProgressBar, interrupted: &AtomicBool) -> Result<Option<StepReport>> {
-        if interrupted.load(Ordering::Relaxed) {
-            bar.abandon();
-            self.save()?;
-            bail!(
-                "interrupted after {} of {} steps, all of which are kept in '{}'; the same command with --resume continues",
-                self.trainer.steps_done(),
-                self.trainer.steps_total(),
-                self.folder.path().display()
-            );
-        }
-        let Some(report) = self.trainer.step()? else {
-            return Ok(None);
-        };
-        let sum = f64::from_bits(self.progress.loss_bits) + report.loss;
-        self.progress.loss_bits = sum.to_bits();
-        self.steps.push(&step_cells(&report))?;
-        bar.inc(report.links as u64);
-        Ok(Some(report))
-    }
-
-    /// Scores the development links and keeps the weights if they are the best so far.
-    fn end_epoch(&mut self, step: &StepReport, bar: &ProgressBar) -> Result<GroupReport> {
-        bar.set_message(format!("epoch {}, scoring", step.epoch + 1));
-        let scores = self.score()?;
-        let mse = score::mean(&scores, Metric::Mse);
-        let sum = f64::from_bits(std::mem::take(&mut self.progress.loss_bits));
-        let loss = sum / self.trainer.steps_per_epoch() as f64;
-        self.epochs.push(&epoch_cells(step.epoch, loss, &scores))?;
-        self.epochs.flush()?;
-        self.progress.epochs = step.epoch + 1;
-        let is_best = self
-            .progress
-            .best
-            .is_none_or(|(_, best)| mse < f64::from_bits(best));
-        if is_best {
-            let parameters = self.trainer.predictor().parameters();
-            weights::save(&self.folder.best(), parameters, Some(self.label))?;
-            self.progress.best = Some((step.epoch, mse.to_bits()));
-        }
-        bar.println(format!(
-            "epoch {:>3}: training loss {loss:.4}; development MSE {mse:.4}, CosSim {:.4}, PLE {:.2} deg{}",
-            step.epoch + 1,
-            score::mean(&scores, Metric::Cosine),
-            score::mean(&scores, Metric::PleDeg),
-            if is_best { ", best" } else { "" }
-        ));
-        Ok(scores)
-    }
-
-    fn score(&self) -> Result<GroupReport> {
-        let (model, conditions) = (self.trainer.predictor(), self.trainer.conditions());
-        self.development
-            .score(model, conditions, self.trainer.config().batch)
-    }
-
-    fn save(&mut self) -> Result<()> {
-        // What a checkpoint has seen must be in the log when it is continued.
-        self.steps.flush()?;
-        let notes = serde_json::to_string(&self.progress)?;
-        Ok(self.trainer.save(self.folder.checkpoint(), &notes)?)
-    }
-
-    /// What was learnt, beside what can be had without learning.
-    fn close(&self, last: Option<GroupReport>) -> Result<()> {
-        let Some((epoch, best_mse)) = self.progress.best else {
-            bail!("no epoch has ended");
-        };
+        let mut run = self.plan().prepare(folder, self.resume)?;
+        let last = run.go(&interrupted);
+        let stopped = interrupted.load(Ordering::Relaxed);
         let last = match last {
-            Some(scores) => scores,
-            None => self.score()?,
+            Err(error) if stopped => {
+                return Err(error.context("the same command with --resume continues"));
+            }
+            last => last?,
         };
-        let mean = self.development.score_constant(&self.mean_spectrum)?;
-        println!("{} development links:", self.development.len());
-        let rows = [
-            ("last epoch".to_owned(), &last),
-            ("mean training spectrum".to_owned(), &mean),
-        ];
-        println!("{}", score::table(&rows));
-        let (best_mse, mean_mse) = (f64::from_bits(best_mse), score::mean(&mean, Metric::Mse));
-        println!(
-            "best: epoch {} with MSE {best_mse:.4} ({:.1} % of the mean spectrum's), in '{}'",
-            epoch + 1,
-            100.0 * best_mse / mean_mse,
-            self.folder.best().display()
-        );
-        if best_mse >= mean_mse {
-            println!(
-                "WARNING: the model does no better than the mean training spectrum: it has not learnt"
-            );
-        }
-        Ok(())
+        run.close(last)
     }
-}
 
-fn step_columns() -> Vec<String> {
-    [
-        "step",
-        "epoch",
-        "learning_rate",
-        "loss",
-        "gradient_norm",
-        "regularizer_loss",
-        "regularizer_gradient_norm",
-    ]
-    .map(str::to_owned)
-    .into()
-}
-
-fn step_cells(report: &StepReport) -> [String; 7] {
-    let optional = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
-    [
-        report.step.to_string(),
-        report.epoch.to_string(),
-        report.learning_rate.to_string(),
-        report.loss.to_string(),
-        report.gradient_norm.to_string(),
-        optional(report.regularizer_loss),
-        optional(report.regularizer_gradient_norm),
-    ]
-}
-
-fn epoch_columns() -> Vec<String> {
-    let metrics = Metric::ALL
-        .iter()
-        .map(|metric| format!("dev_{}", metric.key()));
-    ["epoch", "train_loss"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(metrics)
-        .collect()
-}
-
-fn epoch_cells(epoch: u64, loss: f64, scores: &GroupReport) -> Vec<String> {
-    let metrics = Metric::ALL
-        .iter()
-        .map(|&metric| score::mean(scores, metric).to_string());
-    [epoch.to_string(), loss.to_string()]
-        .into_iter()
-        .chain(metrics)
-        .collect()
-}
-
-/// Counts links.
-fn progress_bar(trainer: &Trainer) -> ProgressBar {
-    let style = ProgressStyle::with_template(
-        "[{bar:30}] {human_pos}/{human_len} links, {per_sec}, {eta} left, {msg}",
-    )
-    .expect("the template is well formed")
-    .progress_chars("=> ");
-    let batch = trainer.links_per_step() as u64;
-    let bar = ProgressBar::new(trainer.steps_total() * batch).with_style(style);
-    // Links of an earlier run do not count for the speed.
-    bar.set_position(trainer.steps_done() * batch);
-    bar.reset_eta();
-    bar
+    fn plan(&self) -> TrainingPlan {
+        let usual = training_config(self.model, self.preset);
+        TrainingPlan {
+            model: self.model,
+            preset: self.preset,
+            image_size: self.image_size.unwrap_or(network::image_size(self.preset)),
+            data: self.data.clone(),
+            training: TrainConfig {
+                epochs: self.epochs,
+                batch: self.batch.unwrap_or(usual.batch),
+                learning_rate: self.lr.unwrap_or(usual.learning_rate),
+                seed: self.seed,
+                ..usual
+            },
+            dev_maps: self.dev_maps.clone(),
+            dev_limit: (self.dev_limit > 0).then_some(self.dev_limit),
+            limit: self.limit,
+            device: self.device,
+            pretrained: self.pretrained.clone(),
+        }
+    }
 }

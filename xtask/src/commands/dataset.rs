@@ -3,20 +3,18 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use aps_data::{Access, DatasetConfig, DatasetWriter, Plan, Split};
+use aps_data::{Access, DatasetWriter, Plan, Split};
 use aps_label::{LabelConfig, Labeler, Protocol};
-use aps_raytrace::TraceConfig;
 use clap::{Subcommand, ValueEnum};
 
 use crate::args::{Shard, TraceArgs};
 use crate::command_line;
 use crate::maps::{IdList, MapSource, choose};
-use crate::produce::Run;
+use crate::plan::DatasetPlan;
 use crate::production;
 use crate::progress;
-use crate::sampling;
-use crate::settings::{self, Sampling, Stored};
-use crate::summary::{Summary, Tally};
+use crate::settings::Stored;
+use crate::summary::Summary;
 use crate::tiles::TileArgs;
 
 mod merge;
@@ -107,16 +105,11 @@ impl Args {
         progress::use_threads(self.threads)?;
         let (maps, tx, rx) = self.sizes();
         let ids = self.map_ids(maps)?;
-        let trace = self.trace.config();
-        trace.validate()?;
-        let label = LabelConfig {
-            pdp: self.store.contains(&Store::Pdp),
-            ..LabelConfig::of(self.protocol)
-        };
-        let labeler = Labeler::new(&label)?;
-        let config = self.config(&trace, &label, tx, rx);
+        let plan = self.plan(tx, rx);
+        plan.trace.validate()?;
+        let labeler = Labeler::new(&plan.label)?;
         let access = self.shard.map_or(Access::Whole, |shard| shard.access());
-        let writer = DatasetWriter::open_with(&self.out, config, access)
+        let writer = DatasetWriter::open_with(&self.out, plan.config(), access)
             .with_context(|| format!("data set '{}'", self.out.display()))?;
         if ids.iter().any(|&id| !writer.has_map(id)) {
             writer.set_plan(&Plan {
@@ -133,7 +126,7 @@ impl Args {
         let mut repairs = Vec::new();
         let (tally, wall) =
             production::make_maps(&writer, &labeler, &self.out, &todo, links, |run, id| {
-                self.one_map(run, id, tx, rx, &trace, &mut repairs)
+                plan.map(run, id, &mut repairs)
             })?;
         if self.shard.is_none() {
             let all = writer.map_ids();
@@ -156,21 +149,24 @@ impl Args {
         Ok(())
     }
 
-    fn one_map(
-        &self,
-        run: &Run<'_>,
-        id: u32,
-        tx: usize,
-        rx: usize,
-        trace: &TraceConfig,
-        repairs: &mut Vec<String>,
-    ) -> Result<Tally> {
-        let map = self.maps.load(id, self.seed)?;
-        if !map.scene.report().is_clean() {
-            repairs.push(format!("map {id}: {}", map.scene.report()));
+    fn plan(&self, tx_per_map: usize, rx_per_map: usize) -> DatasetPlan {
+        let stores = |what| self.store.contains(&what);
+        DatasetPlan {
+            maps: self.maps.clone(),
+            tx_per_map,
+            rx_per_map,
+            label: LabelConfig {
+                pdp: stores(Store::Pdp),
+                ..LabelConfig::of(self.protocol)
+            },
+            stored: Stored {
+                aps: stores(Store::Aps),
+                pdp: stores(Store::Pdp),
+                paths: stores(Store::Paths),
+            },
+            seed: self.seed,
+            trace: self.trace.config(),
         }
-        let terminals = sampling::draw(&map.scene, self.seed, id, tx, rx)?;
-        run.map(id, &map, &terminals, trace)
     }
 
     /// Synthetic maps, transmitters, receivers.
@@ -198,32 +194,6 @@ impl Args {
                 }
                 Ok(available)
             }
-        }
-    }
-
-    /// Everything that decides the bytes, as the manifest keeps it.
-    fn config(
-        &self,
-        trace: &TraceConfig,
-        label: &LabelConfig,
-        tx: usize,
-        rx: usize,
-    ) -> DatasetConfig {
-        let stores = |what| self.store.contains(&what);
-        let stored = Stored {
-            aps: stores(Store::Aps),
-            pdp: stores(Store::Pdp),
-            paths: stores(Store::Paths),
-        };
-        let sampling = Sampling {
-            tx_per_map: tx,
-            rx_per_map: rx,
-            grid_m: 1.0,
-        };
-        DatasetConfig {
-            seed: self.seed,
-            layout: settings::layout(label, self.maps.raster(), stored),
-            configuration: settings::of_traced(self.maps.describe(), sampling, trace, label),
         }
     }
 }

@@ -1,0 +1,107 @@
+//! What something predicts for the test links, and how it is kept.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use aps_data::npy;
+use aps_model::ANGLE_BINS;
+use half::f16;
+use xtask::benchmark::{Entry, EntryKind, Latency, Training};
+
+use super::stamp::{read_json, write_json};
+use super::test_set::{PROTOCOLS, TestSet};
+
+/// Predictions of all test links.
+#[derive(Debug, Default)]
+pub struct Answer {
+    /// Normalised spectra, shape (links, bins).
+    pub predictions: Vec<f32>,
+    /// Links without an answer of its own, for which the mean spectrum stands.
+    pub substituted: Vec<usize>,
+    /// Number of parameters.
+    pub parameters: Option<u64>,
+    /// How it was trained.
+    pub training: Option<Training>,
+    /// Measured run times.
+    pub latency: Vec<Latency>,
+}
+
+/// Files of an answer in its folder.
+const PREDICTIONS: &str = "prediction.npy";
+const SUBSTITUTED: &str = "substituted.json";
+const ENTRY: &str = "entry.json";
+
+/// Scores an answer and writes everything about it into `root`/`folder`.
+pub fn keep(
+    answer: Answer,
+    (name, kind): (&str, EntryKind),
+    test: &TestSet,
+    root: &Path,
+    folder: &Path,
+) -> Result<Entry> {
+    let place = root.join(folder);
+    let shape = [test.len(), ANGLE_BINS];
+    npy::write(place.join(PREDICTIONS), &shape, &answer.predictions)
+        .with_context(|| format!("cannot write into '{}'", place.display()))?;
+    write_json(&place.join(SUBSTITUTED), &answer.substituted)?;
+    let score = |protocol: aps_metrics::Protocol| {
+        let file: PathBuf = folder.join(format!("{}.npy", protocol.name()));
+        let table = test.score(&answer.predictions, protocol)?;
+        table.write(root, &file, protocol.name())
+    };
+    let entry = Entry {
+        name: name.into(),
+        kind,
+        parameters: answer.parameters,
+        training: answer.training,
+        latency: answer.latency,
+        scores: PROTOCOLS.into_iter().map(score).collect::<Result<_>>()?,
+        substituted_links: answer.substituted.len() as u64,
+    };
+    write_json(&place.join(ENTRY), &entry)?;
+    Ok(entry)
+}
+
+/// What [`keep`] made of an answer.
+pub fn entry(folder: &Path) -> Result<Entry> {
+    read_json(&folder.join(ENTRY))
+}
+
+/// Links without an answer of its own.
+pub fn substituted(folder: &Path) -> Result<Vec<usize>> {
+    read_json(&folder.join(SUBSTITUTED))
+}
+
+/// The predictions, shape (links, bins).
+pub fn predictions(folder: &Path) -> Result<Vec<f32>> {
+    spectra(&folder.join(PREDICTIONS))
+}
+
+/// Spectra of a file: `.npy`, shape (links, 180), float16, float32 or float64.
+pub fn spectra(path: &Path) -> Result<Vec<f32>> {
+    let place = || format!("predictions '{}'", path.display());
+    let (shape, values) = match npy::read::<f32>(path) {
+        Ok(array) => (array.shape, array.data),
+        Err(error) => {
+            if let Ok(array) = npy::read::<f64>(path) {
+                (array.shape, array.data.iter().map(|&x| x as f32).collect())
+            } else if let Ok(array) = npy::read::<f16>(path) {
+                (array.shape, array.data.iter().map(|x| x.to_f32()).collect())
+            } else {
+                return Err(error).with_context(place);
+            }
+        }
+    };
+    let [_, bins] = shape[..] else {
+        bail!(
+            "{} have shape {shape:?}, expected (links, {ANGLE_BINS})",
+            place()
+        );
+    };
+    ensure!(
+        bins == ANGLE_BINS,
+        "{} have {bins} bins, expected {ANGLE_BINS}",
+        place()
+    );
+    Ok(values)
+}

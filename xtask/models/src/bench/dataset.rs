@@ -1,0 +1,121 @@
+//! The data set of a benchmark.
+
+use std::str::FromStr;
+
+use anyhow::{Result, anyhow, ensure};
+use aps_data::Split;
+use aps_label::LabelConfig;
+use aps_raytrace::TraceConfig;
+use xtask::{DatasetPlan, MapSource, Stored};
+
+use super::config::{Config, DataConfig};
+
+/// What has to be made, and which maps are for what.
+pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
+    let data = &config.data;
+    let maps = MapSource::from_str(&data.maps).map_err(|e| anyhow!("maps: {e}"))?;
+    ensure!(
+        !matches!(maps, MapSource::City { .. }),
+        "a city in GeoJSON cannot be benchmarked on directly: give a folder of maps, or synthetic"
+    );
+    let asked = data.train_maps + data.develop_maps + data.test_maps;
+    let split = split(&maps.ids(asked as u32)?, data)?;
+    let plan = DatasetPlan {
+        maps,
+        tx_per_map: data.tx_per_map,
+        rx_per_map: data.rx_per_map,
+        label: LabelConfig::of(data.protocol),
+        stored: Stored {
+            aps: true,
+            pdp: false,
+            paths: false,
+        },
+        seed: config.seed,
+        trace: trace(data.max_reflections, data.max_diffractions),
+    };
+    Ok((plan, split))
+}
+
+/// The tracer's settings with some limits.
+pub fn trace(max_reflections: usize, max_diffractions: usize) -> TraceConfig {
+    TraceConfig {
+        max_reflections,
+        max_diffractions,
+        max_interactions: max_reflections + max_diffractions,
+        ..TraceConfig::default()
+    }
+}
+
+/// Test maps are the paper's, 46 to 50, where all maps are its maps, else the last ones; development maps are the last
+/// of the others that are used.
+fn split(available: &[u32], data: &DataConfig) -> Result<Split> {
+    let is_papers = available.iter().all(|&id| id <= 50)
+        && available.iter().any(|&id| id <= 45)
+        && available.iter().any(|&id| id > 45);
+    let cut = match is_papers && !data.maps.starts_with("synthetic") {
+        true => available.partition_point(|&id| id <= 45),
+        false => available.len().saturating_sub(data.test_maps),
+    };
+    let (pool, test) = available.split_at(cut);
+    let used = data.train_maps + data.develop_maps;
+    for (keys, needed, there) in [
+        ("train_maps and data.develop_maps", used, pool.len()),
+        ("test_maps", data.test_maps, test.len()),
+    ] {
+        ensure!(
+            needed <= there,
+            "data.{keys} ask for {needed} maps, '{}' has {there} for them",
+            data.maps
+        );
+    }
+    Ok(Split {
+        train: pool[..data.train_maps].to_vec(),
+        develop: pool[data.train_maps..used].to_vec(),
+        test: test[..data.test_maps].to_vec(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::config::Profile;
+    use super::*;
+
+    fn data(maps: &str, counts: [usize; 3]) -> DataConfig {
+        let config = Config::resolve(Profile::Smoke, None, toml::Table::new()).unwrap();
+        DataConfig {
+            maps: maps.into(),
+            train_maps: counts[0],
+            develop_maps: counts[1],
+            test_maps: counts[2],
+            ..config.data
+        }
+    }
+
+    #[test]
+    fn papers_maps_are_tested_on_the_papers_test_maps() {
+        let all: Vec<u32> = (0..=50).collect();
+        let split = split(&all, &data("maps", [3, 1, 2])).unwrap();
+        assert_eq!(
+            (split.train, split.develop, split.test),
+            (vec![0, 1, 2], vec![3], vec![46, 47])
+        );
+    }
+
+    #[test]
+    fn other_maps_are_tested_on_the_last_ones() {
+        let all: Vec<u32> = (100..110).collect();
+        let split = split(&all, &data("maps", [7, 1, 2])).unwrap();
+        assert_eq!((split.develop, split.test), (vec![107], vec![108, 109]));
+    }
+
+    #[test]
+    fn too_few_maps_are_told_with_their_number() {
+        let all: Vec<u32> = (0..=50).collect();
+        let error = split(&all, &data("maps", [46, 1, 5])).unwrap_err();
+        assert!(
+            error.to_string().contains("47") && error.to_string().contains("46"),
+            "{error}"
+        );
+        assert!(split(&all, &data("maps", [40, 1, 6])).is_err());
+    }
+}

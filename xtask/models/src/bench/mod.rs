@@ -1,0 +1,399 @@
+//! `cargo xtask bench-models`: data, models, baselines, scores, run times, and a report of them.
+
+mod answer;
+mod args;
+mod baselines;
+mod config;
+mod dataset;
+mod examples;
+mod latency;
+mod machine;
+mod model;
+mod pace;
+mod stamp;
+mod test_set;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail, ensure};
+use aps_data::{Dataset, Part as SplitPart, Split};
+use aps_model::{ModelKind, candle_core};
+use serde_json::{Value, json};
+use xtask::DatasetPlan;
+use xtask::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
+
+use crate::data;
+use crate::labels::{Labels, valid_links};
+use crate::score;
+use answer::Answer;
+use config::Config;
+use pace::Pace;
+use stamp::{Part, State};
+use test_set::TestSet;
+
+pub use args::Args;
+
+/// The tracer setting whose paths are the lines of sight.
+const SIGHT: [usize; 2] = [0, 0];
+
+/// Something to be scored.
+#[derive(Debug, Clone)]
+enum Job {
+    Mean,
+    LineOfSight,
+    /// Most reflections, most diffractions.
+    Tracer([usize; 2]),
+    Model(ModelKind),
+    External(String, PathBuf),
+}
+
+impl Job {
+    fn title(&self) -> (String, EntryKind) {
+        match self {
+            Self::Mean => ("mean spectrum".into(), EntryKind::Baseline),
+            Self::LineOfSight => ("line of sight".into(), EntryKind::Baseline),
+            Self::Tracer([r, d]) => (format!("tracer R{r} D{d}"), EntryKind::Tracer),
+            Self::External(name, _) => (name.clone(), EntryKind::External),
+            &Self::Model(kind) => {
+                let (name, kind) = model::title(kind);
+                (name.into(), kind)
+            }
+        }
+    }
+}
+
+/// A benchmark with its folder.
+struct Bench {
+    /// Name of the profile, or `custom`.
+    profile: &'static str,
+    config: Config,
+    out: PathBuf,
+    /// Whether what earlier runs finished is made anew.
+    fresh: bool,
+    interrupted: Arc<AtomicBool>,
+    device: candle_core::Device,
+}
+
+/// What all jobs are given.
+struct Ground {
+    plan: DatasetPlan,
+    data: Part,
+    dataset: Dataset,
+    test: TestSet,
+    /// Mean of the training targets.
+    mean: Vec<f64>,
+    train_links: usize,
+}
+
+impl Bench {
+    fn run(&self) -> Result<()> {
+        let started = Instant::now();
+        let mut machine = machine::describe();
+        self.claim_folder()?;
+        let jobs = self.jobs()?;
+        let (plan, split) = dataset::plan(&self.config)?;
+        let mut pace = Pace::new(self.guesses(&split, &jobs));
+        let ground = self.ground(plan, &split, &mut pace)?;
+        let (mut entries, mut failed) = (Vec::new(), Vec::new());
+        for job in &jobs {
+            let (name, _) = job.title();
+            pace.announce(&name);
+            let began = Instant::now();
+            match self.entry(job, &ground) {
+                Ok((entry, state)) => {
+                    let is_reused = state == State::Finished;
+                    pace.end((!is_reused).then(|| began.elapsed().as_secs_f64()));
+                    entries.push(entry);
+                }
+                Err(error) if self.interrupted.load(Ordering::Relaxed) => return Err(error),
+                // The tracer without interactions tells which links are in sight: no report without it.
+                Err(error) if matches!(job, Job::Tracer(SIGHT)) => return Err(error),
+                Err(error) => {
+                    pace.end(None);
+                    eprintln!("{name} failed, the others go on: {error:#}");
+                    failed.push(Failure {
+                        name,
+                        message: format!("{error:#}"),
+                    });
+                }
+            }
+        }
+        ensure!(!entries.is_empty(), "nothing could be scored");
+        machine.seconds_total = started.elapsed().as_secs_f64();
+        let results = self.results(machine, &ground, entries, failed)?;
+        results.save(&self.out)?;
+        let files = xtask::benchmark::write_report(&results, &self.out)?;
+        eprintln!("{} files of the report", files.len());
+        for failure in &results.failed {
+            println!("failed: {}: {}", failure.name, failure.message);
+        }
+        println!("{}", self.out.join("report.html").display());
+        Ok(())
+    }
+
+    /// Marks the folder as a benchmark's, so that nothing else is ever removed from it.
+    fn claim_folder(&self) -> Result<()> {
+        let place = || format!("folder '{}'", self.out.display());
+        let marker = self.out.join("configuration.json");
+        fs::create_dir_all(&self.out).with_context(place)?;
+        let is_empty = fs::read_dir(&self.out)
+            .with_context(place)?
+            .next()
+            .is_none();
+        ensure!(
+            is_empty || marker.is_file(),
+            "'{}' holds other files than a benchmark's; give another --out",
+            self.out.display()
+        );
+        stamp::write_json(&marker, &self.config)
+    }
+
+    fn jobs(&self) -> Result<Vec<Job>> {
+        let tracer = &self.config.tracer;
+        let mut jobs = vec![Job::Tracer(SIGHT), Job::Mean, Job::LineOfSight];
+        for &diffractions in &tracer.diffractions {
+            for &reflections in &tracer.reflections {
+                jobs.push(Job::Tracer([reflections, diffractions]));
+            }
+        }
+        jobs.extend(self.config.kinds()?.into_iter().map(Job::Model));
+        let external = self.config.external.iter();
+        jobs.extend(external.map(|(name, file)| Job::External(name.clone(), file.clone())));
+        // Later ones of a name are the same tracer again, or predictions named as something else here.
+        let mut unique: Vec<Job> = Vec::new();
+        for job in jobs {
+            let (name, _) = job.title();
+            let is_taken = unique.iter().any(|one| stem(&one.title().0) == stem(&name));
+            if let (true, Job::External(name, _)) = (is_taken, &job) {
+                bail!(
+                    "the external predictions '{name}' have the name of another entry; choose another"
+                );
+            }
+            if !is_taken {
+                unique.push(job);
+            }
+        }
+        Ok(unique)
+    }
+
+    /// Guesses of the times of the data and of each job \[s\].
+    fn guesses(&self, split: &Split, jobs: &[Job]) -> Vec<f64> {
+        let of_maps =
+            |maps: usize| maps * self.config.data.tx_per_map * self.config.data.rx_per_map;
+        let test_links = of_maps(split.test.len());
+        let job = |job: &Job| match job {
+            Job::Model(kind) => {
+                pace::model_s(&self.config, *kind, of_maps(split.train.len()), test_links)
+            }
+            Job::Tracer(_) => pace::data_s(test_links),
+            Job::Mean | Job::LineOfSight | Job::External(..) => 1e-4 * test_links as f64,
+        };
+        let data = pace::data_s(of_maps(
+            split.train.len() + split.develop.len() + split.test.len(),
+        ));
+        std::iter::once(data).chain(jobs.iter().map(job)).collect()
+    }
+
+    fn ground(&self, plan: DatasetPlan, split: &Split, pace: &mut Pace) -> Result<Ground> {
+        pace.announce("data set");
+        let began = Instant::now();
+        let settings = json!({
+            "maps": self.config.data.maps,
+            "split": split,
+            "seed": plan.seed,
+            "settings": plan.config().configuration,
+        });
+        let data = Part::new(self.out.join("data"), settings);
+        let state = data.open(self.fresh)?;
+        // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
+        let folder = data.folder().join("dataset");
+        if state != State::Finished {
+            plan.make(&folder, split)?;
+            data.finish()?;
+        }
+        let dataset = data::open(&folder)?;
+        let test = TestSet::load(&dataset, self.config.data.test_links, self.config.seed)?;
+        let train_maps = &dataset.manifest().split.train;
+        let index_of = (0..)
+            .zip(train_maps)
+            .map(|(place, &id)| (id, place))
+            .collect();
+        let (limit, seed) = (self.config.training.links, self.config.seed);
+        let train = Labels::load(
+            &dataset,
+            train_maps,
+            &index_of,
+            limit,
+            seed,
+            test.normalization(),
+        )?;
+        ensure!(
+            !train.rows().is_empty(),
+            "the training maps {train_maps:?} have no link with a label"
+        );
+        pace.end((state != State::Finished).then(|| began.elapsed().as_secs_f64()));
+        Ok(Ground {
+            mean: score::mean_spectrum(&train),
+            train_links: train.rows().len(),
+            plan,
+            data,
+            dataset,
+            test,
+        })
+    }
+
+    /// Makes an entry, or takes it as it was made before.
+    fn entry(&self, job: &Job, ground: &Ground) -> Result<(Entry, State)> {
+        let (name, kind) = job.title();
+        let folder = Path::new("scores").join(stem(&name));
+        let training = match job {
+            &Job::Model(kind) => Some(self.training(kind, ground)?),
+            _ => None,
+        };
+        let made_of = match (job, &training) {
+            (_, Some((_, part))) => json!(part.hash()),
+            (Job::External(_, file), _) => external_settings(file)?,
+            _ => json!([self.config.training.links, self.config.seed]),
+        };
+        let part = Part::new(
+            self.out.join(&folder),
+            json!({
+                "name": name,
+                "data": ground.data.hash(),
+                "test_links": self.config.data.test_links,
+                "seed": self.config.seed,
+                "latency": self.config.latency,
+                // Times are of so many.
+                "threads": rayon::current_num_threads(),
+                "made_of": made_of,
+            }),
+        );
+        let state = part.open(self.fresh)?;
+        // Scores outlive their model's weights, unless these are to be made anew.
+        if state == State::Finished {
+            return Ok((answer::entry(part.folder())?, state));
+        }
+        let (test, interrupted) = (&ground.test, &*self.interrupted);
+        let answer = match (job, &training) {
+            (Job::Mean, _) => baselines::mean(test, &ground.mean),
+            (Job::LineOfSight, _) => baselines::line_of_sight(test, &ground.plan, &ground.mean)?,
+            (Job::Tracer(limits), _) => {
+                let batches = &self.config.latency.batches;
+                let batch = batches.iter().copied().max().unwrap_or(1);
+                let (plan, mean, folder) = (&ground.plan, &ground.mean, part.folder());
+                baselines::tracer(test, plan, *limits, mean, folder, batch)?
+            }
+            (Job::External(_, file), _) => Answer {
+                predictions: test.choose(&ground.dataset, answer::spectra(file)?)?,
+                ..Answer::default()
+            },
+            (Job::Model(_), Some((plan, training))) => {
+                let trained = model::train(training, plan, self.fresh, interrupted)?;
+                let weights = training.folder().join("best.safetensors");
+                let asked = model::Question {
+                    dataset: &ground.dataset,
+                    test,
+                    latency: &self.config.latency,
+                    device: &self.device,
+                    interrupted,
+                };
+                model::ask(plan, trained, &weights, &asked)?
+            }
+            (Job::Model(_), None) => unreachable!("a model has a training"),
+        };
+        let entry = answer::keep(answer, (&name, kind), test, &self.out, &folder)?;
+        part.finish()?;
+        Ok((entry, State::New))
+    }
+
+    fn training(
+        &self,
+        kind: ModelKind,
+        ground: &Ground,
+    ) -> Result<(crate::run::TrainingPlan, Part)> {
+        let plan = model::plan(&self.config, kind, &ground.data.folder().join("dataset"))?;
+        let folder = self.out.join("models").join(kind.name());
+        let settings = model::settings(&plan, ground.data.hash());
+        Ok((plan, Part::new(folder, settings)))
+    }
+
+    fn results(
+        &self,
+        machine: Machine,
+        ground: &Ground,
+        entries: Vec<Entry>,
+        failed: Vec<Failure>,
+    ) -> Result<Results> {
+        let folder_of = |name: &str| self.out.join("scores").join(stem(name));
+        let (sight, _) = Job::Tracer(SIGHT).title();
+        let mut line_of_sight = vec![true; ground.test.len()];
+        for link in answer::substituted(&folder_of(&sight))? {
+            line_of_sight[link] = false;
+        }
+        let split = &ground.dataset.manifest().split;
+        let develop = valid_links(&ground.dataset, split.maps(SplitPart::Develop));
+        let develop = self
+            .config
+            .training
+            .develop_links
+            .map_or(develop, |limit| limit.min(develop));
+        // The tracer that found the lines of sight is in the tables if it was asked for.
+        let tracer = &self.config.tracer;
+        let is_shown =
+            tracer.reflections.contains(&SIGHT[0]) && tracer.diffractions.contains(&SIGHT[1]);
+        let entries: Vec<Entry> = entries
+            .into_iter()
+            .filter(|e| is_shown || e.name != sight)
+            .collect();
+        Ok(Results {
+            format: FORMAT,
+            profile: self.profile.into(),
+            configuration: serde_json::to_value(&self.config)?,
+            machine,
+            data: DataSummary {
+                source: match self.config.data.maps.starts_with("synthetic") {
+                    true => format!("synthetic city, seed {}", self.config.seed),
+                    false => {
+                        let path = Path::new(&self.config.data.maps);
+                        let name = path.file_name().map(|name| name.to_string_lossy());
+                        format!("folder {}", name.unwrap_or_default())
+                    }
+                },
+                train_maps: split.train.clone(),
+                dev_maps: split.develop.clone(),
+                test_maps: split.test.clone(),
+                train_links: ground.train_links as u64,
+                dev_links: develop as u64,
+                test_links: ground.test.len() as u64,
+                invalid_test_links: ground.test.invalid,
+                protocol: ground.test.protocol.to_string(),
+            },
+            links: ground.test.links(&line_of_sight)?,
+            examples: examples::choose(&entries, &ground.test, &ground.plan, &self.out, folder_of)?,
+            entries,
+            failed,
+        })
+    }
+}
+
+/// What decides predictions from elsewhere: the bytes of their file.
+fn external_settings(file: &Path) -> Result<Value> {
+    let place = || format!("predictions '{}'", file.display());
+    let mut digest = stamp::Digest::default();
+    std::io::copy(&mut fs::File::open(file).with_context(place)?, &mut digest)
+        .with_context(place)?;
+    Ok(json!(digest.hex()))
+}
+
+/// The name of an entry as that of a folder.
+fn stem(name: &str) -> String {
+    let plain = |c: char| match c.is_ascii_alphanumeric() {
+        true => c.to_ascii_lowercase(),
+        false => '-',
+    };
+    name.chars().map(plain).collect()
+}

@@ -1,0 +1,187 @@
+//! Which settings a finished part of a benchmark belongs to, so that it is reused with the same and made anew with others.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest as _, Sha256};
+
+/// Raised when a part made by an earlier version can no longer be used.
+const VERSION: u32 = 1;
+
+/// Name of the file in the folder of a part.
+const FILE: &str = "stamp.json";
+
+/// The folder of a part: data set, trained model, scores.
+#[derive(Debug)]
+pub struct Part {
+    folder: PathBuf,
+    hash: String,
+    settings: Value,
+}
+
+/// What the folder of a part holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// Nothing that could be used: the folder is empty now.
+    New,
+    /// A beginning made with the same settings.
+    Begun,
+    /// All of it, made with the same settings.
+    Finished,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Stamp {
+    hash: String,
+    is_finished: bool,
+    settings: Value,
+}
+
+impl Part {
+    /// A part that `settings` decide.
+    pub fn new(folder: PathBuf, settings: Value) -> Self {
+        Self {
+            hash: hash(&settings),
+            folder,
+            settings,
+        }
+    }
+
+    /// Where it lies.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The hash of its settings, for the settings of parts that are made of it.
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// Whether all of it is there, made with the same settings.
+    pub fn is_finished(&self) -> bool {
+        self.stamp().is_some_and(|stamp| stamp.is_finished)
+    }
+
+    /// The folder's stamp, if it is of these settings.
+    fn stamp(&self) -> Option<Stamp> {
+        let text = fs::read_to_string(self.folder.join(FILE)).ok()?;
+        let stamp: Stamp = serde_json::from_str(&text).ok()?;
+        (stamp.hash == self.hash).then_some(stamp)
+    }
+
+    /// Opens the folder; what does not belong to these settings, or all if `fresh`, is removed.
+    pub fn open(&self, fresh: bool) -> Result<State> {
+        let place = || format!("folder '{}'", self.folder.display());
+        if let Some(stamp) = self.stamp().filter(|_| !fresh) {
+            return Ok(match stamp.is_finished {
+                true => State::Finished,
+                false => State::Begun,
+            });
+        }
+        if self.folder.exists() {
+            fs::remove_dir_all(&self.folder).with_context(place)?;
+        }
+        fs::create_dir_all(&self.folder).with_context(place)?;
+        self.write(false)?;
+        Ok(State::New)
+    }
+
+    /// Says that all of it is there.
+    pub fn finish(&self) -> Result<()> {
+        self.write(true)
+    }
+
+    fn write(&self, is_finished: bool) -> Result<()> {
+        write_json(
+            &self.folder.join(FILE),
+            &Stamp {
+                hash: self.hash.clone(),
+                is_finished,
+                settings: self.settings.clone(),
+            },
+        )
+    }
+}
+
+/// SHA-256 of JSON with its keys in order, in hexadecimal digits.
+fn hash(settings: &Value) -> String {
+    Digest(Sha256::new_with_prefix(format!("{VERSION} {settings}"))).hex()
+}
+
+/// SHA-256 of the bytes written to it.
+#[derive(Default)]
+pub struct Digest(Sha256);
+
+impl Digest {
+    /// Hexadecimal digits.
+    pub fn hex(self) -> String {
+        self.0
+            .finalize()
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect()
+    }
+}
+
+impl io::Write for Digest {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Writes a value as JSON, whole or not at all.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    let unfinished = path.with_extension("unfinished");
+    let text = serde_json::to_string_pretty(value)? + "\n";
+    fs::write(&unfinished, text)
+        .and_then(|()| fs::rename(&unfinished, path))
+        .with_context(|| format!("cannot write '{}'", path.display()))
+}
+
+/// Reads a value from JSON.
+pub fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T> {
+    let place = || format!("'{}'", path.display());
+    let text = fs::read_to_string(path).with_context(place)?;
+    serde_json::from_str(&text).with_context(place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn part_is_reused_with_the_same_settings_alone() {
+        let root = tempfile::tempdir().unwrap();
+        let part = |settings| Part::new(root.path().join("part"), settings);
+        let one = part(json!({ "seed": 1, "epochs": 2 }));
+        assert_eq!(one.open(false).unwrap(), State::New);
+        fs::write(one.folder().join("file"), "kept").unwrap();
+        assert_eq!(one.open(false).unwrap(), State::Begun);
+        one.finish().unwrap();
+        let same = part(json!({ "epochs": 2, "seed": 1 }));
+        assert_eq!(same.open(false).unwrap(), State::Finished);
+        assert!(same.folder().join("file").is_file());
+        let other = part(json!({ "seed": 2, "epochs": 2 }));
+        assert_eq!(other.open(false).unwrap(), State::New);
+        assert!(!other.folder().join("file").exists());
+    }
+
+    #[test]
+    fn fresh_part_forgets_what_was_finished() {
+        let root = tempfile::tempdir().unwrap();
+        let part = Part::new(root.path().join("part"), json!(1));
+        part.open(false).unwrap();
+        part.finish().unwrap();
+        assert_eq!(part.open(true).unwrap(), State::New);
+        assert_eq!(part.open(false).unwrap(), State::Begun);
+    }
+}

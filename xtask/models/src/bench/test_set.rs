@@ -1,0 +1,166 @@
+//! The links everything is scored on.
+
+use std::collections::{BTreeMap, HashMap};
+
+use anyhow::{Result, bail, ensure};
+use aps_data::{Dataset, Part};
+use aps_label::{Normalization, Protocol};
+use aps_metrics::{Evaluation, Metric, ScoredSample, spectrum_peaks};
+use aps_model::ANGLE_BINS;
+use rayon::prelude::*;
+use xtask::benchmark::{ScoreTable, TestLink};
+
+use crate::data;
+use crate::labels::{Labels, Row, valid_links};
+use crate::score::{self, BLOCK};
+
+/// Both definitions of the metrics.
+pub const PROTOCOLS: [aps_metrics::Protocol; 2] = [
+    aps_metrics::Protocol::Paper,
+    aps_metrics::Protocol::Released,
+];
+
+/// Labelled links of the test maps.
+pub struct TestSet {
+    labels: Labels,
+    maps: Vec<u32>,
+    /// Place of each map among the test maps.
+    index_of: BTreeMap<u32, u32>,
+    normalization: Normalization,
+    /// Definition of the labels.
+    pub protocol: Protocol,
+    /// Labelled links of the test maps, of which the scored ones are drawn.
+    labelled: usize,
+    /// Links of the test maps without a label.
+    pub invalid: u64,
+}
+
+impl TestSet {
+    /// The test links of a data set: all, or `limit` of them drawn by `seed`.
+    pub fn load(dataset: &Dataset, limit: Option<usize>, seed: u64) -> Result<Self> {
+        let maps = dataset.manifest().split.maps(Part::Test).to_vec();
+        let (protocol, _, normalization) = data::target(dataset)?;
+        let index_of = (0..).zip(&maps).map(|(place, &id)| (id, place)).collect();
+        let labels = Labels::load(dataset, &maps, &index_of, limit, seed, normalization)?;
+        ensure!(
+            !labels.rows().is_empty(),
+            "the test maps {maps:?} have no link with a label"
+        );
+        let labelled = valid_links(dataset, &maps);
+        let entries = dataset.manifest().maps.iter();
+        let of_test = entries.filter(|entry| maps.contains(&entry.id));
+        let all: u64 = of_test.flat_map(|entry| entry.status.values()).sum();
+        Ok(Self {
+            labels,
+            index_of,
+            normalization,
+            protocol,
+            labelled,
+            invalid: all - labelled as u64,
+            maps,
+        })
+    }
+
+    /// Number of links.
+    pub fn len(&self) -> usize {
+        self.labels.rows().len()
+    }
+
+    /// The test maps, ascending.
+    pub fn maps(&self) -> &[u32] {
+        &self.maps
+    }
+
+    /// The links and their labels.
+    pub fn labels(&self) -> &Labels {
+        &self.labels
+    }
+
+    /// How labels are made into targets.
+    pub fn normalization(&self) -> Normalization {
+        self.normalization
+    }
+
+    /// What another data set of the same terminals has as labels: a spectrum a link, none where it has no label.
+    pub fn targets_of(&self, other: &Dataset) -> Result<Vec<Option<[f64; ANGLE_BINS]>>> {
+        let labels = Labels::load(
+            other,
+            &self.maps,
+            &self.index_of,
+            None,
+            0,
+            self.normalization,
+        )?;
+        let rows = labels.rows().iter().enumerate();
+        let place: HashMap<(u32, u32), usize> =
+            rows.map(|(i, row)| ((row.map, row.link), i)).collect();
+        let own = self.labels.rows().par_iter();
+        let found = own.map(|row| place.get(&(row.map, row.link)).map(|&i| labels.target(i)));
+        Ok(found.collect())
+    }
+
+    /// The rows of predictions that were made for every labelled link of the test maps.
+    pub fn choose(&self, dataset: &Dataset, predicted: Vec<f32>) -> Result<Vec<f32>> {
+        let rows = predicted.len() / ANGLE_BINS;
+        ensure!(
+            rows == self.labelled,
+            "it holds {rows} spectra; the test maps {:?} have {} links with a label",
+            self.maps,
+            self.labelled
+        );
+        if rows == self.len() {
+            return Ok(predicted);
+        }
+        let mut chosen = Vec::with_capacity(self.len() * ANGLE_BINS);
+        let mut wanted = self.labels.rows().iter().peekable();
+        let mut row = 0;
+        for &id in &self.maps {
+            for link in dataset.map(id)?.valid_links() {
+                let is_it = |of: &&Row| of.map == id && of.link as usize == link;
+                if wanted.next_if(is_it).is_some() {
+                    chosen.extend_from_slice(&predicted[row * ANGLE_BINS..][..ANGLE_BINS]);
+                }
+                row += 1;
+            }
+        }
+        Ok(chosen)
+    }
+
+    /// Scores of predictions, shape (links, bins), under a protocol.
+    pub fn score(&self, predicted: &[f32], protocol: aps_metrics::Protocol) -> Result<ScoreTable> {
+        let mut evaluation = Evaluation::new(protocol);
+        for (block, rows) in predicted.chunks(BLOCK * ANGLE_BINS).enumerate() {
+            score::push(&mut evaluation, &self.labels, block * BLOCK, rows)?;
+        }
+        if let Some(bad) = evaluation.rejected().first() {
+            bail!(
+                "the prediction of link {} cannot be scored: {}",
+                bad.sample,
+                bad.defect
+            );
+        }
+        let range = evaluation.truth_range().expect("there is a scored link");
+        let row = |sample: &ScoredSample| Metric::ALL.map(|m| m.of(&sample.scores, range));
+        let rows: Vec<_> = evaluation.scored().iter().map(row).collect();
+        ScoreTable::of_rows(&rows)
+    }
+
+    /// What a report knows of each link.
+    pub fn links(&self, line_of_sight: &[bool]) -> Result<Vec<TestLink>> {
+        let definition = aps_metrics::Protocol::Paper.definition();
+        let describe = |i: usize| -> Result<TestLink> {
+            let (row, ends) = (self.labels.rows()[i], self.labels.links()[i]);
+            let peaks = spectrum_peaks(&self.labels.target(i), &definition)?;
+            let [dx, dy] = [0, 1].map(|axis| ends.tx_m[axis] - ends.rx_m[axis]);
+            Ok(TestLink {
+                map: row.map,
+                tx: row.tx,
+                rx: row.rx,
+                distance_m: dx.hypot(dy),
+                line_of_sight: line_of_sight[i],
+                dominant_peaks: peaks.dominant().len() as u32,
+            })
+        };
+        (0..self.len()).into_par_iter().map(describe).collect()
+    }
+}

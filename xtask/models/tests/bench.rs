@@ -1,0 +1,159 @@
+//! The benchmark as a user meets it: the smoke profile, run again with changes.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use aps_data::npy;
+use tempfile::TempDir;
+use xtask::benchmark::{Entry, EntryKind, Results, ScoreTable};
+
+fn run(out: &Path, more: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_xtask-models"))
+        .args(["bench-models", "--profile", "smoke", "--out"])
+        .arg(out)
+        .args(more)
+        .output()
+        .expect("the program starts")
+}
+
+#[track_caller]
+fn results(out: &Path, more: &[&str]) -> Results {
+    let output = run(out, more);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{more:?}: {stderr}");
+    Results::load(out).unwrap()
+}
+
+fn entry<'a>(results: &'a Results, name: &str) -> &'a Entry {
+    let found = results.entries.iter().find(|e| e.name == name);
+    found.unwrap_or_else(|| panic!("no entry {name}: {:?}", results.failed))
+}
+
+fn table(results: &Results, out: &Path, name: &str) -> ScoreTable {
+    let scores = &entry(results, name).scores[0];
+    ScoreTable::read(out, scores, results.links.len()).unwrap()
+}
+
+fn mean_cosine(results: &Results, out: &Path, name: &str) -> f64 {
+    let table = table(results, out, name);
+    let column = table.column(aps_metrics::Metric::Cosine).unwrap();
+    column.iter().sum::<f64>() / column.len() as f64
+}
+
+#[test]
+fn smoke_benchmark_is_whole_and_reused() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("bench");
+    let first = results(&out, &[]);
+    is_whole(&first, &out);
+
+    // One model made to fail, one's own predictions from outside: the other is not trained again.
+    let copy = folder.path().join("own.npy");
+    fs::copy(out.join("scores/resnet-mlp/prediction.npy"), &copy).unwrap();
+    let config = folder.path().join("bench.toml");
+    fs::write(&config, "[model.ms_areg]\nlearning_rate = -1.0\n").unwrap();
+    let external = format!("own={}", copy.display());
+    let more = [
+        "--config",
+        config.to_str().unwrap(),
+        "--external",
+        &external,
+    ];
+    let second = results(&out, &more);
+    assert_eq!(second.profile, "custom");
+    assert_eq!(entry(&second, "ResNet-MLP"), entry(&first, "ResNet-MLP"));
+    assert_eq!(
+        table(&second, &out, "own"),
+        table(&first, &out, "ResNet-MLP")
+    );
+    assert_eq!(entry(&second, "own").kind, EntryKind::External);
+    let [failure] = &second.failed[..] else {
+        panic!("{:?}", second.failed);
+    };
+    assert_eq!(failure.name, "MS-AReg");
+    assert!(
+        failure.message.contains("learning_rate"),
+        "{}",
+        failure.message
+    );
+    let html = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(
+        html.contains("learning_rate"),
+        "the report tells what failed"
+    );
+
+    // Predictions of other links are refused, and nothing else suffers.
+    npy::write(&copy, &[2, 180], &[0.0_f32; 360]).unwrap();
+    let third = results(&out, &["--models", "resnet_mlp", "--external", &external]);
+    assert!(
+        third.failed[0].message.contains("2 spectra"),
+        "{:?}",
+        third.failed
+    );
+    assert!(!third.entries.iter().any(|e| e.name == "MS-AReg"));
+}
+
+#[track_caller]
+fn is_whole(results: &Results, out: &Path) {
+    assert_eq!(results.profile, "smoke");
+    assert!(results.failed.is_empty(), "{:?}", results.failed);
+    let data = &results.data;
+    assert_eq!((data.train_maps.len(), data.test_maps.len()), (2, 1));
+    assert_eq!(data.test_links + data.invalid_test_links, 36);
+    assert_eq!(results.links.len() as u64, data.test_links);
+    assert_eq!(results.examples.len(), 3);
+    assert!(!results.machine.rustc.is_empty() && results.machine.memory_bytes > 0);
+    for name in ["MS-AReg", "ResNet-MLP"] {
+        let model = entry(results, name);
+        let training = model.training.as_ref().unwrap();
+        assert_eq!((training.epochs, training.curve.len()), (2, 2));
+        assert!(training.seconds > 0.0 && training.best_epoch.is_some());
+        let batches: Vec<usize> = model.latency.iter().map(|l| l.batch).collect();
+        assert_eq!(batches, [1, 16]);
+        assert!(
+            model
+                .latency
+                .iter()
+                .all(|l| l.p95_ms_per_link >= l.median_ms_per_link)
+        );
+    }
+    // What the labels are made of is worth more the more there is of it.
+    let cosine = |name| mean_cosine(results, out, name);
+    assert!(cosine("tracer R1 D1") > cosine("tracer R0 D0"));
+    assert!(cosine("tracer R1 D1") > cosine("mean spectrum"));
+    let in_sight = results.links.iter().filter(|l| l.line_of_sight).count() as u64;
+    assert_eq!(
+        entry(results, "tracer R0 D0").substituted_links,
+        data.test_links - in_sight
+    );
+    for file in ["report.html", "report.md", "configuration.json"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
+fn folder_of_something_else_is_left_alone() {
+    let folder = TempDir::new().unwrap();
+    let own = folder.path().join("data");
+    fs::create_dir(&own).unwrap();
+    let output = run(folder.path(), &[]);
+    assert!(!output.status.success() && own.is_dir());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("--out"));
+}
+
+#[test]
+fn unknown_key_is_named() {
+    let folder = TempDir::new().unwrap();
+    let config = folder.path().join("bench.toml");
+    fs::write(&config, "[training]\nepoch = 3\n").unwrap();
+    let output = run(
+        &folder.path().join("out"),
+        &["--config", config.to_str().unwrap()],
+    );
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        !output.status.success() && stderr.contains("epoch"),
+        "{stderr}"
+    );
+}

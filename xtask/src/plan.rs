@@ -1,0 +1,105 @@
+//! A traced data set to be made: everything that decides it, in one place for every command that makes one.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use aps_data::{DatasetConfig, DatasetWriter, Split};
+use aps_label::{LabelConfig, Labeler};
+use aps_raytrace::TraceConfig;
+use aps_raytrace::glam::DVec2;
+
+use crate::maps::MapSource;
+use crate::picture::Outlines;
+use crate::produce::Run;
+use crate::production;
+use crate::sampling;
+use crate::settings::{self, Sampling, Stored};
+use crate::summary::Tally;
+
+/// What a traced data set is made of: the same plan gives the same bytes.
+#[derive(Debug, Clone)]
+pub struct DatasetPlan {
+    /// Where maps come from.
+    pub maps: MapSource,
+    /// Transmitters a map.
+    pub tx_per_map: usize,
+    /// Receivers a map, shared by its transmitters.
+    pub rx_per_map: usize,
+    /// How labels are made.
+    pub label: LabelConfig,
+    /// What to store.
+    pub stored: Stored,
+    /// Seed of terminals and synthetic cities. The terminals of a map depend neither on limits nor on other maps.
+    pub seed: u64,
+    /// What to trace.
+    pub trace: TraceConfig,
+}
+
+/// Links of a map, and the time from reading the map to its written labels, on all threads.
+pub type MapTime = (u64, Duration);
+
+impl DatasetPlan {
+    /// Makes the maps of `split` that `out` does not hold yet; returns how long each of them took.
+    ///
+    /// # Errors
+    /// Settings out of range, a folder with a data set of other settings, maps that cannot be read or hold too few
+    /// outdoor points, and Ctrl-C: whole maps are then kept, and the same plan continues.
+    pub fn make(&self, out: &Path, split: &Split) -> Result<Vec<MapTime>> {
+        self.trace.validate()?;
+        let labeler = Labeler::new(&self.label)?;
+        let writer = DatasetWriter::open(out, self.config())
+            .with_context(|| format!("data set '{}'", out.display()))?;
+        let mut todo = [&split.train[..], &split.develop, &split.test].concat();
+        todo.sort_unstable();
+        let all = todo.len();
+        todo.retain(|&id| !writer.has_map(id));
+        production::tell_finished(todo.len(), all);
+        let links = (todo.len() * self.tx_per_map * self.rx_per_map) as u64;
+        let (mut times, mut repairs) = (Vec::new(), Vec::new());
+        production::make_maps(&writer, &labeler, out, &todo, links, |run, id| {
+            let started = Instant::now();
+            let tally = self.map(run, id, &mut repairs)?;
+            times.push((tally.links, started.elapsed()));
+            Ok(tally)
+        })?;
+        writer.finish(split)?;
+        Ok(times)
+    }
+
+    /// Makes one map; what was repaired in it is told in a line.
+    pub(crate) fn map(&self, run: &Run<'_>, id: u32, repairs: &mut Vec<String>) -> Result<Tally> {
+        let map = self.maps.load(id, self.seed)?;
+        if !map.scene.report().is_clean() {
+            repairs.push(format!("map {id}: {}", map.scene.report()));
+        }
+        let (tx, rx) = (self.tx_per_map, self.rx_per_map);
+        let terminals = sampling::draw(&map.scene, self.seed, id, tx, rx)?;
+        run.map(id, &map, &terminals, &self.trace)
+    }
+
+    /// Rings of a map's buildings \[m\]; what lies in an odd number of them is indoors.
+    ///
+    /// # Errors
+    /// A map that cannot be read.
+    pub fn outlines(&self, id: u32) -> Result<Vec<Vec<[f64; 2]>>> {
+        let outlines = Outlines::of_scene(&self.maps.load(id, self.seed)?.scene);
+        let ring = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect();
+        Ok(outlines.rings.iter().map(ring).collect())
+    }
+
+    /// Everything that decides the bytes, as the manifest keeps it.
+    pub fn config(&self) -> DatasetConfig {
+        let sampling = Sampling {
+            tx_per_map: self.tx_per_map,
+            rx_per_map: self.rx_per_map,
+            grid_m: 1.0,
+        };
+        let (maps, trace, label) = (self.maps.describe(), &self.trace, &self.label);
+        DatasetConfig {
+            seed: self.seed,
+            layout: settings::layout(label, self.maps.raster(), self.stored),
+            configuration: settings::of_traced(maps, sampling, trace, label),
+        }
+    }
+}
