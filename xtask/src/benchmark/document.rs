@@ -245,12 +245,13 @@ impl Grid {
         let columns = 1..self.head.len();
         let numeric: Vec<bool> = columns.map(|i| self.is_numeric(i)).collect();
         let style = |i: usize| (i == 0).then_some(name);
+        let heading = |i: usize| if i == 0 { name } else { "white-space:normal" };
         let class = |i: usize| (i > 0 && numeric[i - 1]).then_some("number");
         html! {
             div.scroll { table {
                 @if !caption.is_empty() { caption { (caption) } }
                 thead { tr { @for (i, title) in self.head.iter().enumerate() {
-                    th style=[style(i)] class=[class(i)] { (title) }
+                    th style=(heading(i)) class=[class(i)] { (title) }
                 } } }
                 tbody { @for row in &self.rows { tr {
                     @for (i, cell) in row.iter().enumerate() {

@@ -47,6 +47,11 @@ pub fn interval(metric: Metric, estimate: &Estimate) -> String {
     )
 }
 
+/// `0.931…0.952`: the same for narrow columns.
+pub fn short_interval(metric: Metric, estimate: &Estimate) -> String {
+    interval(metric, estimate).replace(" to ", "…")
+}
+
 /// `0.94 (0.93 to 0.95)`: a mean and its interval.
 pub fn estimate(metric: Metric, estimate: &Estimate) -> String {
     format!(

@@ -29,6 +29,13 @@ impl Labels {
         self.taken.push([x - 5.0, y - 5.0, x + 5.0, y + 5.0]);
     }
 
+    /// Takes the surroundings of a horizontal or vertical line.
+    pub fn line(&mut self, x1: f64, y1: f64, x2: f64, y2: f64) {
+        let (left, right, top, bottom) = (x1.min(x2), x1.max(x2), y1.min(y2), y1.max(y2));
+        self.taken
+            .push([left - 2.0, top - 2.0, right + 2.0, bottom + 2.0]);
+    }
+
     /// A place for a text beside a dot: right of it, left, above or below, else right all the same.
     /// Returns start or end of its base line and the anchor.
     pub fn beside(&mut self, x: f64, y: f64, text: &str) -> (f64, f64, &'static str) {

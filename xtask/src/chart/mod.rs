@@ -193,6 +193,16 @@ impl Chart {
                     labels.dot(x, y);
                 }
             }
+            // Short staircases, as Pareto fronts are; there is no way around a long distribution.
+            if let Mark::Steps { points } = &series.mark
+                && points.len() <= 32
+            {
+                for pair in points.windows(2) {
+                    let ((x, y), (next_x, next_y)) = (frame.place(pair[0]), frame.place(pair[1]));
+                    labels.line(x, y, next_x, y);
+                    labels.line(next_x, y, next_x, next_y);
+                }
+            }
         }
         let shown = |p: [f64; 2]| self.x.shows(p[0]) && self.y.shows(p[1]);
         for series in &self.series {
