@@ -244,7 +244,11 @@ impl Grid {
         let name = "position:sticky;left:0;background:var(--paper);z-index:1";
         let columns = 1..self.head.len();
         let numeric: Vec<bool> = columns.map(|i| self.is_numeric(i)).collect();
-        let style = |i: usize| (i == 0).then_some(name);
+        // Short names keep to one line.
+        let style = |i: usize, cell: &Cell| match cell.text.chars().count() {
+            n if i == 0 && n <= 16 => Some(format!("{name};white-space:nowrap")),
+            _ => (i == 0).then(|| name.to_owned()),
+        };
         let heading = |i: usize| if i == 0 { name } else { "white-space:normal" };
         let class = |i: usize| (i > 0 && numeric[i - 1]).then_some("number");
         html! {
@@ -255,7 +259,7 @@ impl Grid {
                 } } }
                 tbody { @for row in &self.rows { tr {
                     @for (i, cell) in row.iter().enumerate() {
-                        td style=[style(i)] class=[class(i)] { (cell) }
+                        td style=[style(i, cell)] class=[class(i)] { (cell) }
                     }
                 } } }
             } }

@@ -25,8 +25,8 @@ pub fn heading(metric: Metric) -> String {
         aps_metrics::Better::Higher => '\u{2191}',
     };
     match metric.unit() {
-        "" => format!("{} {arrow}", metric.label()),
-        unit => format!("{} [{unit}] {arrow}", metric.label()),
+        "" => format!("{}\u{a0}{arrow}", metric.label()),
+        unit => format!("{} [{unit}]\u{a0}{arrow}", metric.label()),
     }
 }
 

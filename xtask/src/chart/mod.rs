@@ -185,7 +185,9 @@ impl Chart {
             group = group.add(draw_key(row, margins.left, y));
         }
         group = group.add(frame.draw(&self.x, &self.y));
-        let mut labels = Labels::inside(frame.left, 2.0, width, frame.bottom());
+        // Without a key texts may stand above the plot.
+        let ceiling = if key.is_empty() { 2.0 } else { frame.top };
+        let mut labels = Labels::inside(frame.left, ceiling, width, frame.bottom());
         for series in &self.series {
             if let Mark::Spots(spots) = &series.mark {
                 for spot in spots {
