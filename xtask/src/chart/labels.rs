@@ -36,9 +36,8 @@ impl Labels {
             .push([left - 2.0, top - 2.0, right + 2.0, bottom + 2.0]);
     }
 
-    /// A place for a text beside a dot: right of it, left, above or below, near or
-    /// a line further, else right all the same.
-    /// Returns start or end of its base line and the anchor.
+    /// A place for a text beside a dot: right of it, left, above or below, else some lines further up
+    /// or down, else right all the same. Returns start or end of its base line and the anchor.
     pub fn beside(&mut self, x: f64, y: f64, text: &str) -> (f64, f64, &'static str) {
         let w = text_width(text);
         let places = [
@@ -50,14 +49,24 @@ impl Labels {
             (x + 6.0, y + 19.0, "start", x + 6.0),
             (x - 6.0, y - 10.0, "end", x - 6.0 - w),
             (x - 6.0, y + 19.0, "end", x - 6.0 - w),
-            (x + 8.0, y + 33.0, "start", x + 8.0),
-            (x + 8.0, y - 24.0, "start", x + 8.0),
-            (x - 8.0, y + 33.0, "end", x - 8.0 - w),
-            (x - 8.0, y - 24.0, "end", x - 8.0 - w),
         ];
+        // Lines further away, where dots crowd.
+        let far = (2..8).flat_map(|line| {
+            [
+                y + 4.5 + 14.0 * f64::from(line),
+                y + 4.5 - 14.0 * f64::from(line),
+            ]
+        });
+        let far = far.flat_map(|base| {
+            [
+                (x + 14.0, base, "start", x + 14.0),
+                (x - 14.0, base, "end", x - 14.0 - w),
+            ]
+        });
         let area = |left: f64, base: f64| [left, base - 11.0, left + w, base + 3.0];
-        let free = places.iter().find(|p| self.is_free(area(p.3, p.1)));
-        let (x, y, anchor, left) = *free.unwrap_or(&places[0]);
+        let mut all = places.into_iter().chain(far);
+        let free = all.find(|p| self.is_free(area(p.3, p.1)));
+        let (x, y, anchor, left) = free.unwrap_or(places[0]);
         self.taken.push(area(left, y));
         (x, y, anchor)
     }

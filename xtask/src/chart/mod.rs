@@ -185,8 +185,8 @@ impl Chart {
             group = group.add(draw_key(row, margins.left, y));
         }
         group = group.add(frame.draw(&self.x, &self.y));
-        // Without a key texts may stand above the plot.
-        let ceiling = if key.is_empty() { 2.0 } else { frame.top };
+        // Texts may stand above the plot up to the key.
+        let ceiling = if key.is_empty() { 2.0 } else { frame.top - 8.0 };
         let mut labels = Labels::inside(frame.left, ceiling, width, frame.bottom());
         for series in &self.series {
             if let Mark::Spots(spots) = &series.mark {
