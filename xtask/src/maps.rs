@@ -20,11 +20,16 @@ pub enum MapSource {
     Folder(PathBuf),
     /// `FILE.geojson`, cut into tiles by [`MapSource::cut`].
     City {
+        /// The GeoJSON file.
         file: PathBuf,
+        /// Its maps, once it is read and cut.
         cut: Option<Arc<CutCity>>,
     },
     /// `synthetic` or `synthetic:N`.
-    Synthetic { count: Option<u32> },
+    Synthetic {
+        /// Number of maps, if one is asked for.
+        count: Option<u32>,
+    },
 }
 
 impl FromStr for MapSource {

@@ -13,8 +13,11 @@ use serde_json::{Value, json};
 /// What of each link is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stored {
+    /// Angle power spectra.
     pub aps: bool,
+    /// Power delay profiles.
     pub pdp: bool,
+    /// Path records.
     pub paths: bool,
 }
 
