@@ -261,7 +261,7 @@ fn predictions_are_rows_of_the_test_links() {
         text(&out),
     ]);
     assert_eq!(npy::read::<f32>(&out).unwrap().shape, [2, BINS]);
-    npy::write(&images, &[2, 3, 16, 48], &pixels).unwrap();
+    npy::write(&images, &[2, 3, 16, 64], &pixels).unwrap();
     let told = fail(&[
         "predict",
         "--weights",
