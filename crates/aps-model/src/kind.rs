@@ -108,7 +108,11 @@ pub enum Preset {
     ///
     /// | model | learnt values |
     /// |---|---|
-    /// | ms_areg | TODO |
+    /// | ms_areg, adv_mlp | 3,789,652, 3,444,564; half the width |
+    /// | their regularizer | 3,009,697; half the width |
+    /// | ms_mlp, resnet_mlp, resnet_conv1d | 3,715,796, 2,910,932, 4,721,921; half the width |
+    /// | radiounet | 1,969,428; a quarter of the width |
+    /// | vit_reg | 2,791,092; [`VitRegConfig::small`] |
     Small,
 }
 

@@ -48,6 +48,16 @@ fn paper_s_models_have_the_paper_s_counts() {
 
 #[test]
 fn small_models_have_the_documented_counts() {
-    let expected = [("ms_areg", 0)];
+    let expected = [
+        ("ms_areg", 3_789_652),
+        ("regularizer of ms_areg", 3_009_697),
+        ("ms_mlp", 3_715_796),
+        ("adv_mlp", 3_444_564),
+        ("regularizer of adv_mlp", 3_009_697),
+        ("resnet_mlp", 2_910_932),
+        ("radiounet", 1_969_428),
+        ("vit_reg", 2_791_092),
+        ("resnet_conv1d", 4_721_921),
+    ];
     assert_eq!(counts(Preset::Small), named(&expected));
 }

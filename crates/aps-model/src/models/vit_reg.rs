@@ -9,9 +9,9 @@ use crate::{ANGLE_BINS, Error, Init, Mode, Model, Parameters, Result, ops};
 /// Sizes of a [`VitReg`]. [`Default`] is the paper's: ViT-B/16.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VitRegConfig {
-    /// Side to which images are resized [px]; a multiple of `patch`.
+    /// Side to which images are resized in pixels; a multiple of `patch`.
     pub image_size: usize,
-    /// Side of a patch, which becomes one token [px].
+    /// Side of a patch, which becomes one token in pixels.
     pub patch: usize,
     /// Features of a token; a multiple of `heads`.
     pub width: usize,

@@ -41,14 +41,12 @@ pub fn max_pool_3x3_s2_p1(x: &Tensor) -> Result<Tensor> {
 
 /// Elements start, start + 2, ... of a dimension, `count` of them.
 fn every_other(x: &Tensor, dim: usize, start: usize, count: usize) -> Result<Tensor> {
-    let paired = x.narrow(dim, start, 2 * count)?;
+    let (skipped, parity) = (start / 2 * 2, start % 2);
     let mut dims = x.dims().to_vec();
     dims[dim] = count;
     dims.insert(dim + 1, 2);
-    Ok(paired
-        .reshape(dims)?
-        .narrow(dim + 1, 0, 1)?
-        .squeeze(dim + 1)?)
+    let pairs = x.narrow(dim, skipped, 2 * count)?.reshape(dims)?;
+    Ok(pairs.narrow(dim + 1, parity, 1)?.squeeze(dim + 1)?)
 }
 
 /// The larger of two, the first of equal ones, with the gradient to that one alone.

@@ -41,7 +41,7 @@ impl Source {
     pub(super) fn open(path: &Path) -> Result<Self> {
         let bytes = fs::read(path).map_err(|e| Error::weights_io("read", path, e))?;
         let content = if bytes.starts_with(b"PK\x03\x04") {
-            let mut archive = Archive::new(bytes).map_err(|e| Error::weights_format(path, e))?;
+            let archive = Archive::new(bytes).map_err(|e| Error::weights_format(path, e))?;
             let tensors = archive
                 .state_dict()
                 .map_err(|e| Error::weights_format(path, e))?;
@@ -62,25 +62,27 @@ impl Source {
                  again by a later one"
             )
         };
-        let parsed = SafeTensors::deserialize(&bytes).map_err(|e| explain(e.to_string()))?;
-        let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|e| explain(e.to_string()))?;
-        let metadata = header.metadata().clone().unwrap_or_default();
+        // Checks that the tensors fill what follows the header, without gaps.
+        let (header, metadata) =
+            SafeTensors::read_metadata(&bytes).map_err(|e| explain(e.to_string()))?;
         let mut tensors = BTreeMap::new();
-        for (name, view) in parsed.tensors() {
-            let dtype = DType::try_from(view.dtype()).map_err(|_| {
+        for (name, info) in metadata.tensors() {
+            let dtype = DType::try_from(info.dtype).map_err(|_| {
                 format!(
                     "{name} has the type {:?}, which is not supported",
-                    view.dtype()
+                    info.dtype
                 )
             })?;
-            let start = view.data().as_ptr().addr() - bytes.as_ptr().addr();
+            let (start, end) = info.data_offsets;
+            let data = size_of::<u64>() + header;
             let stored = Stored {
-                shape: view.shape().to_vec(),
+                shape: info.shape.clone(),
                 dtype,
-                at: start..start + view.data().len(),
+                at: data + start..data + end,
             };
             tensors.insert(name, stored);
         }
+        let metadata = metadata.metadata().clone().unwrap_or_default();
         Ok(Content::Safetensors {
             tensors,
             metadata,

@@ -74,47 +74,12 @@ impl Archive {
     }
 
     /// All tensors of the state dict, by name.
-    pub(super) fn state_dict(&mut self) -> Result<BTreeMap<String, TensorRecord>, String> {
-        if let Ok(order) = self.read("byteorder") {
-            if order != b"little" {
-                return Err("its values are big-endian, which is not supported".to_owned());
-            }
+    pub(super) fn state_dict(&self) -> Result<BTreeMap<String, TensorRecord>, String> {
+        // Old archives do not say; they are little-endian as well.
+        if self.read("byteorder").is_ok_and(|order| order != b"little") {
+            return Err("its values are big-endian, which is not supported".to_owned());
         }
-        let bytes = self.read("data.pkl")?;
-        let pickle = Pickle::parse(&bytes).map_err(|e| format!("data.pkl: {e}"))?;
-        let mut items = dict(&pickle, pickle.root).ok_or("it holds no dictionary")?;
-        if let Some((_, id)) = NESTED
-            .iter()
-            .find_map(|key| items.iter().find(|(name, _)| name == key))
-        {
-            items = dict(&pickle, *id).ok_or("its state dict is no dictionary")?;
-        }
-        for wrapper in WRAPPERS {
-            if items.iter().all(|(name, _)| name.starts_with(wrapper)) {
-                for (name, _) in &mut items {
-                    name.drain(..wrapper.len());
-                }
-            }
-        }
-        let mut tensors = BTreeMap::new();
-        let mut others = Vec::new();
-        for (name, id) in items {
-            match record(&pickle, id)? {
-                Some(record) => {
-                    tensors.insert(name, record);
-                }
-                None => others.push(name),
-            }
-        }
-        if others.is_empty() {
-            Ok(tensors)
-        } else {
-            Err(format!(
-                "it is no state dict, nor does it hold one under {}: these entries are no tensors: {}",
-                NESTED.join(", "),
-                others.join(", ")
-            ))
-        }
+        describe(&self.read("data.pkl")?)
     }
 
     /// The values of a tensor.
@@ -153,25 +118,65 @@ impl Archive {
     }
 }
 
+/// All tensors of the state dict in a pickle, by name.
+fn describe(bytes: &[u8]) -> Result<BTreeMap<String, TensorRecord>, String> {
+    let pickle = Pickle::parse(bytes).map_err(|e| format!("data.pkl: {e}"))?;
+    let (mut items, mut unnamed) = dict(&pickle, pickle.root).ok_or("it holds no dictionary")?;
+    if let Some((_, id)) = NESTED
+        .iter()
+        .find_map(|key| items.iter().find(|(name, _)| name == key))
+    {
+        (items, unnamed) = dict(&pickle, *id).ok_or("its state dict is no dictionary")?;
+    }
+    for wrapper in WRAPPERS {
+        if items.iter().all(|(name, _)| name.starts_with(wrapper)) {
+            for (name, _) in &mut items {
+                name.drain(..wrapper.len());
+            }
+        }
+    }
+    let mut tensors = BTreeMap::new();
+    let mut others = Vec::new();
+    for (name, id) in items {
+        match record(&pickle, id)? {
+            Some(record) => {
+                tensors.insert(name, record);
+            }
+            None => others.push(name),
+        }
+    }
+    if unnamed > 0 {
+        others.push(format!("{unnamed} without a name in text"));
+    }
+    if others.is_empty() {
+        Ok(tensors)
+    } else {
+        Err(format!(
+            "it is no state dict, nor does it hold one under {}: these entries are no tensors: {}",
+            NESTED.join(", "),
+            others.join(", ")
+        ))
+    }
+}
+
 /// Copies the elements of a tensor in the order of rows. All are known to lie inside.
 fn gather(bytes: &[u8], record: &TensorRecord, size: usize, out: &mut Vec<u8>) {
     if record.shape.contains(&0) {
         return;
     }
-    let mut index = vec![0; record.shape.len()];
+    // The last dimensions often lie in one piece: `run` elements from dimension `inner` on.
+    let (mut inner, mut run) = (record.shape.len(), 1);
+    while inner > 0 && (record.strides[inner - 1] == run || record.shape[inner - 1] == 1) {
+        inner -= 1;
+        run *= record.shape[inner];
+    }
+    let mut index = vec![0; inner];
     loop {
-        let at = index
-            .iter()
-            .zip(&record.strides)
-            .map(|(i, s)| i * s)
-            .sum::<usize>()
-            + record.offset;
-        out.extend_from_slice(&bytes[at * size..(at + 1) * size]);
+        let steps = index.iter().zip(&record.strides);
+        let at = steps.map(|(i, stride)| i * stride).sum::<usize>() + record.offset;
+        out.extend_from_slice(&bytes[at * size..(at + run) * size]);
         // The next index, last dimension first.
-        let Some(d) = (0..index.len())
-            .rev()
-            .find(|&d| index[d] + 1 < record.shape[d])
-        else {
+        let Some(d) = (0..inner).rev().find(|&d| index[d] + 1 < record.shape[d]) else {
             return;
         };
         index[d] += 1;
@@ -179,24 +184,27 @@ fn gather(bytes: &[u8], record: &TensorRecord, size: usize, out: &mut Vec<u8>) {
     }
 }
 
-/// Entries of a dictionary with their names; those without a name in text are none of a state dict.
-fn dict(pickle: &Pickle, id: Id) -> Option<Vec<(String, Id)>> {
+/// Entries of a dictionary that have a name in text, and the number of those that have none.
+fn dict(pickle: &Pickle, id: Id) -> Option<(Vec<(String, Id)>, usize)> {
     let Node::Dict(items) = pickle.get(id) else {
         return None;
     };
     // As in Python, the last one of a name counts.
     let mut named: Vec<(String, Id)> = Vec::with_capacity(items.len());
     let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut unnamed = 0;
     for &(key, value) in items {
-        if let Node::Text(name) = pickle.get(key) {
-            let place = *places.entry(name).or_insert(named.len());
-            match named.get_mut(place) {
-                Some(entry) => entry.1 = value,
-                None => named.push((name.clone(), value)),
-            }
+        let Node::Text(name) = pickle.get(key) else {
+            unnamed += 1;
+            continue;
+        };
+        let place = *places.entry(name).or_insert(named.len());
+        match named.get_mut(place) {
+            Some(entry) => entry.1 = value,
+            None => named.push((name.clone(), value)),
         }
     }
-    Some(named)
+    Some((named, unnamed))
 }
 
 /// The tensor that `torch._utils._rebuild_tensor_v2` is asked to make; `None` if this is something else.
@@ -283,5 +291,88 @@ fn size(pickle: &Pickle, id: Id) -> Result<usize, String> {
     match pickle.get(id) {
         Node::Int(n) => usize::try_from(*n).map_err(|_| format!("a size of {n}")),
         _ => Err("a size that is no number".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{Rng, SeedableRng};
+
+    use super::*;
+
+    const FILES: [&[u8]; 3] = [
+        include_bytes!("../../../../tests/golden/weights/plain.pt"),
+        include_bytes!("../../../../tests/golden/weights/checkpoint.pt"),
+        include_bytes!("../../../../tests/golden/weights/layouts.pt"),
+    ];
+
+    /// An archive's checksums refuse nearly every damage to a pickle: here it comes without.
+    #[test]
+    fn damaged_descriptions_are_refused_or_read_without_panic() {
+        let mut generator = ChaCha8Rng::seed_from_u64(3);
+        let mut read = 0;
+        for file in FILES {
+            let archive = Archive::new(file.to_vec()).unwrap();
+            let pickle = archive.read("data.pkl").unwrap();
+            describe(&pickle).unwrap();
+            for _ in 0..3000 {
+                let mut damaged = pickle.clone();
+                for _ in 0..=generator.next_u32() % 4 {
+                    let at = generator.next_u64() as usize % damaged.len();
+                    damaged[at] = match generator.next_u32() % 3 {
+                        0 => generator.next_u32() as u8,
+                        1 => damaged[at] ^ 1 << (generator.next_u32() % 8),
+                        _ => pickle[generator.next_u64() as usize % pickle.len()],
+                    };
+                }
+                if generator.next_u32().is_multiple_of(8) {
+                    damaged.truncate(generator.next_u64() as usize % damaged.len());
+                }
+                for record in describe(&damaged).unwrap_or_default().values() {
+                    // Sizes and strides may be anything now.
+                    read += usize::from(archive.tensor(record).is_ok());
+                }
+            }
+        }
+        assert!(
+            read > 1000,
+            "most damages were refused at once: {read} tensors read"
+        );
+    }
+
+    #[test]
+    fn a_pair_of_a_pair_of_a_pair_takes_no_memory() {
+        // 2^10000 leaves, if they were copied.
+        let mut bytes = b"\x80\x02N".to_vec();
+        for _ in 0..10_000 {
+            bytes.extend(b"q\x00h\x00h\x00\x86");
+        }
+        bytes.push(b'.');
+        assert_eq!(describe(&bytes), Err("it holds no dictionary".to_owned()));
+    }
+
+    #[test]
+    fn stated_sizes_beyond_the_storage_are_refused() {
+        let archive = Archive::new(FILES[0].to_vec()).unwrap();
+        let record = |shape: &[usize], strides: &[usize], offset| TensorRecord {
+            shape: shape.to_vec(),
+            strides: strides.to_vec(),
+            offset,
+            dtype: DType::F32,
+            storage: "0".to_owned(),
+        };
+        assert!(archive.tensor(&record(&[2, 3], &[3, 1], 0)).is_ok());
+        // Six elements are stored.
+        for bad in [
+            record(&[7], &[1], 0),
+            record(&[2], &[1], 5),
+            record(&[2], &[usize::MAX], 1),
+            record(&[1 << 40], &[0], 0),
+            record(&[usize::MAX, usize::MAX], &[0, 0], 0),
+            record(&[1], &[1], usize::MAX),
+        ] {
+            assert!(archive.tensor(&bad).is_err(), "{bad:?}");
+        }
     }
 }

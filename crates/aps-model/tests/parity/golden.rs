@@ -74,6 +74,14 @@ pub struct Row {
     pub samples: Vec<(f64, f64)>,
 }
 
+impl Row {
+    /// Norm and samples, each with the size that its error is relative to: an element of the tensor, or all of it.
+    pub fn pairs(&self) -> impl Iterator<Item = (f64, (f64, f64))> {
+        let samples = self.samples.iter().map(|&pair| (self.rms, pair));
+        samples.chain([(self.norm.0, self.norm)])
+    }
+}
+
 pub fn flat(tensor: &Tensor) -> Vec<f64> {
     tensor
         .to_dtype(DType::F64)

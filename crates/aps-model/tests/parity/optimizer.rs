@@ -7,6 +7,8 @@ use aps_model::Parameters;
 use aps_model::candle_core::Tensor;
 use aps_model::candle_core::backprop::GradStore;
 
+use crate::golden::flat;
+
 pub struct Adam {
     pub lr: f64,
     pub betas: (f64, f64),
@@ -31,6 +33,10 @@ pub fn gradients(parameters: &Parameters, store: &GradStore) -> Vec<(String, Ten
         .collect()
 }
 
+fn norm(tensor: &Tensor) -> f64 {
+    flat(tensor).iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
 impl Adam {
     pub fn new(lr: f64, betas: (f64, f64), weight_decay: f64) -> Self {
         Self {
@@ -45,17 +51,9 @@ impl Adam {
     /// Clips the gradients to norm 1 and moves the weights.
     pub fn step(&mut self, parameters: &Parameters, gradients: &[(String, Tensor)]) {
         self.step += 1;
-        let square = |g: &Tensor| {
-            g.sqr()
-                .unwrap()
-                .sum_all()
-                .unwrap()
-                .to_scalar::<f32>()
-                .unwrap()
-        };
         let norm = gradients
             .iter()
-            .map(|(_, g)| f64::from(square(g)))
+            .map(|(_, g)| norm(g).powi(2))
             .sum::<f64>()
             .sqrt();
         let clip = (1.0 / (norm + 1e-6)).min(1.0);

@@ -1,6 +1,6 @@
 //! Weights, images and targets in closed form, as in `models.py`.
 
-use aps_model::candle_core::{DType, Device, Tensor};
+use aps_model::candle_core::{Device, Tensor};
 use aps_model::{ANGLE_BINS, Kind, Parameters};
 
 pub const BATCH: usize = 2;
@@ -89,11 +89,9 @@ pub fn images(size: usize) -> Tensor {
 
 /// Spectra to learn: (2, 180).
 pub fn targets() -> Tensor {
-    let data: Vec<f64> = values("targets", BATCH * ANGLE_BINS)
-        .map(|u| 2.0 * u)
+    // Exact in single precision.
+    let data: Vec<f32> = values("targets", BATCH * ANGLE_BINS)
+        .map(|u| (2.0 * u) as f32)
         .collect();
-    Tensor::from_vec(data, (BATCH, ANGLE_BINS), &Device::Cpu)
-        .unwrap()
-        .to_dtype(DType::F32)
-        .unwrap()
+    Tensor::from_vec(data, (BATCH, ANGLE_BINS), &Device::Cpu).unwrap()
 }
