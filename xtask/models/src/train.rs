@@ -27,7 +27,8 @@ const STEPS_BETWEEN_CHECKPOINTS: u64 = 1000;
 /// What the options' one line each leaves open.
 const WHAT_IS_WRITTEN: &str = "\
 What is written into --out:
-  best.safetensors   weights of the epoch with the least mean squared error on the development maps
+  best.safetensors   weights of the epoch with the least error on the development maps: mean absolute error for
+                     models trained on it (ms_areg, adv_mlp), mean squared error for the others
   last.safetensors   everything needed to continue (--resume), written after each epoch, each 1000 steps, on Ctrl-C
   config.json        every setting
   steps.csv          loss, gradient norms and learning rate of each step
@@ -98,7 +99,7 @@ struct Progress {
     epochs: u64,
     /// Bits of the sum of the losses of this epoch's steps: JSON would round them.
     loss_bits: u64,
-    /// The best epoch so far, and its scores' mean squared error as bits.
+    /// The best epoch so far, and its error as bits.
     best: Option<(u64, u64)>,
 }
 
@@ -252,7 +253,6 @@ impl Run {
             // So that a run that fails at once has something to go back to.
             self.save()?;
         }
-        let mut last = None;
         while let Some(report) = self.step(&bar, &interrupted)? {
             bar.set_message(format!(
                 "epoch {}, loss {:.4}",
@@ -260,7 +260,7 @@ impl Run {
                 report.loss
             ));
             if report.ends_epoch {
-                last = Some(self.end_epoch(&report, &bar)?);
+                self.end_epoch(&report, &bar)?;
             }
             let is_due = self
                 .trainer
@@ -271,7 +271,7 @@ impl Run {
             }
         }
         bar.finish_and_clear();
-        self.close(last)
+        self.close()
     }
 
     /// One step with its row in the log. On Ctrl-C everything is saved and the run ends with an error that says so.
@@ -297,10 +297,10 @@ impl Run {
     }
 
     /// Scores the development links and keeps the weights if they are the best so far.
-    fn end_epoch(&mut self, step: &StepReport, bar: &ProgressBar) -> Result<GroupReport> {
+    fn end_epoch(&mut self, step: &StepReport, bar: &ProgressBar) -> Result<()> {
         bar.set_message(format!("epoch {}, scoring", step.epoch + 1));
         let scores = self.score()?;
-        let mse = score::mean(&scores, Metric::Mse);
+        let error = score::mean(&scores, self.chosen_by());
         let sum = f64::from_bits(std::mem::take(&mut self.progress.loss_bits));
         let loss = sum / self.trainer.steps_per_epoch() as f64;
         self.epochs.push(&epoch_cells(step.epoch, loss, &scores))?;
@@ -309,20 +309,21 @@ impl Run {
         let is_best = self
             .progress
             .best
-            .is_none_or(|(_, best)| mse < f64::from_bits(best));
+            .is_none_or(|(_, best)| error < f64::from_bits(best));
         if is_best {
             let parameters = self.trainer.predictor().parameters();
             weights::save(&self.folder.best(), parameters, Some(self.label))?;
-            self.progress.best = Some((step.epoch, mse.to_bits()));
+            self.progress.best = Some((step.epoch, error.to_bits()));
         }
         bar.println(format!(
-            "epoch {:>3}: training loss {loss:.4}; development MSE {mse:.4}, CosSim {:.4}, PLE {:.2} deg{}",
+            "epoch {:>3}: training loss {loss:.4}; development {} {error:.4}, CosSim {:.4}, PLE {:.2} deg{}",
             step.epoch + 1,
+            self.chosen_by().label(),
             score::mean(&scores, Metric::Cosine),
             score::mean(&scores, Metric::PleDeg),
             if is_best { ", best" } else { "" }
         ));
-        Ok(scores)
+        Ok(())
     }
 
     fn score(&self) -> Result<GroupReport> {
@@ -338,32 +339,38 @@ impl Run {
         Ok(self.trainer.save(self.folder.checkpoint(), &notes)?)
     }
 
-    /// What was learnt, beside what can be had without learning.
-    fn close(&self, last: Option<GroupReport>) -> Result<()> {
-        let Some((epoch, best_mse)) = self.progress.best else {
+    /// The error by which the best epoch is chosen: the one the model is trained on.
+    fn chosen_by(&self) -> Metric {
+        match self.label.kind.is_adversarial() {
+            true => Metric::Mae,
+            false => Metric::Mse,
+        }
+    }
+
+    /// What the best weights have learnt, beside what can be had without learning.
+    fn close(&self) -> Result<()> {
+        let Some((epoch, _)) = self.progress.best else {
             bail!("no epoch has ended");
         };
-        let last = match last {
-            Some(scores) => scores,
-            None => self.score()?,
-        };
+        // The last weights are in the checkpoint.
+        weights::load(&self.folder.best(), self.trainer.predictor().parameters())?;
+        let best = self.score()?;
         let mean = self.development.score_constant(&self.mean_spectrum)?;
-        println!("{} development links:", self.development.len());
         let rows = [
-            ("last epoch".to_owned(), &last),
+            (format!("best, epoch {}", epoch + 1), &best),
             ("mean training spectrum".to_owned(), &mean),
         ];
-        println!("{}", score::table(&rows));
-        let (best_mse, mean_mse) = (f64::from_bits(best_mse), score::mean(&mean, Metric::Mse));
         println!(
-            "best: epoch {} with MSE {best_mse:.4} ({:.1} % of the mean spectrum's), in '{}'",
-            epoch + 1,
-            100.0 * best_mse / mean_mse,
-            self.folder.best().display()
+            "{} development links:\n{}",
+            self.development.len(),
+            score::table(&rows)
         );
-        if best_mse >= mean_mse {
+        println!("best weights in '{}'", self.folder.best().display());
+        let cosine = |group| score::mean(group, Metric::Cosine);
+        if cosine(&best) <= cosine(&mean) {
             println!(
-                "WARNING: the model does no better than the mean training spectrum: it has not learnt"
+                "WARNING: the model's spectra are no more like the true ones (CosSim) than the mean training spectrum is: \
+                 it has not learnt; give it more links or epochs"
             );
         }
         Ok(())

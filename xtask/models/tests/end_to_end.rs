@@ -149,7 +149,7 @@ fn lines(path: &Path) -> usize {
 fn training_leaves_weights_logs_and_every_setting() {
     let report = &trained().report;
     assert!(
-        report.contains("mean training spectrum") && report.contains("best: epoch"),
+        report.contains("mean training spectrum") && report.contains("best, epoch"),
         "{report}"
     );
     assert_eq!(
