@@ -9,6 +9,7 @@ mod journal;
 mod labels;
 mod network;
 mod predict;
+mod run;
 mod score;
 mod settings;
 mod train;
