@@ -100,14 +100,12 @@ impl Args {
         );
         let interrupted = interrupt_flag()?;
         let mut run = self.plan().prepare(folder, self.resume)?;
-        run.go(&interrupted);
-        let stopped = interrupted.load(Ordering::Relaxed);
-        let last = match last {
-            Err(error) if stopped => {
+        match run.go(&interrupted) {
+            Err(error) if interrupted.load(Ordering::Relaxed) => {
                 return Err(error.context("the same command with --resume continues"));
             }
-            last => last?,
-        };
+            done => done?,
+        }
         run.close()
     }
 

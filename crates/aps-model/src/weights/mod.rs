@@ -93,7 +93,10 @@ pub fn save(path: &Path, parameters: &Parameters, label: Option<Label>) -> Resul
 pub fn read_label(path: &Path) -> Result<Option<Label>> {
     let source = Source::open(path)?;
     let metadata = source.metadata();
-    match metadata.get(LABEL_KEY).and_then(|text| text.split_once(' ')) {
+    match metadata
+        .get(LABEL_KEY)
+        .and_then(|text| text.split_once(' '))
+    {
         Some((kind, preset)) => Ok(Some(Label {
             kind: kind.parse()?,
             preset: preset.parse()?,

@@ -60,11 +60,6 @@ impl Part {
         &self.hash
     }
 
-    /// Whether all of it is there, made with the same settings.
-    pub fn is_finished(&self) -> bool {
-        self.stamp().is_some_and(|stamp| stamp.is_finished)
-    }
-
     /// The folder's stamp, if it is of these settings.
     fn stamp(&self) -> Option<Stamp> {
         let text = fs::read_to_string(self.folder.join(FILE)).ok()?;
