@@ -6,6 +6,7 @@ mod continuity;
 mod corners;
 mod enclosure;
 mod exact_wedge;
+mod foreign_maps;
 mod laws;
 mod mixed_sequences;
 mod omission;

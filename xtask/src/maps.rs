@@ -20,14 +20,14 @@ pub enum MapSource {
     Folder(PathBuf),
     /// `FILE.geojson`, cut into tiles by [`MapSource::cut`].
     City {
-        /// The file.
+        /// The GeoJSON file.
         file: PathBuf,
-        /// Its tiles; none before it was cut.
+        /// Its maps, once it is read and cut.
         cut: Option<Arc<CutCity>>,
     },
     /// `synthetic` or `synthetic:N`.
     Synthetic {
-        /// N.
+        /// Number of maps, if one is asked for.
         count: Option<u32>,
     },
 }

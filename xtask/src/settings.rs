@@ -17,7 +17,7 @@ pub struct Stored {
     pub aps: bool,
     /// Power delay profiles.
     pub pdp: bool,
-    /// Propagation paths.
+    /// Path records.
     pub paths: bool,
 }
 

@@ -4,6 +4,9 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Interaction, InteractionKind, PathRecord};
 use serde::{Deserialize, Serialize};
 
+#[cfg(test)]
+mod fuzz;
+
 /// A list of links with their paths.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct LinkList {

@@ -145,7 +145,8 @@ impl Resamples {
                 samples,
             });
         }
-        if let Some(index) = values.iter().position(|v| !(v.abs() <= MAX_MAGNITUDE)) {
+        let is_bad = |v: &f64| !v.is_finite() || v.abs() > MAX_MAGNITUDE;
+        if let Some(index) = values.iter().position(is_bad) {
             return Err(Error::NotFinite { index });
         }
         if samples == 0 {

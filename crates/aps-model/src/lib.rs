@@ -7,7 +7,8 @@
 //! - [`ModelKind`] names the seven models of the benchmark and builds them in the sizes of a [`Preset`];
 //! - [`Model`] is what they have in common: a forward pass in a [`Mode`], and [`Parameters`];
 //! - [`Regularizer`] is the critic that two of them are trained against;
-//! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included.
+//! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included;
+//! - [`condition`] makes their input of map numbers and coordinates, [`train`] teaches them.
 //!
 //! ```
 //! use aps_model::candle_core::{DType, Device, Tensor};

@@ -48,7 +48,7 @@ fn link(i: usize) -> Link {
 fn target(i: usize) -> Vec<f32> {
     let Link { tx_m, rx_m, .. } = link(i);
     let centre = (rx_m[1] - tx_m[1]).atan2(rx_m[0] - tx_m[0]).to_degrees() / 2.0 + 90.0;
-    let lobe = |bin: usize| 3.0 * (-0.02 * (bin as f64 - centre).powi(2)).exp() - 0.3;
+    let lobe = |bin: usize| 3.0 * (-0.002 * (bin as f64 - centre).powi(2)).exp() - 0.3;
     (0..ANGLE_BINS).map(|bin| lobe(bin) as f32).collect()
 }
 
@@ -165,13 +165,13 @@ fn a_few_links_are_learnt_by_heart() {
     for recipe in RECIPES {
         let (trainees, config) = recipe();
         let config = TrainConfig {
-            epochs: 60,
+            epochs: 100,
             learning_rate: 3e-3,
             ..config
         };
         let mut trainer = trainer((trainees, config), samples(8));
-        let losses = steps(&mut trainer, 120);
-        let (first, last) = (losses[0], losses[118..].iter().sum::<f64>() / 2.0);
+        let losses = steps(&mut trainer, 200);
+        let (first, last) = (losses[0], losses[198..].iter().sum::<f64>() / 2.0);
         assert!(last < 0.4 * first, "{first} to {last}");
     }
 }
@@ -452,9 +452,10 @@ fn predictions_do_not_depend_on_the_batch_and_damaged_weights_are_told() {
     for (a, b) in three.iter().zip(&seven) {
         assert!((a - b).abs() < 1e-5, "{a} is not {b}");
     }
-    let (_, var) = model.parameters().trainable().swap_remove(0);
-    var.set(&(var.ones_like().unwrap() * f64::NAN).unwrap())
-        .unwrap();
+    // In the last layer: on its way through a rectifier NaN may become 0.
+    let bias = model.parameters().get("head.3.bias").unwrap().var;
+    let spoilt = (bias.ones_like().unwrap() * f64::NAN).unwrap();
+    bias.set(&spoilt).unwrap();
     assert!(matches!(
         run(3),
         Err(TrainError::Prediction { link: 0, .. })

@@ -75,7 +75,7 @@ struct Progress {
     epochs: u64,
     /// Bits of the sum of the losses of this epoch's steps: JSON would round them.
     loss_bits: u64,
-    /// The best epoch so far, and its scores' mean squared error as bits.
+    /// The best epoch so far, and its error as bits.
     best: Option<(u64, u64)>,
 }
 
@@ -179,15 +179,13 @@ pub struct Run {
 }
 
 impl Run {
-    /// Makes all steps that are left; on Ctrl-C everything is kept and the run ends with an error that says so. Gives
-    /// the development scores after the last epoch if that was run now.
-    pub fn go(&mut self, interrupted: &AtomicBool) -> Result<Option<GroupReport>> {
+    /// Makes all steps that are left; on Ctrl-C everything is kept and the run ends with an error that says so.
+    pub fn go(&mut self, interrupted: &AtomicBool) -> Result<()> {
         let bar = progress_bar(&self.trainer);
         if self.trainer.steps_done() == 0 {
             // So that a run that fails at once has something to go back to.
             self.save()?;
         }
-        let mut last = None;
         while let Some(report) = self.step(&bar, interrupted)? {
             bar.set_message(format!(
                 "epoch {}, loss {:.4}",
@@ -195,7 +193,7 @@ impl Run {
                 report.loss
             ));
             if report.ends_epoch {
-                last = Some(self.end_epoch(&report, &bar)?);
+                self.end_epoch(&report, &bar)?;
             }
             let is_due = self
                 .trainer
@@ -206,7 +204,7 @@ impl Run {
             }
         }
         bar.finish_and_clear();
-        Ok(last)
+        Ok(())
     }
 
     /// The epoch, from 0, with the least error on the development links.
@@ -242,10 +240,10 @@ impl Run {
     }
 
     /// Scores the development links and keeps the weights if they are the best so far.
-    fn end_epoch(&mut self, step: &StepReport, bar: &ProgressBar) -> Result<GroupReport> {
+    fn end_epoch(&mut self, step: &StepReport, bar: &ProgressBar) -> Result<()> {
         bar.set_message(format!("epoch {}, scoring", step.epoch + 1));
         let scores = self.score()?;
-        let mse = score::mean(&scores, Metric::Mse);
+        let error = score::mean(&scores, self.chosen_by());
         let sum = f64::from_bits(std::mem::take(&mut self.progress.loss_bits));
         let loss = sum / self.trainer.steps_per_epoch() as f64;
         self.epochs.push(&epoch_cells(step.epoch, loss, &scores))?;
@@ -254,20 +252,21 @@ impl Run {
         let is_best = self
             .progress
             .best
-            .is_none_or(|(_, best)| mse < f64::from_bits(best));
+            .is_none_or(|(_, best)| error < f64::from_bits(best));
         if is_best {
             let parameters = self.trainer.predictor().parameters();
             weights::save(&self.folder.best(), parameters, Some(self.label))?;
-            self.progress.best = Some((step.epoch, mse.to_bits()));
+            self.progress.best = Some((step.epoch, error.to_bits()));
         }
         bar.println(format!(
-            "epoch {:>3}: training loss {loss:.4}; development MSE {mse:.4}, CosSim {:.4}, PLE {:.2} deg{}",
+            "epoch {:>3}: training loss {loss:.4}; development {} {error:.4}, CosSim {:.4}, PLE {:.2} deg{}",
             step.epoch + 1,
+            self.chosen_by().label(),
             score::mean(&scores, Metric::Cosine),
             score::mean(&scores, Metric::PleDeg),
             if is_best { ", best" } else { "" }
         ));
-        Ok(scores)
+        Ok(())
     }
 
     fn score(&self) -> Result<GroupReport> {
@@ -283,32 +282,38 @@ impl Run {
         Ok(self.trainer.save(self.folder.checkpoint(), &notes)?)
     }
 
-    /// What was learnt, beside what can be had without learning.
-    pub fn close(&self, last: Option<GroupReport>) -> Result<()> {
-        let Some((epoch, best_mse)) = self.progress.best else {
+    /// The error by which the best epoch is chosen: the one the model is trained on.
+    fn chosen_by(&self) -> Metric {
+        match self.label.kind.is_adversarial() {
+            true => Metric::Mae,
+            false => Metric::Mse,
+        }
+    }
+
+    /// What the best weights have learnt, beside what can be had without learning.
+    pub fn close(&self) -> Result<()> {
+        let Some((epoch, _)) = self.progress.best else {
             bail!("no epoch has ended");
         };
-        let last = match last {
-            Some(scores) => scores,
-            None => self.score()?,
-        };
+        // The last weights are in the checkpoint.
+        weights::load(&self.folder.best(), self.trainer.predictor().parameters())?;
+        let best = self.score()?;
         let mean = self.development.score_constant(&self.mean_spectrum)?;
-        println!("{} development links:", self.development.len());
         let rows = [
-            ("last epoch".to_owned(), &last),
+            (format!("best, epoch {}", epoch + 1), &best),
             ("mean training spectrum".to_owned(), &mean),
         ];
-        println!("{}", score::table(&rows));
-        let (best_mse, mean_mse) = (f64::from_bits(best_mse), score::mean(&mean, Metric::Mse));
         println!(
-            "best: epoch {} with MSE {best_mse:.4} ({:.1} % of the mean spectrum's), in '{}'",
-            epoch + 1,
-            100.0 * best_mse / mean_mse,
-            self.folder.best().display()
+            "{} development links:\n{}",
+            self.development.len(),
+            score::table(&rows)
         );
-        if best_mse >= mean_mse {
+        println!("best weights in '{}'", self.folder.best().display());
+        let cosine = |group| score::mean(group, Metric::Cosine);
+        if cosine(&best) <= cosine(&mean) {
             println!(
-                "WARNING: the model does no better than the mean training spectrum: it has not learnt"
+                "WARNING: the model's spectra are no more like the true ones (CosSim) than the mean training spectrum is: \
+                 it has not learnt; give it more links or epochs"
             );
         }
         Ok(())

@@ -17,7 +17,8 @@ use crate::settings::RunFolder;
 /// What the options' one line each leaves open.
 const WHAT_IS_WRITTEN: &str = "\
 What is written into --out:
-  best.safetensors   weights of the epoch with the least mean squared error on the development maps
+  best.safetensors   weights of the epoch with the least error on the development maps: mean absolute error for
+                     models trained on it (ms_areg, adv_mlp), mean squared error for the others
   last.safetensors   everything needed to continue (--resume), written after each epoch, each 1000 steps, on Ctrl-C
   config.json        every setting
   steps.csv          loss, gradient norms and learning rate of each step
@@ -99,15 +100,13 @@ impl Args {
         );
         let interrupted = interrupt_flag()?;
         let mut run = self.plan().prepare(folder, self.resume)?;
-        let last = run.go(&interrupted);
-        let stopped = interrupted.load(Ordering::Relaxed);
-        let last = match last {
-            Err(error) if stopped => {
+        match run.go(&interrupted) {
+            Err(error) if interrupted.load(Ordering::Relaxed) => {
                 return Err(error.context("the same command with --resume continues"));
             }
-            last => last?,
-        };
-        run.close(last)
+            done => done?,
+        }
+        run.close()
     }
 
     fn plan(&self) -> TrainingPlan {

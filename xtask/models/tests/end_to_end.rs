@@ -149,7 +149,7 @@ fn lines(path: &Path) -> usize {
 fn training_leaves_weights_logs_and_every_setting() {
     let report = &trained().report;
     assert!(
-        report.contains("mean training spectrum") && report.contains("best: epoch"),
+        report.contains("mean training spectrum") && report.contains("best, epoch"),
         "{report}"
     );
     assert_eq!(
@@ -261,7 +261,7 @@ fn predictions_are_rows_of_the_test_links() {
         text(&out),
     ]);
     assert_eq!(npy::read::<f32>(&out).unwrap().shape, [2, BINS]);
-    npy::write(&images, &[2, 3, 16, 48], &pixels).unwrap();
+    npy::write(&images, &[2, 3, 16, 64], &pixels).unwrap();
     let told = fail(&[
         "predict",
         "--weights",

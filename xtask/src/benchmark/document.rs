@@ -244,17 +244,22 @@ impl Grid {
         let name = "position:sticky;left:0;background:var(--paper);z-index:1";
         let columns = 1..self.head.len();
         let numeric: Vec<bool> = columns.map(|i| self.is_numeric(i)).collect();
-        let style = |i: usize| (i == 0).then_some(name);
+        // Short names keep to one line.
+        let style = |i: usize, cell: &Cell| match cell.text.chars().count() {
+            n if i == 0 && n <= 16 => Some(format!("{name};white-space:nowrap")),
+            _ => (i == 0).then(|| name.to_owned()),
+        };
+        let heading = |i: usize| if i == 0 { name } else { "white-space:normal" };
         let class = |i: usize| (i > 0 && numeric[i - 1]).then_some("number");
         html! {
             div.scroll { table {
                 @if !caption.is_empty() { caption { (caption) } }
                 thead { tr { @for (i, title) in self.head.iter().enumerate() {
-                    th style=[style(i)] class=[class(i)] { (title) }
+                    th style=(heading(i)) class=[class(i)] { (title) }
                 } } }
                 tbody { @for row in &self.rows { tr {
                     @for (i, cell) in row.iter().enumerate() {
-                        td style=[style(i)] class=[class(i)] { (cell) }
+                        td style=[style(i, cell)] class=[class(i)] { (cell) }
                     }
                 } } }
             } }

@@ -20,7 +20,15 @@ const KINDS: [(EntryKind, &str, Colour); 5] = [
     (EntryKind::Tracer, "tracer", Colour::Series(1)),
 ];
 
-/// The colour of an entry: the same in all figures of all reports for those of the paper.
+/// The metrics shown over groups of links.
+const GROUPED: [Metric; 4] = [
+    Metric::Cosine,
+    Metric::PleDeg,
+    Metric::Recall4Deg,
+    Metric::MirrorHit4Deg,
+];
+
+/// The colour of an entry: the same in all figures of all reports for the models of the paper.
 pub fn colour(analysis: &Analysis<'_>, entry: &Entry) -> Colour {
     if let Some(i) = PUBLISHED.iter().position(|p| p.name == entry.name) {
         return Colour::Series(i);
@@ -30,7 +38,9 @@ pub fn colour(analysis: &Analysis<'_>, entry: &Entry) -> Colour {
     match entry.kind {
         EntryKind::Tracer => Colour::Ink,
         EntryKind::Baseline if i == 0 => Colour::Soft,
-        _ => Colour::Series(7 + i),
+        // Colours of the paper's ablations, which no figure shows beside baselines or others.
+        EntryKind::Baseline => Colour::Series(4 + i),
+        _ => Colour::Series(6 + i),
     }
 }
 
@@ -202,7 +212,7 @@ fn steps(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     corners.chain(points.last().copied()).collect()
 }
 
-/// The headline metrics over groups of links that have a place on an axis `step` apart.
+/// The metrics of [`GROUPED`] over groups of links that have a place on an axis `step` apart.
 pub fn by_group(
     analysis: &Analysis<'_>,
     protocol: &str,
@@ -256,10 +266,10 @@ pub fn by_group(
             drawing: chart.draw(),
         }
     };
-    HEADLINE.into_iter().map(figure).collect()
+    GROUPED.into_iter().map(figure).collect()
 }
 
-/// The headline metrics with and without line of sight.
+/// The same metrics with and without line of sight.
 pub fn by_sight(analysis: &Analysis<'_>, protocol: &str, groups: &[Group]) -> Vec<Figure> {
     let figure = |metric: Metric| {
         let mut bars = Vec::new();
@@ -302,7 +312,7 @@ pub fn by_sight(analysis: &Analysis<'_>, protocol: &str, groups: &[Group]) -> Ve
             drawing: Bars::new(Axis::linear(words::axis(metric)), bars).draw(),
         }
     };
-    HEADLINE.into_iter().map(figure).collect()
+    GROUPED.into_iter().map(figure).collect()
 }
 
 /// CosSim on the development maps, an epoch a point.

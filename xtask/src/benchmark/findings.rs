@@ -2,7 +2,7 @@
 
 use aps_metrics::Metric;
 
-use super::analysis::{Analysis, HEADLINE, Verdict};
+use super::analysis::{Analysis, Gain, HEADLINE, Verdict};
 use super::paper::published;
 use super::results::{Entry, EntryKind};
 use super::words;
@@ -242,25 +242,35 @@ pub fn against_baselines(analysis: &Analysis<'_>, protocol: &str) -> Vec<String>
 pub fn against_tracer(analysis: &Analysis<'_>, protocol: &str) -> Vec<String> {
     let models = analysis.learned();
     let say = |tracer: &&Entry| {
-        let mut parts = Vec::new();
+        // Who is ahead, and in which metrics it is the same ones.
+        let mut parts: Vec<(Vec<&str>, Vec<&str>)> = Vec::new();
         for metric in HEADLINE {
-            let verdicts: Vec<(&str, Verdict)> = models
+            let gains: Vec<(&str, Gain)> = models
                 .iter()
                 .filter_map(|m| {
-                    let gain = analysis.gain(m, tracer, protocol, metric)?;
-                    Some((m.name.as_str(), gain.verdict()))
+                    Some((m.name.as_str(), analysis.gain(m, tracer, protocol, metric)?))
                 })
                 .collect();
-            let ahead: Vec<&str> = verdicts
-                .iter()
-                .filter(|v| v.1 == Verdict::Better)
-                .map(|v| v.0)
-                .collect();
-            if !verdicts.is_empty() {
-                parts.push(format!("in {} by {}", metric.label(), words::list(&ahead)));
+            if gains.is_empty() {
+                continue;
+            }
+            let is_ahead = |(_, gain): &&(&str, Gain)| gain.verdict() == Verdict::Better;
+            let ahead: Vec<&str> = gains.iter().filter(is_ahead).map(|g| g.0).collect();
+            match parts.iter_mut().find(|part| part.0 == ahead) {
+                Some(part) => part.1.push(metric.label()),
+                None => parts.push((ahead, vec![metric.label()])),
             }
         }
-        (!parts.is_empty()).then(|| format!("{} is beaten {}.", tracer.name, parts.join(", ")))
+        let part = |(ahead, metrics): &(Vec<&str>, Vec<&str>)| {
+            let who = match ahead.len() {
+                0 => "no model".into(),
+                n if n == models.len() => "every model".into(),
+                _ => words::list(ahead),
+            };
+            format!("in {} by {who}", words::list(metrics))
+        };
+        let parts: Vec<String> = parts.iter().map(part).collect();
+        (!parts.is_empty()).then(|| format!("{} is beaten {}.", tracer.name, parts.join("; ")))
     };
     let tracers = analysis.of_kinds(&[EntryKind::Tracer]);
     tracers.iter().filter_map(say).collect()

@@ -230,14 +230,13 @@ fn run_time(analysis: &Analysis<'_>, protocol: &str) -> Part {
          lies on the front.",
     );
     let batches = analysis.batches();
-    for &batch in batches.iter().rev() {
-        part.figures(figures::error_against_time(analysis, protocol, batch));
+    for (i, &batch) in batches.iter().rev().enumerate() {
+        let mut figures = figures::error_against_time(analysis, protocol, batch);
+        if i == 0 {
+            figures.extend(figures::error_against_training(analysis, protocol));
+        }
+        part.figures(figures);
     }
-    part.figures(
-        figures::error_against_training(analysis, protocol)
-            .into_iter()
-            .collect(),
-    );
     part.blocks
         .push(Block::Table(tables::trade(analysis, protocol)));
     part.blocks.push(Block::Table(tables::times(analysis)));

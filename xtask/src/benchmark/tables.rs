@@ -77,13 +77,16 @@ pub fn scores(
             let mean = analysis.mean(entry, protocol, metric);
             let paper = published(&entry.name).and_then(|p| p.of(metric));
             let mut cell = mean.map_or_else(Cell::nothing, |mean| {
-                Cell::text(words::value(metric, mean.mean)).note(words::interval(metric, &mean))
+                Cell::text(words::value(metric, mean.mean))
+                    .note(words::short_interval(metric, &mean))
             });
             if let Some(paper) = paper {
                 cell = cell.note(format!("paper {}", words::value(metric, paper)));
             }
             let best = analysis.best(&learned, protocol, metric);
-            cell.is_best = best.is_some_and(|b| b.name == entry.name);
+            let best = best.and_then(|b| analysis.mean(b, protocol, metric));
+            cell.is_best = is_learned(entry)
+                && matches!((best, mean), (Some(b), Some(m)) if !is_better(metric, b.mean, m.mean));
             row.push(cell);
             let text = |v: Option<f64>| v.map(|v| v.to_string()).unwrap_or_default();
             data.extend([

@@ -25,8 +25,8 @@ pub fn heading(metric: Metric) -> String {
         aps_metrics::Better::Higher => '\u{2191}',
     };
     match metric.unit() {
-        "" => format!("{} {arrow}", metric.label()),
-        unit => format!("{} [{unit}] {arrow}", metric.label()),
+        "" => format!("{}\u{a0}{arrow}", metric.label()),
+        unit => format!("{} [{unit}]\u{a0}{arrow}", metric.label()),
     }
 }
 
@@ -45,6 +45,11 @@ pub fn interval(metric: Metric, estimate: &Estimate) -> String {
         value(metric, estimate.low),
         value(metric, estimate.high)
     )
+}
+
+/// `0.931…0.952`: the same for narrow columns.
+pub fn short_interval(metric: Metric, estimate: &Estimate) -> String {
+    interval(metric, estimate).replace(" to ", "…")
 }
 
 /// `0.94 (0.93 to 0.95)`: a mean and its interval.
@@ -138,7 +143,7 @@ pub fn count(n: u64) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (i, c) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out.push(',');
         }
         out.push(c);

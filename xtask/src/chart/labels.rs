@@ -36,8 +36,15 @@ impl Labels {
         self.taken.push([left, y - 13.0, left + w, y + 4.0]);
     }
 
-    /// A place for a text beside a dot: right of it, left, above or below, else right all the same.
-    /// Returns start or end of its base line and the anchor.
+    /// Takes the surroundings of a horizontal or vertical line.
+    pub fn line(&mut self, x1: f64, y1: f64, x2: f64, y2: f64) {
+        let (left, right, top, bottom) = (x1.min(x2), x1.max(x2), y1.min(y2), y1.max(y2));
+        self.taken
+            .push([left - 2.0, top - 2.0, right + 2.0, bottom + 2.0]);
+    }
+
+    /// A place for a text beside a dot: right of it, left, above or below, else some lines further up
+    /// or down, else right all the same. Returns start or end of its base line and the anchor.
     pub fn beside(&mut self, x: f64, y: f64, text: &str) -> (f64, f64, &'static str) {
         let w = text_width(text);
         let places = [
@@ -50,9 +57,23 @@ impl Labels {
             (x - 6.0, y - 10.0, "end", x - 6.0 - w),
             (x - 6.0, y + 19.0, "end", x - 6.0 - w),
         ];
+        // Lines further away, where dots crowd.
+        let far = (2..8).flat_map(|line| {
+            [
+                y + 4.5 + 14.0 * f64::from(line),
+                y + 4.5 - 14.0 * f64::from(line),
+            ]
+        });
+        let far = far.flat_map(|base| {
+            [
+                (x + 14.0, base, "start", x + 14.0),
+                (x - 14.0, base, "end", x - 14.0 - w),
+            ]
+        });
         let area = |left: f64, base: f64| [left, base - 11.0, left + w, base + 3.0];
-        let free = places.iter().find(|p| self.is_free(area(p.3, p.1)));
-        let (x, y, anchor, left) = *free.unwrap_or(&places[0]);
+        let mut all = places.into_iter().chain(far);
+        let free = all.find(|p| self.is_free(area(p.3, p.1)));
+        let (x, y, anchor, left) = free.unwrap_or(places[0]);
         self.taken.push(area(left, y));
         (x, y, anchor)
     }

@@ -185,12 +185,24 @@ impl Chart {
             group = group.add(draw_key(row, margins.left, y));
         }
         group = group.add(frame.draw(&self.x, &self.y));
-        let mut labels = Labels::inside(frame.left, 2.0, width, frame.bottom());
+        // Texts may stand above the plot up to the key.
+        let ceiling = if key.is_empty() { 2.0 } else { frame.top - 8.0 };
+        let mut labels = Labels::inside(frame.left, ceiling, width, frame.bottom());
         for series in &self.series {
             if let Mark::Spots(spots) = &series.mark {
                 for spot in spots {
                     let (x, y) = frame.place(spot.at);
                     labels.dot(x, y);
+                }
+            }
+            // Short staircases, as Pareto fronts are; there is no way around a long distribution.
+            if let Mark::Steps { points } = &series.mark
+                && points.len() <= 32
+            {
+                for pair in points.windows(2) {
+                    let ((x, y), (next_x, next_y)) = (frame.place(pair[0]), frame.place(pair[1]));
+                    labels.line(x, y, next_x, y);
+                    labels.line(next_x, y, next_x, next_y);
                 }
             }
         }

@@ -218,7 +218,11 @@ impl Series {
         }
         group = group.add(dot);
         if !spot.label.is_empty() {
+            let dot = (x, y);
             let (x, y, anchor) = labels.beside(x, y, &spot.label);
+            if (y - 4.5 - dot.1).abs() > 20.0 {
+                group = group.add(line(dot.0, dot.1, x, y - 4.5, "frame"));
+            }
             group = group.add(words(&spot.label, x, y, anchor).set("class", "halo"));
         }
         group

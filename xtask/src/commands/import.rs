@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use aps_data::released::LinkName;
-use aps_data::{DatasetConfig, DatasetWriter, Raster, RasterGrid, Split};
+use aps_data::{DatasetConfig, DatasetWriter, Plan, Raster, RasterGrid, Split};
 use clap::Subcommand;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
+use crate::command_line;
 use crate::maps::MapSource;
+use crate::progress;
 
 mod propbin;
 mod released;
@@ -70,7 +72,15 @@ impl Target {
         let writer = DatasetWriter::open(&self.out, config)
             .with_context(|| format!("data set '{}'", self.out.display()))?;
         let todo = || maps.iter().filter(|(id, _)| !writer.has_map(**id));
-        let progress = progress_bar(todo().map(|(_, files)| files.len() as u64).sum());
+        if todo().next().is_some() {
+            writer.set_plan(&Plan {
+                maps: maps.keys().copied().collect(),
+                shards: None,
+                command: command_line::own_without(&["--out"]),
+            })?;
+        }
+        let files = todo().map(|(_, files)| files.len() as u64).sum();
+        let progress = progress::bar(files, "files");
         for (&id, files) in todo() {
             progress.set_message(format!("map {id}"));
             map(&writer, id, files, &progress).with_context(|| format!("map {id}"))?;
@@ -159,13 +169,4 @@ fn must_have_maps<T>(maps: &BTreeMap<u32, Vec<T>>, folder: &Path, expected: &str
         folder.display()
     );
     Ok(())
-}
-
-fn progress_bar(files: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template(
-        "{msg:8} [{bar:40}] {human_pos}/{human_len} files, {per_sec}, {eta} left",
-    )
-    .expect("the template is well formed")
-    .progress_chars("=> ");
-    ProgressBar::new(files).with_style(style)
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use aps_data::{Axis, Layout, MapEntry, Part, Precision, ProfileLayout, Survey};
+use indicatif::{DecimalBytes, HumanCount};
 use serde_json::{Value, json};
 
 use crate::command_line;
@@ -164,27 +165,23 @@ impl Facts {
             let missing = survey.missing();
             writeln!(out, "  missing {:>11}  {}", missing.len(), ranges(&missing))?;
         }
-        writeln!(out, "links  {:>14}{}", self.links, each(&survey.maps))?;
-        let share = |count: u64| 100.0 * count as f64 / self.links.max(1) as f64;
+        let count = |n: u64| HumanCount(n).to_string();
+        let links = count(self.links);
+        writeln!(out, "links  {links:>14}{}", each(&survey.maps))?;
+        let share = |n: u64| 100.0 * n as f64 / self.links.max(1) as f64;
         let valid = self.valid();
-        writeln!(out, "  {:<12}{valid:>7}  {:.3} %", "valid", share(valid))?;
-        for (name, &count) in self.status.iter().filter(|(name, _)| *name != "valid") {
-            writeln!(out, "  {name:<12}{count:>7}  {:.3} %", share(count))?;
+        let others = self.status.iter().filter(|(name, _)| *name != "valid");
+        let others = others.map(|(name, &n)| (name.as_str(), n));
+        for (name, n) in [("valid", valid)].into_iter().chain(others) {
+            writeln!(out, "  {name:<12}{:>7}  {:.3} %", count(n), share(n))?;
         }
-        let per_link = |count: u64| count as f64 / valid.max(1) as f64;
         if let Some(paths) = self.traced_paths {
-            writeln!(
-                out,
-                "paths  {paths:>14}  {:.2} a valid link",
-                per_link(paths)
-            )?;
+            let a_link = paths as f64 / valid.max(1) as f64;
+            writeln!(out, "paths  {:>14}  {a_link:.2} a valid link", count(paths))?;
         }
-        writeln!(
-            out,
-            "bytes  {:>14}  {:.0} a link",
-            self.bytes,
-            self.bytes as f64 / self.links.max(1) as f64
-        )?;
+        let bytes = DecimalBytes(self.bytes).to_string();
+        let a_link = self.bytes as f64 / self.links.max(1) as f64;
+        writeln!(out, "size   {bytes:>14}  {a_link:.0} B a link")?;
         if let Some((mean, at_most_two)) = self.peaks() {
             writeln!(
                 out,

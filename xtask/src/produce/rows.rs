@@ -1,5 +1,7 @@
 //! The rows of some links as the writer takes them, and what they say about the data set.
 
+use std::time::Instant;
+
 use anyhow::Result;
 use aps_data::{Layout, LinkRows, LinkStatus, Profile, ProfileLayout, ProfileRows};
 use aps_label::{ANGLE_BINS, Label, Labeler};
@@ -57,9 +59,12 @@ impl Rows {
 
     /// Counts the shapes of the spectra, once all rows are there.
     pub fn count_shapes(&mut self, labeler: &Labeler, layout: &Layout) -> Result<()> {
+        let started = Instant::now();
         let aps = self.stored_aps(labeler, layout)?;
         let valid = (0..self.status.len()).filter(|&link| self.status[link].is_valid());
-        self.tally.shapes(&aps, valid, labeler.config().protocol)
+        self.tally.shapes(&aps, valid, labeler.config().protocol)?;
+        self.tally.label += started.elapsed();
+        Ok(())
     }
 }
 

@@ -50,7 +50,10 @@ fn check(value: &Value, schema: &Value, root: &Value, at: &str) {
                 };
                 assert!(allowed.contains(&name), "{at}: {value} is not {rule}");
             }
-            "minimum" => assert!(value.as_f64() >= rule.as_f64(), "{at}: {value} < {rule}"),
+            "minimum" => assert!(
+                value.is_null() || value.as_f64() >= rule.as_f64(),
+                "{at}: {value} < {rule}"
+            ),
             "maximum" => assert!(value.as_f64() <= rule.as_f64(), "{at}: {value} > {rule}"),
             "exclusiveMinimum" => {
                 assert!(value.as_f64() > rule.as_f64(), "{at}: {value} <= {rule}")
@@ -120,6 +123,22 @@ fn manifests_follow_the_schema() {
         &schema,
         "map.json",
     );
+}
+
+#[test]
+fn plans_follow_the_schema() {
+    let schema: Value = serde_json::from_str(&spec("manifest.schema.json")).unwrap();
+    let root = tempfile::tempdir().unwrap();
+    let writer = aps_data::DatasetWriter::open(root.path(), sample::config()).unwrap();
+    let plan = aps_data::Plan {
+        maps: vec![0, 3],
+        shards: Some(2),
+        command: vec!["dataset".into()],
+    };
+    writer.set_plan(&plan).unwrap();
+    let bytes = fs::read(root.path().join("plan.json")).unwrap();
+    let plan: Value = serde_json::from_slice(&bytes).unwrap();
+    check(&plan, &schema["$defs"]["plan"], &schema, "plan.json");
 }
 
 #[test]

@@ -24,6 +24,9 @@ use crate::{Error, ModelKind, Parameters, Preset, Result};
 use matching::assign;
 use source::Source;
 
+/// Where the metadata of safetensors hold a [`Label`]: model and preset, a blank between them.
+const LABEL_KEY: &str = "model";
+
 /// Which model weights are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Label {
@@ -71,11 +74,9 @@ pub fn save(path: &Path, parameters: &Parameters, label: Option<Label>) -> Resul
         let tensor = parameter.var.as_detached_tensor().to_device(&Device::Cpu)?;
         tensors.push((name, tensor));
     }
-    let metadata = label.map(|label| {
-        HashMap::from([
-            ("kind".to_owned(), label.kind.to_string()),
-            ("preset".to_owned(), label.preset.to_string()),
-        ])
+    // One entry: several would be written in another order each time.
+    let metadata = label.map(|Label { kind, preset }| {
+        HashMap::from([(LABEL_KEY.to_owned(), format!("{kind} {preset}"))])
     });
     let bytes =
         safetensors::serialize(tensors, metadata).map_err(|e| Error::weights_format(path, e))?;
@@ -92,12 +93,15 @@ pub fn save(path: &Path, parameters: &Parameters, label: Option<Label>) -> Resul
 pub fn read_label(path: &Path) -> Result<Option<Label>> {
     let source = Source::open(path)?;
     let metadata = source.metadata();
-    match (metadata.get("kind"), metadata.get("preset")) {
-        (Some(kind), Some(preset)) => Ok(Some(Label {
+    match metadata
+        .get(LABEL_KEY)
+        .and_then(|text| text.split_once(' '))
+    {
+        Some((kind, preset)) => Ok(Some(Label {
             kind: kind.parse()?,
             preset: preset.parse()?,
         })),
-        _ => Ok(None),
+        None => Ok(None),
     }
 }
 

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use aps_data::propbin::{self, Chain, Propbin, Receiver};
 use aps_data::{
-    Axis, DatasetConfig, DatasetWriter, InteractionKind, Layout, LinkStatus, Links, MapInput,
-    MapWriter, ProfileLayout, UNKNOWN_ID,
+    DatasetConfig, DatasetWriter, InteractionKind, Layout, LinkStatus, Links, MapInput, MapWriter,
+    UNKNOWN_ID,
 };
 use aps_label::{Array, Label, LabelConfig, Labeler, PathSample, Protocol, Scratch, Status};
 use indicatif::ProgressBar;
@@ -26,6 +26,7 @@ use super::rows::Rows;
 use super::{LINKS_AT_ONCE, Target, buildings, must_have_maps};
 use crate::commands::dataset::Store;
 use crate::maps::MapSource;
+use crate::settings::{self, Stored};
 use crate::tiles::TileArgs;
 
 /// Losses and delays beyond these are no paths but damage.
@@ -141,24 +142,15 @@ impl Args {
 
     fn config(&self, label: &LabelConfig, source: Option<&MapSource>) -> DatasetConfig {
         let stores = |what| self.store.contains(&what);
-        let angles = match self.protocol {
-            Protocol::Released => Axis::ANGLE_RELEASED_DEG,
-            _ => Axis::ANGLE_PAPER_DEG,
+        let stored = Stored {
+            aps: stores(Store::Aps),
+            pdp: stores(Store::Pdp),
+            paths: stores(Store::Paths),
         };
-        let delays = Axis {
-            start: 0.0,
-            stop: label.delay_axis.last_s * 1e9,
-            count: label.delay_axis.points,
-            endpoint: true,
-        };
+        let raster = source.map(MapSource::raster).unwrap_or_default();
         DatasetConfig {
             seed: self.target.seed,
-            layout: Layout {
-                raster: source.map(MapSource::raster).unwrap_or_default(),
-                aps: stores(Store::Aps).then(|| ProfileLayout::over(angles)),
-                pdp: stores(Store::Pdp).then(|| ProfileLayout::over(delays)),
-                paths: stores(Store::Paths),
-            },
+            layout: settings::layout(label, raster, stored),
             configuration: json!({
                 "import": "propbin",
                 "maps": source.map(MapSource::describe),
