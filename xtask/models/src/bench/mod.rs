@@ -109,7 +109,11 @@ impl Bench {
                     pace.end((!is_reused).then(|| began.elapsed().as_secs_f64()));
                     entries.push(entry);
                 }
-                Err(error) if self.interrupted.load(Ordering::Relaxed) => return Err(error),
+                Err(error) if self.interrupted.load(Ordering::Relaxed) => {
+                    return Err(
+                        error.context("what is finished is kept, the same command continues")
+                    );
+                }
                 // The tracer without interactions tells which links are in sight: no report without it.
                 Err(error) if matches!(job, Job::Tracer(SIGHT)) => return Err(error),
                 Err(error) => {
