@@ -109,7 +109,11 @@ impl Bench {
                     pace.end((!is_reused).then(|| began.elapsed().as_secs_f64()));
                     entries.push(entry);
                 }
-                Err(error) if self.interrupted.load(Ordering::Relaxed) => return Err(error),
+                Err(error) if self.interrupted.load(Ordering::Relaxed) => {
+                    return Err(
+                        error.context("what is finished is kept, the same command continues")
+                    );
+                }
                 // The tracer without interactions tells which links are in sight: no report without it.
                 Err(error) if matches!(job, Job::Tracer(SIGHT)) => return Err(error),
                 Err(error) => {
@@ -154,7 +158,7 @@ impl Bench {
 
     fn jobs(&self) -> Result<Vec<Job>> {
         let tracer = &self.config.tracer;
-        let mut jobs = vec![Job::Tracer(SIGHT), Job::Mean, Job::LineOfSight];
+        let mut jobs = vec![Job::Mean, Job::LineOfSight, Job::Tracer(SIGHT)];
         for &diffractions in &tracer.diffractions {
             for &reflections in &tracer.reflections {
                 jobs.push(Job::Tracer([reflections, diffractions]));

@@ -188,7 +188,7 @@ pub fn ask(
         BATCH,
         |_, spectra| {
             if asked.interrupted.load(Ordering::Relaxed) {
-                bail!("interrupted; what is finished is kept, and the same command continues");
+                bail!("interrupted");
             }
             predictions.extend_from_slice(spectra);
             anyhow::Ok(())

@@ -74,8 +74,10 @@ pub fn model_s(config: &Config, kind: ModelKind, train_links: usize, test_links:
     let relative = match kind {
         ModelKind::ResnetMlp | ModelKind::MsMlp => 1.0,
         ModelKind::AdvMlp | ModelKind::MsAreg => 3.0,
-        ModelKind::ResnetConv1d | ModelKind::VitReg => 1.2,
-        ModelKind::RadioUnet => 8.0,
+        ModelKind::ResnetConv1d => 2.0,
+        ModelKind::RadioUnet => 6.0,
+        // It works on images of 224 pixels, whatever it is given.
+        ModelKind::VitReg => 12.0,
     };
     let width = match config.preset() {
         Ok(Preset::Paper) => 4.0,
