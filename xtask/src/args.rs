@@ -4,9 +4,12 @@ use std::fmt;
 use std::str::FromStr;
 
 use aps_data::Access;
+use aps_label::{Array, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, TraceConfig};
-use clap::Args;
+use clap::{Args, ValueEnum};
+
+use crate::settings::Stored;
 
 /// A value of `--shard`: `I/N`, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,6 +98,59 @@ impl TraceArgs {
             accuracy_db: self.accuracy,
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..TraceConfig::default()
+        }
+    }
+}
+
+/// Things a data set can store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Store {
+    /// Angle power spectra.
+    Aps,
+    /// Power delay profiles.
+    Pdp,
+    /// Propagation paths: labels can be made anew from them.
+    Paths,
+}
+
+/// What the values of `--store` name.
+pub fn stored(named: &[Store]) -> Stored {
+    Stored {
+        aps: named.contains(&Store::Aps),
+        pdp: named.contains(&Store::Pdp),
+        paths: named.contains(&Store::Paths),
+    }
+}
+
+/// How to label paths that were not traced here.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Labels")]
+pub struct LabelArgs {
+    /// Definition of the label: released (what the published code computes) or paper.
+    #[arg(long, default_value = "released")]
+    pub protocol: Protocol,
+    /// Elements of the linear array.
+    #[arg(long, alias = "elements", default_value_t = 16)]
+    pub kernel_n: usize,
+    /// Their spacing [wavelengths].
+    #[arg(long, default_value_t = 0.5)]
+    pub spacing: f64,
+    /// Sampling rate of the delay kernel [Hz].
+    #[arg(long, default_value_t = 200e6)]
+    pub fs_hz: f64,
+}
+
+impl LabelArgs {
+    /// The label's configuration, with the delay axis of the protocol.
+    pub fn config(&self, pdp: bool) -> LabelConfig {
+        LabelConfig {
+            sampling_rate_hz: self.fs_hz,
+            array: Array::UniformLinear {
+                elements: self.kernel_n,
+                spacing_wavelengths: self.spacing,
+            },
+            pdp,
+            ..LabelConfig::of(self.protocol)
         }
     }
 }

@@ -37,4 +37,5 @@ mod wire;
 
 pub use maps::{IdList, MapSource};
 pub use plan::{DatasetPlan, MapTime};
+pub use progress::use_threads;
 pub use settings::Stored;

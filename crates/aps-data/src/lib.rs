@@ -90,6 +90,7 @@ pub mod propbin;
 mod raster;
 mod reader;
 pub mod released;
+mod round;
 mod split;
 mod status;
 mod survey;

@@ -8,6 +8,7 @@ use half::slice::HalfFloatSliceExt;
 
 use crate::error::Error;
 use crate::layout::{Precision, ProfileLayout};
+use crate::round::to_f16;
 use crate::status::LinkStatus;
 
 /// Stored in place of dB where a link has no label: the least finite half-precision number.
@@ -228,11 +229,7 @@ pub(crate) fn encode(
         .map(|places| encode_places(places, bins, status, first))
         .transpose()?;
     let db = match layout.dtype {
-        Precision::F16 => {
-            let mut values = vec![f16::ZERO; wanted];
-            values.convert_from_f64_slice(&relative);
-            Samples::F16(values)
-        }
+        Precision::F16 => Samples::F16(relative.iter().map(|&value| to_f16(value)).collect()),
         Precision::F32 => Samples::F32(relative.iter().map(|&value| value as f32).collect()),
     };
     Ok(EncodedRows { db, max_db, argmax })
@@ -251,7 +248,7 @@ fn encode_places(
         .filter(|(_, status)| status.is_valid())
     {
         for bin in 0..bins {
-            let place = f16::from_f64(places[i * bins + bin]);
+            let place = to_f16(places[i * bins + bin]);
             if !place.is_finite() {
                 let place = places[i * bins + bin];
                 return Err(format!(

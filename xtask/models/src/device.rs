@@ -1,6 +1,6 @@
-//! Where to compute, and with how many threads.
+//! Where to compute.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use aps_model::candle_core;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -28,15 +28,4 @@ impl Device {
                 .context("--device metal needs an Apple GPU and a build with the feature metal"),
         }
     }
-}
-
-/// Sets the number of threads of everything that runs in parallel.
-pub fn use_threads(threads: Option<usize>) -> Result<()> {
-    if let Some(threads) = threads {
-        ensure!(threads > 0, "--threads must be at least 1");
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()?;
-    }
-    Ok(())
 }

@@ -14,7 +14,7 @@ use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::data;
-use crate::device::{Device, use_threads};
+use crate::device::Device;
 use crate::labels::{Labels, Row, valid_links};
 use crate::network;
 use crate::settings::Settings;
@@ -85,7 +85,7 @@ pub struct Args {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        use_threads(self.threads)?;
+        xtask::use_threads(self.threads)?;
         ensure!(self.batch > 0, "--batch must be at least 1");
         let device = self.device.open()?;
         let label = network::label_of(&self.weights, self.model, self.preset)?;

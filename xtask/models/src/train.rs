@@ -9,7 +9,7 @@ use aps_model::{ModelKind, Preset};
 use xtask::interrupt::interrupt_flag;
 
 use crate::data::DevMaps;
-use crate::device::{Device, use_threads};
+use crate::device::Device;
 use crate::network;
 use crate::run::{TrainingPlan, training_config};
 use crate::settings::RunFolder;
@@ -85,7 +85,7 @@ pub struct Args {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        use_threads(self.threads)?;
+        xtask::use_threads(self.threads)?;
         let folder = RunFolder::create(&self.out)?;
         let has_checkpoint = folder.checkpoint().is_file();
         ensure!(

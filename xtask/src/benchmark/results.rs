@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
+use crate::whole_files;
+
 /// Version of the format that this code writes and the highest it reads.
 pub const FORMAT: u32 = 1;
 
@@ -279,11 +281,7 @@ impl Results {
     /// # Errors
     /// The file that cannot be written, and why.
     pub fn save(&self, folder: &Path) -> Result<()> {
-        let file = folder.join(FILE);
-        let unfinished = folder.join(format!("{FILE}.unfinished"));
         let text = serde_json::to_string_pretty(self).context("results that JSON cannot hold")?;
-        std::fs::write(&unfinished, text + "\n")
-            .and_then(|()| std::fs::rename(&unfinished, &file))
-            .with_context(|| format!("cannot write the results '{}'", file.display()))
+        whole_files::write(&folder.join(FILE), (text + "\n").as_bytes())
     }
 }

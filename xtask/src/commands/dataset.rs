@@ -7,13 +7,12 @@ use aps_data::{Access, DatasetWriter, Plan, Split};
 use aps_label::{LabelConfig, Labeler, Protocol};
 use clap::{Subcommand, ValueEnum};
 
-use crate::args::{Shard, TraceArgs};
+use crate::args::{self, Shard, Store, TraceArgs};
 use crate::command_line;
 use crate::maps::{IdList, MapSource, choose};
 use crate::plan::DatasetPlan;
 use crate::production;
 use crate::progress;
-use crate::settings::Stored;
 use crate::summary::Summary;
 use crate::tiles::TileArgs;
 
@@ -28,17 +27,6 @@ pub enum Profile {
     Quick,
     /// All maps (51 synthetic ones), 100 x 500 links: the size of the paper.
     Full,
-}
-
-/// Things a data set can store.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Store {
-    /// Angle power spectra.
-    Aps,
-    /// Power delay profiles.
-    Pdp,
-    /// Propagation paths: labels can be made anew from them.
-    Paths,
 }
 
 /// Make a labelled data set from maps.
@@ -150,20 +138,16 @@ impl Args {
     }
 
     fn plan(&self, tx_per_map: usize, rx_per_map: usize) -> DatasetPlan {
-        let stores = |what| self.store.contains(&what);
+        let stored = args::stored(&self.store);
         DatasetPlan {
             maps: self.maps.clone(),
             tx_per_map,
             rx_per_map,
             label: LabelConfig {
-                pdp: stores(Store::Pdp),
+                pdp: stored.pdp,
                 ..LabelConfig::of(self.protocol)
             },
-            stored: Stored {
-                aps: stores(Store::Aps),
-                pdp: stores(Store::Pdp),
-                paths: stores(Store::Paths),
-            },
+            stored,
             seed: self.seed,
             trace: self.trace.config(),
         }

@@ -5,9 +5,10 @@ use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use aps_label::{Array, DelayAxis, LabelConfig, Labeler, PathSample, Protocol};
+use aps_label::{DelayAxis, LabelConfig, Labeler, PathSample};
 use npyz::WriterBuilder;
 
+use crate::args::LabelArgs;
 use crate::samples;
 use crate::wire::LinkList;
 
@@ -18,18 +19,8 @@ pub struct Args {
     /// gain_db are needed.
     #[arg(long)]
     paths: PathBuf,
-    /// Definition of the label: released (what the published code computes) or paper.
-    #[arg(long, default_value = "released")]
-    protocol: Protocol,
-    /// Elements of the linear array.
-    #[arg(long, default_value_t = 16)]
-    kernel_n: usize,
-    /// Their spacing [wavelengths].
-    #[arg(long, default_value_t = 0.5)]
-    spacing: f64,
-    /// Sampling rate of the delay kernel [Hz].
-    #[arg(long, default_value_t = 200e6)]
-    fs_hz: f64,
+    #[command(flatten)]
+    label: LabelArgs,
     /// Points of the delay axis [default: 128 released, 401 paper].
     #[arg(long)]
     delay_points: Option<usize>,
@@ -75,7 +66,7 @@ impl Args {
             unlabelled.is_empty(),
             "{}: links {unlabelled:?} have no path that the {} protocol counts, so no label; remove them",
             place(),
-            self.protocol
+            self.label.protocol
         );
         let links = list.links.len();
         write_npy(&self.out, &aps, [links, labeler.angles_deg().len()])?;
@@ -87,19 +78,13 @@ impl Args {
     }
 
     fn config(&self) -> LabelConfig {
-        let preset = LabelConfig::of(self.protocol);
+        let own = self.label.config(self.pdp.is_some());
         LabelConfig {
-            sampling_rate_hz: self.fs_hz,
-            array: Array::UniformLinear {
-                elements: self.kernel_n,
-                spacing_wavelengths: self.spacing,
-            },
             delay_axis: DelayAxis {
-                points: self.delay_points.unwrap_or(preset.delay_axis.points),
+                points: self.delay_points.unwrap_or(own.delay_axis.points),
                 last_s: self.last_delay_s,
             },
-            pdp: self.pdp.is_some(),
-            ..preset
+            ..own
         }
     }
 }

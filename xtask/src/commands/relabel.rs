@@ -7,8 +7,8 @@ use aps_data::{Dataset, DatasetConfig, DatasetWriter, Plan};
 use aps_label::{Array, DelayAxis, LabelConfig, Labeler, Protocol};
 use clap::ValueEnum;
 
+use crate::args::{self, Store};
 use crate::command_line;
-use crate::commands::dataset::Store;
 use crate::production;
 use crate::progress;
 use crate::settings::{self, Stored};
@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long, value_enum)]
     array: Option<Form>,
     /// Elements of the array.
-    #[arg(long)]
+    #[arg(long, alias = "kernel-n")]
     elements: Option<usize>,
     /// Spacing of neighbouring elements, on a circle along its arc [wavelengths].
     #[arg(long)]
@@ -133,11 +133,7 @@ impl Args {
     fn stored(&self, source: &Dataset) -> Stored {
         let layout = &source.manifest().layout;
         match &self.store {
-            Some(store) => Stored {
-                aps: store.contains(&Store::Aps),
-                pdp: store.contains(&Store::Pdp),
-                paths: store.contains(&Store::Paths),
-            },
+            Some(store) => args::stored(store),
             None => Stored {
                 aps: layout.aps.is_some(),
                 pdp: layout.pdp.is_some(),

@@ -3,18 +3,18 @@
 use aps_data::{InteractionKind, PathRows, PathTable};
 use aps_raytrace::PathRecord;
 
-/// Paths of consecutive links.
-#[derive(Default)]
+/// Paths of consecutive links, column by column as [`PathRows`] has them.
+#[derive(Debug, Default)]
 pub struct PathColumns {
-    paths_per_link: Vec<usize>,
-    delay_s: Vec<f64>,
-    departure_azimuth_rad: Vec<f64>,
-    arrival_azimuth_rad: Vec<f64>,
-    gain: Vec<[f64; 2]>,
-    interactions_per_path: Vec<usize>,
-    interaction_kind: Vec<InteractionKind>,
-    interaction_id: Vec<u32>,
-    interaction_point_m: Vec<[f64; 2]>,
+    pub paths_per_link: Vec<usize>,
+    pub delay_s: Vec<f64>,
+    pub departure_azimuth_rad: Vec<f64>,
+    pub arrival_azimuth_rad: Vec<f64>,
+    pub gain: Vec<[f64; 2]>,
+    pub interactions_per_path: Vec<usize>,
+    pub interaction_kind: Vec<InteractionKind>,
+    pub interaction_id: Vec<u32>,
+    pub interaction_point_m: Vec<[f64; 2]>,
 }
 
 impl PathColumns {
@@ -54,6 +54,23 @@ impl PathColumns {
                 self.interaction_point_m.push(table.interaction_point_m[i]);
             }
         }
+    }
+
+    /// Appends the links that follow.
+    pub fn append(&mut self, mut other: Self) {
+        self.paths_per_link.append(&mut other.paths_per_link);
+        self.delay_s.append(&mut other.delay_s);
+        self.departure_azimuth_rad
+            .append(&mut other.departure_azimuth_rad);
+        self.arrival_azimuth_rad
+            .append(&mut other.arrival_azimuth_rad);
+        self.gain.append(&mut other.gain);
+        self.interactions_per_path
+            .append(&mut other.interactions_per_path);
+        self.interaction_kind.append(&mut other.interaction_kind);
+        self.interaction_id.append(&mut other.interaction_id);
+        self.interaction_point_m
+            .append(&mut other.interaction_point_m);
     }
 
     /// Whether every number has the same bits.

@@ -156,43 +156,31 @@ fn put_range(out: &mut Vec<u8>, range: &std::ops::Range<usize>) {
 }
 
 fn put_full(out: &mut Vec<u8>, stored: &Stored) {
-    let Path {
-        loss_db,
-        length_m,
-        delay_ns,
-        departure: d,
-        arrival: a,
-    } = stored.path;
-    let angles = [
-        d.azimuth_rad,
-        d.elevation_rad,
-        a.azimuth_rad,
-        a.elevation_rad,
-    ];
-    put(out, &[loss_db, length_m]);
-    put(out, &angles);
-    put(out, &[delay_ns]);
+    let path = &stored.path;
+    put(out, &[path.loss_db, path.length_m]);
+    put(out, &angles(path));
+    put(out, &[path.delay_ns]);
     put_range(out, &stored.chain);
 }
 
 fn put_compact(out: &mut Vec<u8>, stored: &Stored) {
-    let Path {
-        loss_db,
-        length_m,
-        delay_ns,
-        departure: d,
-        arrival: a,
-    } = stored.path;
-    let angles = [
-        d.azimuth_rad,
-        d.elevation_rad,
-        a.azimuth_rad,
-        a.elevation_rad,
-    ];
-    for value in [loss_db, length_m, delay_ns].into_iter().chain(angles) {
+    let path = &stored.path;
+    let lengths = [path.loss_db, path.length_m, path.delay_ns];
+    for value in lengths.into_iter().chain(angles(path)) {
         out.extend(f16::from_f32(value).to_le_bytes());
     }
     out.extend((stored.chain.len() as u16).to_le_bytes());
     out.extend([stored.kind.cast_unsigned(), 0, 0, 0]);
     out.extend((stored.chain.start as u32).to_le_bytes());
+}
+
+/// Azimuth and elevation at the source, then at the receiver \[rad\].
+fn angles(path: &Path) -> [f32; 4] {
+    let (d, a) = (path.departure, path.arrival);
+    [
+        d.azimuth_rad,
+        d.elevation_rad,
+        a.azimuth_rad,
+        a.elevation_rad,
+    ]
 }

@@ -18,7 +18,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod round;
 mod sample;
 
 use std::fmt;
@@ -30,6 +29,7 @@ use half::f16;
 pub use sample::{MAX_SAMPLE_BYTES, Sample, SampleError};
 
 use crate::npy::{self, NpyError};
+use crate::round::to_f16;
 
 /// The link a file is about: `N_TXX_TXY_RXX_RXY`, coordinates in whole metres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -136,7 +136,7 @@ impl ProfileFile {
         let pairs = db.iter().zip(places);
         ProfileFile {
             bins: pairs
-                .map(|(&db, &place)| [round::to_f16(db), round::to_f16(place)])
+                .map(|(&db, &place)| [to_f16(db), to_f16(place)])
                 .collect(),
         }
     }

@@ -8,7 +8,7 @@ use xtask::interrupt::interrupt_flag;
 
 use super::Bench;
 use super::config::{Config, Profile};
-use crate::device::{Device, use_threads};
+use crate::device::Device;
 
 /// What the options' one line each leaves open.
 const WHAT_IS_WRITTEN: &str = "\
@@ -93,7 +93,7 @@ fn external(text: &str) -> Result<(String, String), String> {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        use_threads(self.threads)?;
+        xtask::use_threads(self.threads)?;
         let config = Config::resolve(self.profile, self.config.as_deref(), self.flags()?)?;
         let profile = config.profile_name(self.profile);
         let usual = || PathBuf::from(format!("data/bench-{}", self.profile.name()));

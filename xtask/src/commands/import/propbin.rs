@@ -14,7 +14,7 @@ use aps_data::{
     DatasetConfig, DatasetWriter, InteractionKind, Layout, LinkStatus, Links, MapInput, MapWriter,
     UNKNOWN_ID,
 };
-use aps_label::{Array, Label, LabelConfig, Labeler, PathSample, Protocol, Scratch, Status};
+use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
 use indicatif::ProgressBar;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -24,9 +24,9 @@ use serde_json::json;
 
 use super::rows::Rows;
 use super::{LINKS_AT_ONCE, Target, buildings, must_have_maps};
-use crate::commands::dataset::Store;
+use crate::args::{self, LabelArgs, Store};
 use crate::maps::MapSource;
-use crate::settings::{self, Stored};
+use crate::settings;
 use crate::tiles::TileArgs;
 
 /// Losses and delays beyond these are no paths but damage.
@@ -50,18 +50,8 @@ pub struct Args {
     /// Draw so many of a map's receivers [default: all].
     #[arg(long)]
     rx_per_map: Option<usize>,
-    /// Definition of the label: released (what the published code computes) or paper.
-    #[arg(long, default_value = "released")]
-    protocol: Protocol,
-    /// Elements of the linear array.
-    #[arg(long, default_value_t = 16)]
-    kernel_n: usize,
-    /// Their spacing [wavelengths].
-    #[arg(long, default_value_t = 0.5)]
-    spacing: f64,
-    /// Sampling rate of the delay kernel [Hz].
-    #[arg(long, default_value_t = 200e6)]
-    fs_hz: f64,
+    #[command(flatten)]
+    label: LabelArgs,
     /// What to store: any of aps,pdp,paths.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "aps,paths")]
     store: Vec<Store>,
@@ -91,7 +81,7 @@ impl Args {
             .transpose()?;
         let maps = self.find()?;
         must_have_maps(&maps, &self.source, "files *.propbin or *.propbin.gz")?;
-        let label = self.label_config();
+        let label = self.label.config(self.store.contains(&Store::Pdp));
         let labeler = Labeler::new(&label)?;
         let config = self.config(&label, source.as_ref());
         let mut left_out = LeftOut::default();
@@ -128,25 +118,8 @@ impl Args {
         Ok(())
     }
 
-    fn label_config(&self) -> LabelConfig {
-        LabelConfig {
-            sampling_rate_hz: self.fs_hz,
-            array: Array::UniformLinear {
-                elements: self.kernel_n,
-                spacing_wavelengths: self.spacing,
-            },
-            pdp: self.store.contains(&Store::Pdp),
-            ..LabelConfig::of(self.protocol)
-        }
-    }
-
     fn config(&self, label: &LabelConfig, source: Option<&MapSource>) -> DatasetConfig {
-        let stores = |what| self.store.contains(&what);
-        let stored = Stored {
-            aps: stores(Store::Aps),
-            pdp: stores(Store::Pdp),
-            paths: stores(Store::Paths),
-        };
+        let stored = args::stored(&self.store);
         let raster = source.map(MapSource::raster).unwrap_or_default();
         DatasetConfig {
             seed: self.target.seed,
@@ -368,7 +341,7 @@ fn label_links(
             }
             Status::NoPath => LinkStatus::NoPath,
         });
-        rows.paths.per_link.push(samples.len());
+        rows.paths.paths_per_link.push(samples.len());
         let links = rows.status.len();
         rows.aps.db.extend_from_slice(&label.aps_db);
         rows.pdp.db.extend_from_slice(&label.pdp_db);
@@ -419,10 +392,14 @@ fn add_chain(rows: &mut Rows, chain: &Chain<'_>, [source, receiver]: [[f32; 3]; 
         Chain::Rooftop(_) => InteractionKind::Diffraction,
         _ => InteractionKind::Other(255),
     };
-    rows.paths.interactions.push(points.len());
-    rows.paths.kind.extend(points.iter().map(|_| kind));
-    rows.paths.id.extend(points.iter().map(|_| UNKNOWN_ID));
-    rows.paths.point_m.append(&mut points);
+    rows.paths.interactions_per_path.push(points.len());
+    rows.paths
+        .interaction_kind
+        .extend(points.iter().map(|_| kind));
+    rows.paths
+        .interaction_id
+        .extend(points.iter().map(|_| UNKNOWN_ID));
+    rows.paths.interaction_point_m.append(&mut points);
 }
 
 /// An angle half a turn further, in (-pi, pi] if it was.

@@ -1,6 +1,8 @@
 //! Rows of imported links, put together from those of single links.
 
-use aps_data::{InteractionKind, Layout, LinkRows, LinkStatus, PathRows, ProfileRows};
+use aps_data::{Layout, LinkRows, LinkStatus, ProfileRows};
+
+use crate::produce::PathColumns;
 
 /// The rows of consecutive links.
 #[derive(Debug, Default)]
@@ -8,7 +10,7 @@ pub struct Rows {
     pub status: Vec<LinkStatus>,
     pub aps: Values,
     pub pdp: Values,
-    pub paths: Paths,
+    pub paths: PathColumns,
 }
 
 /// Powers [dB] and the places of their maxima.
@@ -16,20 +18,6 @@ pub struct Rows {
 pub struct Values {
     pub db: Vec<f64>,
     pub places: Vec<f64>,
-}
-
-/// Columns as [`PathRows`] has them.
-#[derive(Debug, Default)]
-pub struct Paths {
-    pub per_link: Vec<usize>,
-    pub delay_s: Vec<f64>,
-    pub departure_azimuth_rad: Vec<f64>,
-    pub arrival_azimuth_rad: Vec<f64>,
-    pub gain: Vec<[f64; 2]>,
-    pub interactions: Vec<usize>,
-    pub kind: Vec<InteractionKind>,
-    pub id: Vec<u32>,
-    pub point_m: Vec<[f64; 2]>,
 }
 
 impl Values {
@@ -58,38 +46,17 @@ impl Rows {
         self.status.append(&mut other.status);
         self.aps.append(other.aps);
         self.pdp.append(other.pdp);
-        let (to, mut from) = (&mut self.paths, other.paths);
-        to.per_link.append(&mut from.per_link);
-        to.delay_s.append(&mut from.delay_s);
-        to.departure_azimuth_rad
-            .append(&mut from.departure_azimuth_rad);
-        to.arrival_azimuth_rad.append(&mut from.arrival_azimuth_rad);
-        to.gain.append(&mut from.gain);
-        to.interactions.append(&mut from.interactions);
-        to.kind.append(&mut from.kind);
-        to.id.append(&mut from.id);
-        to.point_m.append(&mut from.point_m);
+        self.paths.append(other.paths);
     }
 
     /// The rows as they are written.
     pub fn link_rows(&self, layout: &Layout) -> LinkRows<'_> {
-        let p = &self.paths;
         LinkRows {
             status: &self.status,
             fallback: None,
             aps: layout.aps.map(|aps| self.aps.rows(aps.argmax)),
             pdp: layout.pdp.map(|pdp| self.pdp.rows(pdp.argmax)),
-            paths: layout.paths.then_some(PathRows {
-                paths_per_link: &p.per_link,
-                delay_s: &p.delay_s,
-                departure_azimuth_rad: &p.departure_azimuth_rad,
-                arrival_azimuth_rad: &p.arrival_azimuth_rad,
-                gain: &p.gain,
-                interactions_per_path: &p.interactions,
-                interaction_kind: &p.kind,
-                interaction_id: &p.id,
-                interaction_point_m: &p.point_m,
-            }),
+            paths: layout.paths.then(|| self.paths.rows()),
         }
     }
 }

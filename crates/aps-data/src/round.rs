@@ -7,7 +7,7 @@ use half::f16;
 /// Going through single precision rounds twice; a single with its last bit set where it is inexact ("round to odd")
 /// keeps what the second rounding needs to know. Source: S. Boldo and G. Melquiond, Emulation of FMA and correctly
 /// rounded sums, IEEE Trans. Computers 57, 2008, theorem 1.
-pub(super) fn to_f16(value: f64) -> f16 {
+pub(crate) fn to_f16(value: f64) -> f16 {
     let near = value as f32;
     let error = value - f64::from(near);
     let is_even = near.to_bits() & 1 == 0;
