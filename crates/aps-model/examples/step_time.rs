@@ -13,6 +13,10 @@ use aps_model::data::Samples;
 use aps_model::train::{Regularize, TrainConfig, Trainees, Trainer};
 use aps_model::{ANGLE_BINS, Mode, ModelKind, Parameters, Preset};
 
+/// As the runner has: memory of a step is used again in the next one, rather than asked anew from the system page by page.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let case = std::env::args()
         .nth(1)
@@ -72,6 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         "infer" => {
             let images = conditions.images(&links[..batch])?;
+            let predictor = kind.build(Preset::Paper, &predictor.parameters().frozen())?;
             best_of(|| predictor.forward(&images, Mode::Eval).map(|_| ()))?
         }
         other => return Err(format!("'{other}' is neither train nor infer").into()),

@@ -45,6 +45,19 @@ pub enum Error {
         /// Its full name.
         name: String,
     },
+    /// A model over frozen parameters asks for a tensor that they do not have: they are another model's.
+    #[error("the frozen parameters hold no tensor {name} of shape {expected:?} ({}); they are those of another model", match found {
+        Some(shape) => format!("its shape is {shape:?}"),
+        None => "there is none of that name".into(),
+    })]
+    FrozenTensor {
+        /// Its full name.
+        name: String,
+        /// The shape it should have.
+        expected: Vec<usize>,
+        /// The shape of the tensor of that name, if there is one.
+        found: Option<Vec<usize>>,
+    },
     /// A word that names no model or no preset.
     #[error("unknown {what} \"{found}\"; known are {known}")]
     UnknownName {

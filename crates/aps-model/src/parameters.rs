@@ -39,6 +39,8 @@ struct Inner {
     device: Device,
     dtype: DType,
     seed: u64,
+    /// Whether tensors are those of another set, without gradients.
+    is_frozen: bool,
     tensors: Mutex<BTreeMap<String, Parameter>>,
 }
 
@@ -50,7 +52,36 @@ impl Parameters {
             device: device.clone(),
             dtype,
             seed,
+            is_frozen: false,
             tensors: Mutex::default(),
+        };
+        Self {
+            inner: Arc::new(inner),
+        }
+    }
+
+    /// The same tensors for a model that only answers: built over them, it follows this set's values at no cost in memory,
+    /// but no gradient passes through its weights. So the values between its layers are let go as soon as the next layer has
+    /// read them, instead of being kept for a way back that never comes.
+    ///
+    /// ```
+    /// use aps_model::candle_core::{DType, Device, Tensor};
+    /// use aps_model::{Mode, ModelKind, Parameters, Preset};
+    ///
+    /// let learning = Parameters::new(&Device::Cpu, DType::F32, 1);
+    /// ModelKind::ResnetMlp.build(Preset::Small, &learning)?;
+    /// let answering = ModelKind::ResnetMlp.build(Preset::Small, &learning.frozen())?;
+    /// let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;
+    /// assert!(!answering.forward(&images, Mode::Eval)?.track_op());
+    /// # Ok::<(), aps_model::Error>(())
+    /// ```
+    pub fn frozen(&self) -> Self {
+        let inner = Inner {
+            device: self.inner.device.clone(),
+            dtype: self.inner.dtype,
+            seed: self.inner.seed,
+            is_frozen: true,
+            tensors: Mutex::new(self.lock().clone()),
         };
         Self {
             inner: Arc::new(inner),
@@ -130,10 +161,13 @@ impl Scope {
     /// Makes the learnt tensor `name` here.
     ///
     /// # Errors
-    /// [`Error::DuplicateTensor`] if there is one of that name already.
+    /// [`Error::DuplicateTensor`] if there is one of that name already; [`Error::FrozenTensor`] if a frozen set has none.
     pub fn trainable(&self, name: &str, shape: impl Into<Shape>, init: Init) -> Result<Tensor> {
         let var = self.make_float(name, shape.into(), init, Kind::Trainable)?;
-        Ok(var.as_tensor().clone())
+        Ok(match self.parameters.inner.is_frozen {
+            true => var.as_detached_tensor(),
+            false => var.as_tensor().clone(),
+        })
     }
 
     /// Makes the buffer `name` here.
@@ -149,6 +183,9 @@ impl Scope {
     /// # Errors
     /// [`Error::DuplicateTensor`] if there is one of that name already.
     pub fn counter(&self, name: &str) -> Result<Var> {
+        if self.parameters.inner.is_frozen {
+            return self.find(name, &Shape::from(()));
+        }
         let var = Var::zeros((), DType::I64, self.parameters.device())?;
         self.insert(name, var, Kind::Counter)
     }
@@ -158,13 +195,30 @@ impl Scope {
             device,
             dtype,
             seed,
+            is_frozen,
             ..
         } = &*self.parameters.inner;
+        if *is_frozen {
+            return self.find(name, &shape);
+        }
         let values = init.values(*seed, &self.full(name), shape.elem_count());
         let values = Tensor::from_vec(values, shape, &Device::Cpu)?
             .to_dtype(*dtype)?
             .to_device(device)?;
         self.insert(name, Var::from_tensor(&values)?, kind)
+    }
+
+    /// The tensor of a frozen set.
+    fn find(&self, name: &str, shape: &Shape) -> Result<Var> {
+        let name = self.full(name);
+        match self.parameters.get(&name) {
+            Some(found) if found.var.shape() == shape => Ok(found.var),
+            found => Err(Error::FrozenTensor {
+                name,
+                expected: shape.dims().to_vec(),
+                found: found.map(|p| p.var.dims().to_vec()),
+            }),
+        }
     }
 
     fn insert(&self, name: &str, var: Var, kind: Kind) -> Result<Var> {

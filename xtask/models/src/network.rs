@@ -49,12 +49,12 @@ pub fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) ->
     }
 }
 
-/// A trained model.
+/// A trained model, which answers and learns no more.
 pub fn load(path: &Path, Label { kind, preset }: Label, device: &Device) -> Result<Box<dyn Model>> {
     let model = kind.build(preset, &Parameters::new(device, DType::F32, 0))?;
     weights::load(path, model.parameters())
         .with_context(|| format!("'{}' as weights of {kind}, preset {preset}", path.display()))?;
-    Ok(model)
+    Ok(kind.build(preset, &model.parameters().frozen())?)
 }
 
 /// The image size a preset is meant for.

@@ -6,6 +6,7 @@ use super::ConvShape;
 use super::matmul::{Matrix, multiply};
 use super::regroup::apart;
 use super::unfold::Frame;
+use super::winograd;
 
 /// Most values of an unfolded tile: 1 MB, so that it stays in a core's second-level cache.
 const TILE_VALUES: usize = 1 << 18;
@@ -23,7 +24,9 @@ pub(crate) fn convolve(
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(weight.len(), shape.weight_len());
     assert_eq!(out.len(), shape.output_len());
-    if shape.is_by_image() {
+    if winograd::suits(shape) {
+        winograd::convolve(shape, x, weight, bias, out);
+    } else if shape.is_by_image() {
         by_image(shape, x, weight, bias, out);
     } else {
         together(shape, x, weight, bias, out);

@@ -1,5 +1,8 @@
 //! Max pooling whose gradient goes to one winner: the first of equal ones, row by row, as in PyTorch.
 
+use std::ops::Range;
+
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::ConvShape;
@@ -10,7 +13,19 @@ pub(crate) fn max_pool(shape: &ConvShape, x: &[f32]) -> Vec<f32> {
     out.par_chunks_mut(shape.out_pixels())
         .zip(x.par_chunks(shape.in_pixels()))
         .with_min_len(8)
-        .for_each(|(out, plane)| each_window(shape, plane, |o, at| out[o] = plane[at]));
+        .for_each(|(out, plane)| {
+            for (oy, out) in out.chunks_exact_mut(shape.out_width()).enumerate() {
+                out.fill(f32::NEG_INFINITY);
+                for_each_tap(shape, oy, |windows, first| {
+                    let pixels = &plane[first as usize..];
+                    match shape.stride {
+                        1 => largest::<1>(pixels, &mut out[windows]),
+                        2 => largest::<2>(pixels, &mut out[windows]),
+                        step => largest_apart(pixels, step, &mut out[windows]),
+                    }
+                });
+            }
+        });
     out
 }
 
@@ -21,30 +36,100 @@ pub(crate) fn max_pool_gradient(shape: &ConvShape, x: &[f32], grad: &[f32]) -> V
         .zip(x.par_chunks(shape.in_pixels()))
         .zip(grad.par_chunks(shape.out_pixels()))
         .with_min_len(8)
-        .for_each(|((out, plane), grad)| each_window(shape, plane, |o, at| out[at] += grad[o]));
+        .for_each_init(Winners::default, |winners, ((out, plane), grad)| {
+            for (oy, grad) in grad.chunks_exact(shape.out_width()).enumerate() {
+                winners.find(shape, plane, oy);
+                for (&at, g) in winners.places.iter().zip(grad) {
+                    out[at as usize] += g;
+                }
+            }
+        });
     out
 }
 
-/// Calls back with every window's number and the place of its winner.
-fn each_window(shape: &ConvShape, plane: &[f32], mut winner: impl FnMut(usize, usize)) {
+/// Calls back for every tap that row `oy` of windows has: the windows in which it lies inside the plane, and the place of
+/// its pixel in the first of them.
+fn for_each_tap(shape: &ConvShape, oy: usize, mut tap: impl FnMut(Range<usize>, u32)) {
     let (step, (kh, kw), (ph, pw)) = (shape.stride, shape.kernel, shape.padding);
-    let (oh, ow) = (shape.out_height(), shape.out_width());
-    for oy in 0..oh {
-        let rows = (oy * step).saturating_sub(ph)..(oy * step + kh - ph).min(shape.height);
-        for ox in 0..ow {
-            let columns = (ox * step).saturating_sub(pw)..(ox * step + kw - pw).min(shape.width);
-            let mut best = rows.start * shape.width + columns.start;
-            let mut value = plane[best];
-            for y in rows.clone() {
-                for x in columns.clone() {
-                    let at = y * shape.width + x;
-                    // A NaN wins, as in PyTorch: it must not be hidden.
-                    if plane[at] > value || plane[at].is_nan() {
-                        (best, value) = (at, plane[at]);
-                    }
-                }
+    for y in (oy * step).saturating_sub(ph)..(oy * step + kh - ph).min(shape.height) {
+        for kx in 0..kw {
+            let first = pw.saturating_sub(kx).div_ceil(step);
+            let end = (shape.width + pw - kx).div_ceil(step);
+            let windows = first..end.min(shape.out_width());
+            if !windows.is_empty() {
+                tap(windows, (y * shape.width + first * step + kx - pw) as u32);
             }
-            winner(oy * ow + ox, best);
         }
+    }
+}
+
+/// The winners of one row of windows.
+#[derive(Default)]
+struct Winners {
+    values: Vec<f32>,
+    /// Where in the plane.
+    places: Vec<u32>,
+}
+
+impl Winners {
+    fn find(&mut self, shape: &ConvShape, plane: &[f32], oy: usize) {
+        self.values.resize(shape.out_width(), 0.0);
+        self.places.clear();
+        self.places.resize(shape.out_width(), NOWHERE);
+        for_each_tap(shape, oy, |windows, first| {
+            let values = &mut self.values[windows.clone()];
+            let places = &mut self.places[windows];
+            match shape.stride {
+                1 => challenge::<1>(plane, first, values, places),
+                2 => challenge::<2>(plane, first, values, places),
+                step => challenge_apart(plane, first, step, values, places),
+            }
+        });
+    }
+}
+
+/// The place of a winner not found yet.
+const NOWHERE: u32 = u32::MAX;
+
+/// Each window's largest value so far against every `STEP`th pixel.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn largest<const STEP: usize>(pixels: &[f32], values: &mut [f32]) {
+    largest_apart(pixels, STEP, values);
+}
+
+#[inline(always)]
+fn largest_apart(pixels: &[f32], step: usize, values: &mut [f32]) {
+    let pixels = &pixels[..(values.len() - 1) * step + 1];
+    for (i, value) in values.iter_mut().enumerate() {
+        let pixel = pixels[i * step];
+        // A NaN wins, as in PyTorch: it must not be hidden.
+        *value = if pixel > *value || pixel.is_nan() {
+            pixel
+        } else {
+            *value
+        };
+    }
+}
+
+/// Each window's winner so far against every `STEP`th pixel from place `first` on.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn challenge<const STEP: usize>(plane: &[f32], first: u32, values: &mut [f32], places: &mut [u32]) {
+    challenge_apart(plane, first, STEP, values, places);
+}
+
+#[inline(always)]
+fn challenge_apart(plane: &[f32], first: u32, step: usize, values: &mut [f32], places: &mut [u32]) {
+    let n = values.len();
+    let pixels = &plane[first as usize..][..(n - 1) * step + 1];
+    let places = &mut places[..n];
+    for i in 0..n {
+        let pixel = pixels[i * step];
+        let wins = places[i] == NOWHERE || pixel > values[i] || pixel.is_nan();
+        values[i] = if wins { pixel } else { values[i] };
+        places[i] = if wins {
+            first + (i * step) as u32
+        } else {
+            places[i]
+        };
     }
 }

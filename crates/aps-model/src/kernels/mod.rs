@@ -4,6 +4,7 @@
 //! output value is summed by one thread in one order, so results have the same bits on any number of threads.
 
 pub(crate) mod batch_norm;
+mod buffer;
 pub(crate) mod convolution;
 mod input_gradient;
 mod matmul;
@@ -13,6 +14,7 @@ mod regroup;
 mod shape;
 mod unfold;
 mod weight_gradient;
+mod winograd;
 
 pub(crate) use input_gradient::input_gradient;
 pub(crate) use shape::ConvShape;

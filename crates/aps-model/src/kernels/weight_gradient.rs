@@ -7,6 +7,7 @@ use super::convolution::framed_images;
 use super::matmul::{Matrix, multiply};
 use super::regroup::side_by_side;
 use super::unfold::Frame;
+use super::winograd;
 
 /// Rows of the unfolded input of one task.
 const TAP_BLOCK: usize = 192;
@@ -24,6 +25,10 @@ pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(grad.len(), shape.output_len());
     assert_eq!(out.len(), shape.weight_len());
+    if winograd::suits(shape) {
+        winograd::weight_gradient(shape, x, grad, out);
+        return;
+    }
     let (taps, outs) = (shape.taps(), shape.out_channels);
     let all = shape.batch * shape.out_pixels();
     let (rows, apart_by) = side_by_side(grad, outs, shape.out_pixels());

@@ -89,7 +89,12 @@ impl TrainConfig {
         at_least_one("epochs", self.epochs)
             .or_else(|| at_least_one("batch", self.batch as u64))
             .or_else(|| positive("learning_rate", self.learning_rate))
-            .or_else(|| positive("clip_norm", self.clip_norm))
+            .or_else(|| {
+                let x = self.clip_norm;
+                let text = || format!("clip_norm is {x}: must be positive (infinity clips nothing)");
+                // Also true of NaN.
+                (!(x > 0.0)).then(text)
+            })
             .or_else(|| positive("largest_loss", self.largest_loss))
             .or_else(|| positive("epsilon", epsilon))
             .or_else(|| {

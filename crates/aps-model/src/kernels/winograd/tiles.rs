@@ -1,0 +1,73 @@
+//! How an image is cut into tiles, and tiles into chunks that stay in cache.
+
+use std::ops::Range;
+
+use crate::kernels::ConvShape;
+
+/// Most transformed values, of inputs and outputs together, at once: 4 MB, what two cores' second-level caches hold.
+const CHUNK_VALUES: usize = 1 << 20;
+/// Values between rows of transformed tiles, so that rows do not fall on the same cache lines.
+const GAP: usize = 16;
+
+/// The tiles of 2 x 2 outputs of every image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tiles {
+    pub shape: ConvShape,
+    /// Tiles in a row.
+    pub across: usize,
+    /// Rows of tiles.
+    pub down: usize,
+    /// From one row of transformed values, which has a value a tile of a chunk, to the next.
+    pub stride: usize,
+    images_a_chunk: usize,
+    rows_a_chunk: usize,
+}
+
+/// Tiles worked on at once: of whole images, or some rows of tiles of one image.
+#[derive(Debug, Clone)]
+pub(super) struct Chunk {
+    pub images: Range<usize>,
+    pub rows: Range<usize>,
+}
+
+impl Tiles {
+    pub fn of(shape: &ConvShape) -> Self {
+        let (down, across) = (
+            shape.out_height().div_ceil(2),
+            shape.out_width().div_ceil(2),
+        );
+        let most = CHUNK_VALUES / (16 * (shape.in_channels + shape.out_channels));
+        // Equal chunks rather than a small last one.
+        let evenly = |all: usize, most: usize| all.div_ceil(all.div_ceil(most.max(1)));
+        let images_a_chunk = evenly(shape.batch, most / (down * across));
+        let rows_a_chunk = match images_a_chunk {
+            1 => evenly(down, most / across),
+            _ => down,
+        };
+        Self {
+            shape: *shape,
+            across,
+            down,
+            stride: images_a_chunk * rows_a_chunk * across + GAP,
+            images_a_chunk,
+            rows_a_chunk,
+        }
+    }
+
+    pub fn chunks(self) -> impl Iterator<Item = Chunk> {
+        let images = (0..self.shape.batch).step_by(self.images_a_chunk);
+        images.flat_map(move |n| {
+            let images = n..self.shape.batch.min(n + self.images_a_chunk);
+            let rows = (0..self.down).step_by(self.rows_a_chunk);
+            rows.map(move |row| Chunk {
+                images: images.clone(),
+                rows: row..self.down.min(row + self.rows_a_chunk),
+            })
+        })
+    }
+
+    /// Tiles of a chunk.
+    pub fn count(&self, chunk: &Chunk) -> usize {
+        chunk.images.len() * chunk.rows.len() * self.across
+    }
+}
