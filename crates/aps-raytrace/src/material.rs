@@ -80,7 +80,7 @@ impl Reflector {
     /// measured from the normal, in 0..=1:
     /// (cos - sqrt(eps - sin^2)) / (cos + sqrt(eps - sin^2)).
     ///
-    /// Tends to -1 at grazing incidence and to (1 - sqrt(eps)) / (1 + sqrt(eps)) at normal
+    /// 0 throughout for a wall of vacuum. Else it tends to -1 at grazing incidence and to (1 - sqrt(eps)) / (1 + sqrt(eps)) at normal
     /// incidence; exactly -1 for a perfect conductor. Its magnitude never exceeds 1.
     #[inline]
     #[must_use]
@@ -88,8 +88,14 @@ impl Reflector {
         let Some(eps) = self.permittivity else {
             return Complex64::new(-1.0, 0.0);
         };
+        // Electrically no wall. The formula has 0 / 0 at grazing incidence.
+        if eps == Complex64::ONE {
+            return Complex64::ZERO;
+        }
         let c = cos_incidence.clamp(0.0, 1.0);
-        let root = (eps - (1.0 - c * c)).sqrt();
+        // eps - sin^2, without the rounding of 1 - cos^2: next to grazing it is all there is
+        // of a wall that is hardly denser than air.
+        let root = (eps - 1.0 + c * c).sqrt();
         (c - root) / (c + root)
     }
 }
