@@ -4,13 +4,16 @@ use crate::error::ConfigError;
 use crate::fronts::Limits;
 use crate::material::Material;
 
+/// Carriers \[Hz\]: from long wave to X-rays.
+pub(crate) const FREQUENCY_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e18;
+
 /// Largest value of any interaction limit.
 pub const MAX_INTERACTIONS: usize = 1000;
 
 /// What to trace: carrier, material and limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceConfig {
-    /// Carrier \[Hz\].
+    /// Carrier \[Hz\], 1 to 1e18.
     pub frequency_hz: f64,
     /// Walls whose footprint names no material are made of this.
     pub material: Material,
@@ -70,7 +73,7 @@ impl TraceConfig {
     /// # Errors
     /// [`ConfigError`] for the first one outside its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        if !(self.frequency_hz.is_finite() && self.frequency_hz > 0.0) {
+        if !FREQUENCY_HZ.contains(&self.frequency_hz) {
             return Err(ConfigError::Frequency(self.frequency_hz));
         }
         if let Some(range) = self.dynamic_range_db

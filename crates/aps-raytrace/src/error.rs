@@ -75,12 +75,18 @@ pub enum SceneError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// Carrier frequency not finite or not positive.
-    #[error("carrier frequency {0} Hz must be finite and positive")]
+    /// Carrier frequency outside its range.
+    #[error(
+        "carrier frequency {0} Hz must be between {min:e} and {max:e} Hz",
+        min = crate::config::FREQUENCY_HZ.start(),
+        max = crate::config::FREQUENCY_HZ.end()
+    )]
     Frequency(f64),
     /// Material values out of range.
     #[error(
-        "relative permittivity {relative_permittivity} must be finite and at least 1, conductivity {conductivity_s_per_m} S/m finite and not negative"
+        "relative permittivity {relative_permittivity} must be between 1 and {eps:e}, conductivity {conductivity_s_per_m} S/m between 0 and {sigma:e}",
+        eps = crate::material::MAX_PERMITTIVITY,
+        sigma = crate::material::MAX_CONDUCTIVITY_S_PER_M
     )]
     Material {
         /// Real relative permittivity.
