@@ -122,8 +122,8 @@ pub enum ConfigError {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TerminalError {
-    /// NaN or infinite coordinates.
-    #[error("terminal at ({0}, {1}) has a coordinate that is not finite")]
+    /// A coordinate that is NaN, infinite or beyond 1e9 m.
+    #[error("terminal at ({0}, {1}) is not at a finite position within 1e9 m")]
     NotFinite(f64, f64),
     /// Strictly inside a building.
     #[error("terminal at {position} is inside building {building}; move it outdoors")]
