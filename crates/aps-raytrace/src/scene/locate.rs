@@ -71,8 +71,10 @@ impl Scene {
     #[must_use]
     pub fn courtyard_of(&self, p: DVec2) -> Option<usize> {
         self.courtyards.iter().position(|ring| {
-            let walls = &self.walls[ring.start as usize..ring.end as usize];
-            walls.iter().map(|w| winding_step(w, p)).sum::<i32>() != 0
+            let steps = ring
+                .iter()
+                .map(|&id| winding_step(&self.walls[id as usize], p));
+            steps.sum::<i32>() != 0
         })
     }
 

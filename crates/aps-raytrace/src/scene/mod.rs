@@ -1,6 +1,7 @@
 //! The scene: checked walls, their corners and an index over them.
 
 mod city;
+mod courtyards;
 mod footprint;
 #[cfg(feature = "geojson")]
 mod geojson;
@@ -11,8 +12,6 @@ mod repair;
 mod ring;
 mod tiles;
 mod union;
-
-use std::ops::Range;
 
 use glam::DVec2;
 
@@ -129,7 +128,7 @@ pub struct Scene {
     walls: Vec<Wall>,
     index: WallIndex,
     /// Walls of each courtyard, the smallest courtyard first.
-    courtyards: Vec<Range<u32>>,
+    courtyards: Vec<Vec<u32>>,
     area: Option<Area>,
     buildings: usize,
     report: RepairReport,
@@ -175,15 +174,10 @@ impl Scene {
         let outlines = union::unite(&buildings, |p, q| material(p) == material(q), &mut report);
         report.repairs.sort_by_key(|r| r.building);
 
-        let mut courtyards = Vec::new();
         let mut walls = Vec::with_capacity(outlines.iter().map(|o| o.points.len()).sum());
         for outline in &outlines {
             let first = walls.len();
             let n = outline.points.len();
-            let doubled_area = ring::doubled_area(&outline.points);
-            if doubled_area < 0.0 {
-                courtyards.push((-doubled_area, first as u32..(first + n) as u32));
-            }
             walls.extend((0..n).map(|i| Wall {
                 a: outline.points[i],
                 b: outline.points[(i + 1) % n],
@@ -193,11 +187,10 @@ impl Scene {
                 material: material(outline.edge_building[i]),
             }));
         }
-        courtyards.sort_by(|p, q| p.0.total_cmp(&q.0));
         Ok(Self {
             index: WallIndex::new(&walls),
+            courtyards: courtyards::courtyards(&walls),
             walls,
-            courtyards: courtyards.into_iter().map(|c| c.1).collect(),
             area,
             buildings: footprints.len(),
             report,
