@@ -32,6 +32,9 @@ use crate::predicates::orient;
 
 /// Buildings below this area \[m^2\] are dropped as slivers.
 const MIN_BUILDING_AREA_M2: f64 = 1e-3;
+/// Or below this part of the scene's squared extent, where that is less: a model city in
+/// millimetres has buildings too.
+const MIN_BUILDING_SHARE: f64 = 1e-7;
 
 /// One edge of the union of all buildings. The building lies to the left of `a` -> `b`, the
 /// street to the right.
@@ -158,6 +161,7 @@ impl Scene {
             return Err(SceneError::Area { min, max });
         }
         let mut report = RepairReport::default();
+        let min_area_m2 = min_building_area_m2(footprints);
         let mut buildings = Vec::with_capacity(footprints.len());
         for (building, footprint) in footprints.iter().enumerate() {
             if let Some(material) = footprint.material {
@@ -165,7 +169,7 @@ impl Scene {
                     .validate()
                     .map_err(|source| SceneError::Material { building, source })?;
             }
-            let rings = clean_building(building, footprint, &mut report)?;
+            let rings = clean_building(building, footprint, min_area_m2, &mut report)?;
             if !rings.is_empty() {
                 buildings.push((building, rings));
             }
@@ -266,9 +270,21 @@ impl Scene {
     }
 }
 
+/// The area below which a building of these is a sliver.
+fn min_building_area_m2(footprints: &[Footprint]) -> f64 {
+    let points = || footprints.iter().flat_map(|f| f.outer.iter().copied());
+    let (min, max) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| {
+        (min.min(p), max.max(p))
+    });
+    // What is not finite is refused when its ring is cleaned.
+    let extent_m = (max - min).max_element();
+    (MIN_BUILDING_SHARE * extent_m * extent_m).min(MIN_BUILDING_AREA_M2)
+}
+
 fn clean_building(
     building: usize,
     footprint: &Footprint,
+    min_area_m2: f64,
     report: &mut RepairReport,
 ) -> Result<Vec<ring::Ring>, SceneError> {
     let mut rings = Vec::new();
@@ -284,7 +300,7 @@ fn clean_building(
         }
     }
     let area = ring::doubled_area(&rings[0].points) / 2.0;
-    if area < MIN_BUILDING_AREA_M2 && report_is_simple(report, building) {
+    if area < min_area_m2 && report_is_simple(report, building) {
         report.push(building, RepairKind::Sliver);
         return Ok(Vec::new());
     }
