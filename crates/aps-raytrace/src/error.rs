@@ -165,6 +165,16 @@ pub enum TerminalError {
     },
 }
 
+impl TerminalError {
+    /// The same about a place given from another origin.
+    pub(crate) fn moved(mut self, by: DVec2) -> Self {
+        if let Self::TooManyImages { position, .. } = &mut self {
+            *position += by;
+        }
+        self
+    }
+}
+
 /// Why a link cannot be traced.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]

@@ -101,9 +101,13 @@ impl Tracer<'_> {
         }
         self.cut(tx, rx, link);
         if link.paths.is_empty() && self.config().has_fallback() {
-            self.fall_back(tx, rx, link);
+            self.fall_back(tx, rx, link)?;
         }
         link.paths.sort_unstable_by(PathRecord::canonical_order);
+        if self.origin() != DVec2::ZERO {
+            let interactions = link.paths.iter_mut().flat_map(|p| &mut p.interactions);
+            interactions.for_each(|i| i.point += self.origin());
+        }
         Ok(())
     }
 
@@ -120,7 +124,7 @@ impl Tracer<'_> {
     /// The line of sight, if it is free.
     pub(crate) fn direct(&self, tx: &Transmitter, rx: &Receiver) -> Option<PathRecord> {
         let (from, to) = (tx.position, rx.position);
-        let is_free = !self.scene().is_blocked(from, to, [None; 2]);
+        let is_free = !self.local().is_blocked(from, to, [None; 2]);
         is_free.then(|| self.record(from, to, Chain::direct(from, to)))
     }
 
@@ -132,7 +136,7 @@ impl Tracer<'_> {
         image: u32,
     ) -> Option<PathRecord> {
         let (from, to) = (tx.position, rx.position);
-        chain::resolve(self.scene(), self.reflectors(), &tx.images, image, from, to)
+        chain::resolve(self.local(), self.reflectors(), &tx.images, image, from, to)
             .map(|chain| self.record(from, to, chain))
     }
 

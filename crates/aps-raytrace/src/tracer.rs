@@ -1,5 +1,6 @@
 //! The tracer: what is done once a map and once a terminal.
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 use glam::DVec2;
@@ -36,6 +37,9 @@ use crate::scene::Scene;
 #[derive(Debug, Clone)]
 pub struct Tracer<'s> {
     scene: &'s Scene,
+    /// What everything is computed in: the scene, moved by `-origin` where it lies far off.
+    local: Cow<'s, Scene>,
+    origin: DVec2,
     config: TraceConfig,
     wavelength_m: f64,
     /// By wall.
@@ -50,6 +54,8 @@ pub struct Tracer<'s> {
 /// A transmitter, prepared: its images over the walls it lights and its waves at the corners.
 #[derive(Debug)]
 pub struct Transmitter {
+    /// In the scene's coordinates, and in the tracer's own.
+    pub(crate) given: DVec2,
     pub(crate) position: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) images: ImageTree,
@@ -62,6 +68,8 @@ pub struct Transmitter {
 /// A receiver, prepared: the walls it sees and its legs to the corners.
 #[derive(Debug)]
 pub struct Receiver {
+    /// In the scene's coordinates, and in the tracer's own.
+    given: DVec2,
     pub(crate) position: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) sights: Vec<Sight>,
@@ -74,7 +82,7 @@ impl Transmitter {
     /// Where it is \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
-        self.position
+        self.given
     }
 
     /// How many images it has, over all orders.
@@ -100,7 +108,7 @@ impl Receiver {
     /// Where it is \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
-        self.position
+        self.given
     }
 }
 
@@ -112,6 +120,12 @@ impl<'s> Tracer<'s> {
     /// `max_images`.
     pub fn new(scene: &'s Scene, config: TraceConfig) -> Result<Self, ConfigError> {
         config.validate()?;
+        let origin = scene.origin();
+        let local = if origin == DVec2::ZERO {
+            Cow::Borrowed(scene)
+        } else {
+            Cow::Owned(scene.moved(-origin))
+        };
         let wavelength_m = SPEED_OF_LIGHT_M_PER_S / config.frequency_hz;
         let wavenumber_per_m = std::f64::consts::TAU / wavelength_m;
         let reflectors: Vec<Reflector> = scene
@@ -126,12 +140,14 @@ impl<'s> Tracer<'s> {
         let may_diffract = config.max_diffractions.min(config.max_interactions) > 0;
         let corners = if may_diffract || config.has_fallback() {
             let with_sights = config.reflection_limit() > 0;
-            Corners::new(scene, &reflectors, wavenumber_per_m, with_sights)
+            Corners::new(&local, &reflectors, wavenumber_per_m, with_sights)
         } else {
             Corners::default()
         };
         let mut tracer = Self {
             scene,
+            local,
+            origin,
             wavelength_m,
             reflectors,
             corners,
@@ -148,7 +164,7 @@ impl<'s> Tracer<'s> {
             tracer.between = tracer.legs_between_corners()?;
         }
         if tracer.config.has_fallback() {
-            tracer.graph = Some(CornerGraph::new(scene, &tracer.corners));
+            tracer.graph = Some(CornerGraph::new(&tracer.local, &tracer.corners));
         }
         Ok(tracer)
     }
@@ -188,12 +204,15 @@ impl<'s> Tracer<'s> {
     /// [`TerminalError`] where no terminal can stand, or when its images exceed `max_images`.
     pub fn transmitter(&self, position: DVec2) -> Result<Transmitter, TerminalError> {
         self.scene.check_terminal(position)?;
+        let given = position;
+        let position = given - self.origin;
         let images = self.images(position)?;
         let legs = self.legs(position, &images);
         let limits = self.config.limits();
         Ok(Transmitter {
+            given,
             position,
-            courtyard: self.scene.courtyard_of(position),
+            courtyard: self.scene.courtyard_of(given),
             fronts: Fronts::extend(&self.corners, &legs, &self.between, &limits),
             images,
             legs,
@@ -207,10 +226,14 @@ impl<'s> Tracer<'s> {
     /// As [`Self::transmitter`].
     pub fn receiver(&self, position: DVec2) -> Result<Receiver, TerminalError> {
         self.scene.check_terminal(position)?;
+        let given = position;
+        let position = given - self.origin;
         let sights = if self.config.reflection_limit() == 0 {
             Vec::new()
         } else {
-            sights(self.scene, position, &mut TreeScratch::default(), |_| false)
+            sights(&self.local, position, &mut TreeScratch::default(), |_| {
+                false
+            })
         };
         // Legs need the receiver's own images; without corners nobody asks for them.
         let legs = if self.corners.wedges.is_empty() {
@@ -219,8 +242,9 @@ impl<'s> Tracer<'s> {
             self.legs(position, &self.images(position)?)
         };
         Ok(Receiver {
+            given,
             position,
-            courtyard: self.scene.courtyard_of(position),
+            courtyard: self.scene.courtyard_of(given),
             sights,
             legs,
             arrivals: OnceLock::new(),
@@ -242,17 +266,18 @@ impl<'s> Tracer<'s> {
 
     fn images(&self, from: DVec2) -> Result<ImageTree, TerminalError> {
         ImageTree::build(
-            self.scene,
+            &self.local,
             from,
             self.config.reflection_limit(),
             self.config.max_images,
             &mut TreeScratch::default(),
         )
+        .map_err(|error| error.moved(self.origin))
     }
 
     fn legs(&self, from: DVec2, images: &ImageTree) -> Legs {
         let max_reflections = self.config.reflection_limit();
-        let (scene, corners) = (self.scene, &self.corners);
+        let (scene, corners) = (&self.local, &self.corners);
         Legs::find(
             scene,
             &self.reflectors,
@@ -261,6 +286,16 @@ impl<'s> Tracer<'s> {
             images,
             max_reflections,
         )
+    }
+
+    /// The scene in the tracer's own coordinates.
+    pub(crate) fn local(&self) -> &Scene {
+        &self.local
+    }
+
+    /// Where their zero is \[m\].
+    pub(crate) fn origin(&self) -> DVec2 {
+        self.origin
     }
 
     pub(crate) fn reflectors(&self) -> &[Reflector] {

@@ -265,6 +265,44 @@ impl Scene {
         self.index.is_blocked(&self.walls, leg)
     }
 
+    /// A place to count from that is near the walls \[m\]: zero unless the scene is small against
+    /// its distance from there, as in UTM coordinates.
+    ///
+    /// Subtracting it is exact for every vertex (Sterbenz: no coordinate is more than twice
+    /// another), so that the walls so moved are the same walls with more digits to compute in.
+    pub(crate) fn origin(&self) -> DVec2 {
+        let corners = || self.walls.iter().map(|w| w.a);
+        let (Some(min), Some(max)) = (corners().reduce(DVec2::min), corners().reduce(DVec2::max))
+        else {
+            return DVec2::ZERO;
+        };
+        let axis = |min: f64, max: f64| {
+            let nearest = if min > 0.0 { min.floor() } else { max.ceil() };
+            let farthest = min.abs().max(max.abs());
+            if nearest != 0.0 && min.signum() == max.signum() && farthest <= 2.0 * nearest.abs() {
+                nearest
+            } else {
+                0.0
+            }
+        };
+        DVec2::new(axis(min.x, max.x), axis(min.y, max.y))
+    }
+
+    /// The same walls, moved.
+    pub(crate) fn moved(&self, by: DVec2) -> Self {
+        let mut scene = self.clone();
+        for wall in &mut scene.walls {
+            wall.a += by;
+            wall.b += by;
+        }
+        scene.area = scene.area.map(|area| Area {
+            min: area.min + by,
+            max: area.max + by,
+        });
+        scene.index = WallIndex::new(&scene.walls);
+        scene
+    }
+
     pub(crate) fn index(&self) -> &WallIndex {
         &self.index
     }
