@@ -63,6 +63,10 @@ pub(crate) struct Leg {
     pub reflections: u32,
 }
 
+/// Nearer to each other than this \[m\] two points are one: squares of distances, and powers over
+/// them, must stay numbers.
+pub(crate) const NEAREST_M: f64 = 1e-100;
+
 /// All legs of one point, by corner, then by reflections.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Legs {
@@ -86,7 +90,7 @@ impl Legs {
         for (c, wedge) in corners.wedges.iter().enumerate() {
             found.first.push(found.legs.len() as u32);
             let to = wedge.point;
-            if from != to && !scene.is_blocked(from, to, [None; 2]) {
+            if from.distance(to) >= NEAREST_M && !scene.is_blocked(from, to, [None; 2]) {
                 found.push(c, wedge, from, Chain::direct(from, to));
             }
             tree.for_each_candidate(&corners.sights[c], max_reflections, |image| {

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use crate::chain::{self, Chain};
 use crate::error::TraceError;
 use crate::fronts::Front;
-use crate::legs::Leg;
+use crate::legs::{Leg, NEAREST_M};
 use crate::path::PathRecord;
 use crate::tracer::{Receiver, Tracer, Transmitter};
 
@@ -85,8 +85,8 @@ impl Tracer<'_> {
         link.fallback_diffractions = None;
         link.is_enclosed = false;
         let (from, to) = (tx.position, rx.position);
-        if from == to {
-            return Err(TraceError::Coincident { position: from });
+        if from.distance(to) < NEAREST_M {
+            return Err(TraceError::Coincident { position: tx.given });
         }
         link.stopped_at = None;
         link.is_enclosed = tx.courtyard != rx.courtyard;
