@@ -36,6 +36,11 @@ pub struct TraceConfig {
     /// Most images of one terminal: a bound on memory (about 80 bytes each) where walls multiply
     /// them, as in a long corridor.
     pub max_images: usize,
+    /// Most memory \[bytes\] for each of these: the legs and waves of one terminal at corners, the
+    /// legs between all corners, the graph of corners that see each other, the chains over it of one
+    /// transmitter. A bound where corners multiply them, as round buildings of many vertices do, or
+    /// many diffractions.
+    pub max_wave_bytes: usize,
 }
 
 impl Default for TraceConfig {
@@ -50,6 +55,7 @@ impl Default for TraceConfig {
             accuracy_db: None,
             max_fallback_diffractions: 4,
             max_images: 10_000_000,
+            max_wave_bytes: 1 << 30,
         }
     }
 }
@@ -114,6 +120,7 @@ impl TraceConfig {
             reflections: clamp(self.max_reflections),
             diffractions: clamp(self.max_diffractions),
             interactions: clamp(self.max_interactions),
+            bytes: self.max_wave_bytes,
         }
     }
 

@@ -113,6 +113,18 @@ pub enum ConfigError {
     /// The images of a corner exceed the limit.
     #[error("corner as a source of diffracted waves: {0}")]
     Corner(#[source] TerminalError),
+    /// What is kept for all corners would grow beyond the limit.
+    #[error(
+        "{what} take more than {limit} bytes; lower {setting}, simplify round buildings or raise max_wave_bytes"
+    )]
+    TooManyWaves {
+        /// What is kept.
+        what: &'static str,
+        /// The setting that multiplies it.
+        setting: &'static str,
+        /// The limit \[bytes\].
+        limit: usize,
+    },
     /// A synthetic city that cannot be laid out.
     #[error("synthetic city: {0}")]
     City(String),
@@ -153,6 +165,16 @@ pub enum TerminalError {
         /// The limit.
         limit: usize,
     },
+    /// The waves at corners would grow beyond the limit.
+    #[error(
+        "terminal at {position} has waves at corners of more than {limit} bytes; lower max_diffractions or max_reflections or raise max_wave_bytes"
+    )]
+    TooManyWaves {
+        /// Where \[m\].
+        position: DVec2,
+        /// The limit \[bytes\].
+        limit: usize,
+    },
     /// Outside the scene's area.
     #[error("terminal at {position} is outside the area from {min} to {max}")]
     OutsideArea {
@@ -185,7 +207,20 @@ pub enum TraceError {
     /// The receiver cannot stand where it is.
     #[error("receiver: {0}")]
     Receiver(#[source] TerminalError),
-    /// Both terminals at one point: the gain of a path of length zero is not defined.
+    /// The chains of corners for links without a path would grow beyond the limit.
+    #[error(
+        "chains of up to {diffractions} corners from {position} take more than {limit} bytes; lower max_fallback_diffractions or raise max_wave_bytes"
+    )]
+    TooManyChains {
+        /// The transmitter \[m\].
+        position: DVec2,
+        /// Corners of the longest chain.
+        diffractions: usize,
+        /// The limit \[bytes\].
+        limit: usize,
+    },
+    /// Both terminals at one point, or nearer than 1e-100 m: the gain of a path of length zero is
+    /// not defined.
     #[error("transmitter and receiver are both at {position}; a link needs two places")]
     Coincident {
         /// Where \[m\].

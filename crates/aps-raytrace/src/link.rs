@@ -77,7 +77,8 @@ impl Tracer<'_> {
     /// default limits.
     ///
     /// # Errors
-    /// [`TraceError::Coincident`] when both terminals are at one point.
+    /// [`TraceError::Coincident`] when both terminals are at one point,
+    /// [`TraceError::TooManyChains`] when what a link without a path needs exceeds `max_wave_bytes`.
     pub fn link(&self, tx: &Transmitter, rx: &Receiver, link: &mut Link) -> Result<(), TraceError> {
         link.paths.clear();
         link.pending.clear();

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec2;
 use num_complex::Complex64;
@@ -116,8 +117,8 @@ impl<'s> Tracer<'s> {
     /// Prepares a scene for one configuration: work done once a map.
     ///
     /// # Errors
-    /// [`ConfigError`] for a setting outside its range, or when the images of a corner exceed
-    /// `max_images`.
+    /// [`ConfigError`] for a setting outside its range, when the images of a corner exceed
+    /// `max_images`, or what is kept for all corners `max_wave_bytes`.
     pub fn new(scene: &'s Scene, config: TraceConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let origin = scene.origin();
@@ -164,18 +165,31 @@ impl<'s> Tracer<'s> {
             tracer.between = tracer.legs_between_corners()?;
         }
         if tracer.config.has_fallback() {
-            tracer.graph = Some(CornerGraph::new(&tracer.local, &tracer.corners));
+            let limit = tracer.config.max_wave_bytes;
+            tracer.graph = Some(CornerGraph::new(&tracer.local, &tracer.corners, limit)?);
         }
         Ok(tracer)
     }
 
     fn legs_between_corners(&self) -> Result<Vec<Legs>, ConfigError> {
+        let limit = self.config.max_wave_bytes;
+        let too_many = || ConfigError::TooManyWaves {
+            what: "waves between corners",
+            setting: "max_reflections or max_diffractions",
+            limit,
+        };
+        let bytes = AtomicUsize::new(0);
         self.corners
             .wedges
             .par_iter()
             .map(|wedge| {
                 let images = self.images(wedge.point).map_err(ConfigError::Corner)?;
-                Ok(self.legs(wedge.point, &images))
+                let legs = self.legs(wedge.point, &images).ok_or_else(too_many)?;
+                let before = bytes.fetch_add(legs.bytes(), Ordering::Relaxed);
+                if before + legs.bytes() > limit {
+                    return Err(too_many());
+                }
+                Ok(legs)
             })
             .collect()
     }
@@ -201,19 +215,25 @@ impl<'s> Tracer<'s> {
     /// Prepares a transmitter: work done once for all its links.
     ///
     /// # Errors
-    /// [`TerminalError`] where no terminal can stand, or when its images exceed `max_images`.
+    /// [`TerminalError`] where no terminal can stand, or when its images exceed `max_images` or its
+    /// waves at corners `max_wave_bytes`.
     pub fn transmitter(&self, position: DVec2) -> Result<Transmitter, TerminalError> {
         self.scene.check_terminal(position)?;
         let given = position;
         let position = given - self.origin;
         let images = self.images(position)?;
-        let legs = self.legs(position, &images);
+        let too_many = || TerminalError::TooManyWaves {
+            position: given,
+            limit: self.config.max_wave_bytes,
+        };
+        let legs = self.legs(position, &images).ok_or_else(too_many)?;
         let limits = self.config.limits();
+        let fronts = Fronts::extend(&self.corners, &legs, &self.between, &limits);
         Ok(Transmitter {
             given,
             position,
             courtyard: self.scene.courtyard_of(given),
-            fronts: Fronts::extend(&self.corners, &legs, &self.between, &limits),
+            fronts: fronts.ok_or_else(too_many)?,
             images,
             legs,
             chains: OnceLock::new(),
@@ -239,7 +259,11 @@ impl<'s> Tracer<'s> {
         let legs = if self.corners.wedges.is_empty() {
             Legs::default()
         } else {
-            self.legs(position, &self.images(position)?)
+            let legs = self.legs(position, &self.images(position)?);
+            legs.ok_or(TerminalError::TooManyWaves {
+                position: given,
+                limit: self.config.max_wave_bytes,
+            })?
         };
         Ok(Receiver {
             given,
@@ -275,7 +299,7 @@ impl<'s> Tracer<'s> {
         .map_err(|error| error.moved(self.origin))
     }
 
-    fn legs(&self, from: DVec2, images: &ImageTree) -> Legs {
+    fn legs(&self, from: DVec2, images: &ImageTree) -> Option<Legs> {
         let max_reflections = self.config.reflection_limit();
         let (scene, corners) = (&self.local, &self.corners);
         Legs::find(
@@ -285,6 +309,7 @@ impl<'s> Tracer<'s> {
             from,
             images,
             max_reflections,
+            self.config.max_wave_bytes,
         )
     }
 
