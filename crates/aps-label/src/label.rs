@@ -53,6 +53,8 @@ pub enum Status {
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     paths: Paths,
+    /// Sine and cosine of one path's phase at each element of a circular array.
+    phases: Vec<(f64, f64)>,
     response: Vec<Lanes>,
     pulse: Vec<Lanes>,
     selector: Selector,
@@ -230,7 +232,13 @@ impl Labeler {
     fn fill_response(&self, scratch: &mut Scratch) {
         let size = scratch.paths.len() * self.columns.blocks();
         scratch.response.resize(size, [0.0; LANES]);
-        self.columns.response(&scratch.paths, &mut scratch.response);
+        let Scratch {
+            paths,
+            phases,
+            response,
+            ..
+        } = scratch;
+        self.columns.response(paths, phases, response);
     }
 
     /// S_k(tau) over the delay axis.
