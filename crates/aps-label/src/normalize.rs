@@ -194,7 +194,8 @@ impl Normalization {
 /// Minus the mean, divided by the population deviation + [`SAMPLE_EPSILON`]; returns both.
 fn standardise(values: &mut [f64]) -> MeanStd {
     let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
+    // From the first value: equal values have that mean, to the bit, and no deviation.
+    let mean = values[0] + values.iter().map(|x| x - values[0]).sum::<f64>() / n;
     let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n;
     let std = variance.sqrt() + SAMPLE_EPSILON;
     values.iter_mut().for_each(|x| *x = (*x - mean) / std);
