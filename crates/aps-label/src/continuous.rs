@@ -210,6 +210,9 @@ impl Hunt<'_> {
                 below = excluded(&jet, -1.0, at - low, self.best);
                 above = excluded(&jet, 1.0, high - at, self.best);
             }
+            // No two places closer than this are told apart: what is left must be less than before.
+            let resolution = 2.0 * f64::EPSILON * high.abs().max(low.abs());
+            let (below, above) = (below.max(resolution), above.max(resolution));
             if below < at - low {
                 self.rest.push((low, at - below));
             }
