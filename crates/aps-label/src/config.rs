@@ -6,7 +6,7 @@ use crate::{Array, ConfigError, MAX_DELAY_S, Protocol};
 
 /// Sampling rates for which every promise of accuracy holds \[Hz\].
 pub(crate) const SAMPLING_RATE_HZ: RangeInclusive<f64> = 1.0..=1e12;
-pub(crate) const MAX_ELEMENTS: usize = 1024;
+pub(crate) const MAX_ELEMENTS: usize = 4096;
 pub(crate) const MAX_WAVELENGTHS: f64 = 1e4;
 pub(crate) const MAX_DELAY_POINTS: usize = 65_536;
 

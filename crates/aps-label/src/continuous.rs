@@ -20,6 +20,7 @@
 //! evaluation and 20 paths need two for each angle.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use multiversion::multiversion;
 
@@ -42,6 +43,13 @@ const FARTHEST: f64 = 0.4;
 /// Newton steps at most; a start within 1/4 of a top needs one to three.
 const NEWTON_STEPS: usize = 8;
 
+/// Sample points times paths whose pulses are held at once: 32 MiB. Links of up to 1400 paths, none
+/// closer than half a pulse, are below it.
+const MAX_MATRIX: usize = 1 << 22;
+
+/// Numbers held of the pulses and their derivatives at sample points: 128 MiB.
+const MAX_SHARED: usize = 1 << 24;
+
 /// Scratch space of the search.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Continuous {
@@ -56,8 +64,12 @@ pub(crate) struct Continuous {
     selected: Vec<u32>,
     rows: Vec<[f64; ROWS]>,
     lanes: Vec<Lanes>,
+    /// At each sample point, of one block or, block after block, of all.
     samples: Vec<Lanes>,
+    /// Whether `samples` are those of all blocks.
+    all_sampled: bool,
     /// The pulses' terms at each sample point, made when first wanted: all columns share them.
+    /// Not more than [`MAX_SHARED`] of them.
     at_samples: Vec<f64>,
     /// Where a sample point's terms begin, if they are made.
     made: Vec<Option<usize>>,
@@ -93,30 +105,49 @@ impl Continuous {
         cover(&self.sorted, &mut self.points, &mut self.cells);
         self.pulses.set(&self.places);
 
-        in_lanes(self.cells.iter().map(|cell| cell.at), &mut self.point_lanes);
-        let point_blocks = self.point_lanes.len();
-        self.matrix
-            .resize(delays_s.len() * point_blocks, [0.0; LANES]);
-        pulses(1.0, &self.point_lanes, &self.places, &mut self.matrix);
-        self.selected.clear();
-        self.selected.extend(0..self.cells.len() as u32);
-        pack_rows(&self.matrix, point_blocks, &self.selected, &mut self.rows);
         pack_lanes(response, blocks, &mut self.lanes);
-
+        let paths = delays_s.len();
         self.weights.clear();
-        self.weights
-            .resize(delays_s.len().div_ceil(LANES), [0.0; LANES]);
+        self.weights.resize(paths.div_ceil(LANES), [0.0; LANES]);
         self.best.resize(blocks, [0.0; LANES]);
         self.place.resize(blocks, [0.0; LANES]);
-        self.samples
-            .resize(self.cells.len().next_multiple_of(ROWS), [0.0; LANES]);
+        let size = self.cells.len().next_multiple_of(ROWS);
+        let most = (MAX_MATRIX / paths).next_multiple_of(ROWS);
+        self.all_sampled = self.cells.len() > most;
+        if !self.all_sampled {
+            self.samples.resize(size, [0.0; LANES]);
+            self.pack_pulses(0..self.cells.len());
+        } else {
+            self.samples.resize(blocks * size, [0.0; LANES]);
+            for first in (0..self.cells.len()).step_by(most) {
+                self.pack_pulses(first..self.cells.len().min(first + most));
+                for (lanes, samples) in
+                    (self.lanes.chunks_exact(paths)).zip(self.samples.chunks_exact_mut(size))
+                {
+                    sample(lanes, &self.rows, &mut samples[first..]);
+                }
+            }
+        }
         self.at_samples.clear();
         self.at_point.resize(self.pulses.terms_len(), 0.0);
         self.made.clear();
         self.made.resize(self.cells.len(), None);
         self.evaluations = 0;
-        search_blocks(self, delays_s.len());
+        search_blocks(self, paths);
         earliest
+    }
+
+    /// The pulses of all paths at the sample points of some cells, into `rows`.
+    fn pack_pulses(&mut self, cells: Range<usize>) {
+        let points = self.cells[cells.clone()].iter().map(|cell| cell.at);
+        in_lanes(points, &mut self.point_lanes);
+        let point_blocks = self.point_lanes.len();
+        self.matrix
+            .resize(self.places.len() * point_blocks, [0.0; LANES]);
+        pulses(1.0, &self.point_lanes, &self.places, &mut self.matrix);
+        self.selected.clear();
+        self.selected.extend(0..cells.len() as u32);
+        pack_rows(&self.matrix, point_blocks, &self.selected, &mut self.rows);
     }
 
     /// Number of sample points in the last search.
@@ -125,13 +156,30 @@ impl Continuous {
     }
 }
 
+/// f at the sample points in `rows`, for the columns in `lanes`.
+#[inline(always)]
+fn sample_inline(lanes: &[Lanes], rows: &[[f64; ROWS]], samples: &mut [Lanes]) {
+    let groups = rows.chunks_exact(lanes.len());
+    for (group, samples) in groups.zip(samples.chunks_exact_mut(ROWS)) {
+        samples.copy_from_slice(&group_sums(lanes, group));
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn sample(lanes: &[Lanes], rows: &[[f64; ROWS]], samples: &mut [Lanes]) {
+    sample_inline(lanes, rows, samples);
+}
+
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn search_blocks(search: &mut Continuous, paths: usize) {
+    let size = search.cells.len().next_multiple_of(ROWS);
     for (block, lanes) in search.lanes.chunks_exact(paths).enumerate() {
-        let groups = search.rows.chunks_exact(paths);
-        for (group, samples) in groups.zip(search.samples.chunks_exact_mut(ROWS)) {
-            samples.copy_from_slice(&group_sums(lanes, group));
-        }
+        let samples = if search.all_sampled {
+            &search.samples[block * size..][..size]
+        } else {
+            sample_inline(lanes, &search.rows, &mut search.samples);
+            &search.samples
+        };
         for l in 0..LANES {
             for (weight, w) in search.weights.as_flattened_mut().iter_mut().zip(lanes) {
                 *weight = w[l];
@@ -147,7 +195,7 @@ fn search_blocks(search: &mut Continuous, paths: usize) {
                 place: 0.0,
                 evaluations: 0,
             };
-            hunt.column(&search.cells, &search.samples, l);
+            hunt.column(&search.cells, samples, l);
             search.best[block][l] = hunt.best;
             search.place[block][l] = hunt.place;
             search.evaluations += hunt.evaluations;
@@ -210,6 +258,9 @@ impl Hunt<'_> {
                 below = excluded(&jet, -1.0, at - low, self.best);
                 above = excluded(&jet, 1.0, high - at, self.best);
             }
+            // No two places closer than this are told apart: what is left must be less than before.
+            let resolution = 2.0 * f64::EPSILON * high.abs().max(low.abs());
+            let (below, above) = (below.max(resolution), above.max(resolution));
             if below < at - low {
                 self.rest.push((low, at - below));
             }
@@ -265,6 +316,7 @@ impl Hunt<'_> {
         let size = self.pulses.terms_len();
         let begin = match self.made[index] {
             Some(begin) => begin,
+            None if self.at_samples.len() + size > MAX_SHARED => return self.jet(at),
             None => {
                 let begin = self.at_samples.len();
                 self.at_samples.resize(begin + size, 0.0);

@@ -70,11 +70,13 @@ pub enum PathError {
         /// Its delay \[s\].
         value: f64,
     },
-    /// The link has more than [`MAX_PATHS`](crate::MAX_PATHS) paths.
-    #[error("{count} paths in one link: at most {max} are taken; drop the weakest", max = crate::MAX_PATHS)]
+    /// The link has more paths than the labeler takes.
+    #[error("{count} paths in one link: at most {max} are taken; drop the weakest")]
     TooMany {
         /// The number given.
         count: usize,
+        /// [`Labeler::max_paths`](crate::Labeler::max_paths).
+        max: usize,
     },
     /// A point of evaluation, not a path, is NaN or infinite.
     #[error("{field} = {value} is not finite")]

@@ -10,7 +10,10 @@ use crate::pulse::{in_lanes, pulses};
 use crate::response::Columns;
 use crate::select::Selector;
 use crate::trig::{decibel, sinc_squared};
-use crate::{ConfigError, LabelConfig, PathError, Protocol};
+use crate::{ConfigError, LabelConfig, MAX_PATHS, PathError, Protocol};
+
+/// Paths times points of the delay axis, 8 bytes each.
+const MAX_PULSES: usize = 1 << 28;
 
 /// A label: the APS, and the PDP if the configuration asks for it.
 ///
@@ -53,6 +56,8 @@ pub enum Status {
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     paths: Paths,
+    /// Sine and cosine of one path's phase at each element of a circular array.
+    phases: Vec<(f64, f64)>,
     response: Vec<Lanes>,
     pulse: Vec<Lanes>,
     selector: Selector,
@@ -133,6 +138,12 @@ impl Labeler {
         &self.delays_s
     }
 
+    /// The most paths a link may have: [`MAX_PATHS`](crate::MAX_PATHS), and fewer on a delay axis of more
+    /// than 16,384 points, so that the pulses of all paths on the axis take at most 2 GiB.
+    pub fn max_paths(&self) -> usize {
+        MAX_PATHS.min(MAX_PULSES / self.delays_s.len())
+    }
+
     /// The label of one link, or `None` if it has no path the protocol counts.
     ///
     /// [`label_into`](Self::label_into) is the same without the allocations.
@@ -140,7 +151,7 @@ impl Labeler {
     /// # Errors
     ///
     /// A path with a field that is not finite or with an impossible delay, or more than
-    /// [`MAX_PATHS`](crate::MAX_PATHS) paths.
+    /// [`max_paths`](Self::max_paths) paths.
     pub fn label(&self, paths: &[PathSample]) -> Result<Option<Label>, PathError> {
         let mut label = Label::default();
         let status = self.label_into(paths, &mut Scratch::default(), &mut label)?;
@@ -164,7 +175,8 @@ impl Labeler {
     ) -> Result<Status, PathError> {
         label.clear();
         scratch.work = Work::default();
-        scratch.paths.prepare(self.config.protocol, paths)?;
+        let max = self.max_paths();
+        scratch.paths.prepare(self.config.protocol, paths, max)?;
         scratch.work.paths = scratch.paths.len();
         if scratch.paths.len() == 0 {
             return Ok(Status::NoPath);
@@ -230,7 +242,13 @@ impl Labeler {
     fn fill_response(&self, scratch: &mut Scratch) {
         let size = scratch.paths.len() * self.columns.blocks();
         scratch.response.resize(size, [0.0; LANES]);
-        self.columns.response(&scratch.paths, &mut scratch.response);
+        let Scratch {
+            paths,
+            phases,
+            response,
+            ..
+        } = scratch;
+        self.columns.response(paths, phases, response);
     }
 
     /// S_k(tau) over the delay axis.

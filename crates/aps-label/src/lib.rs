@@ -53,7 +53,8 @@
 //! - **The continuous maximum is certified.** Samples half a pulse apart bound it from below by
 //!   3 dB, whatever the paths, because Q is band-limited; that and a Taylor bound exclude every
 //!   interval but those where Newton's method then finds it. It is off by at most 1e-11 of
-//!   itself, 4.3e-11 dB.
+//!   itself, 4.3e-11 dB; where delays are so long against the pulse (1e9 pulses and more) that
+//!   doubles do not resolve its top so finely, by what the spacing of doubles allows.
 //! - **The same bytes everywhere.** Paths are put in a canonical order, strongest first and scaled
 //!   to power 1; every sum runs in a fixed order; no operation is fused; elementary functions are
 //!   our own or `libm`'s, not the system's. Vector units are used as the running CPU has them and
@@ -99,8 +100,9 @@ pub use protocol::{ParseProtocolError, Protocol};
 pub const ANGLE_BINS: usize = 180;
 /// The largest delay a path may have \[s\].
 pub const MAX_DELAY_S: f64 = 1.0;
-/// The most paths a link may have: memory grows with the square of their number.
-pub const MAX_PATHS: usize = 4096;
+/// The most paths a link may have. A label takes memory in proportion to their number, and time for the
+/// continuous maximum, where none coincide, in proportion to its square: seconds for all of them.
+pub const MAX_PATHS: usize = 16_384;
 /// Paths this far below the strongest one of their link \[dB\] are left out: no sum in f64 could show
 /// them, and products of such powers would underflow.
 pub const NEGLIGIBLE_DB: f64 = 1000.0;

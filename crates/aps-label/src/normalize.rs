@@ -100,11 +100,12 @@ pub fn relative_power(values_db: &mut [f64]) -> Result<f64, NormalizationError> 
 ///
 /// # Errors
 ///
-/// No value, or one that is not finite.
+/// No value, or one that is not finite, before or after.
 pub fn relative_db(values_db: &mut [f64]) -> Result<f64, NormalizationError> {
     check(values_db)?;
     let peak_db = values_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     values_db.iter_mut().for_each(|value| *value -= peak_db);
+    check(values_db)?;
     Ok(peak_db)
 }
 
@@ -113,7 +114,7 @@ impl Normalization {
     ///
     /// # Errors
     ///
-    /// No value, one that is not finite, or statistics that cannot be divided by.
+    /// No value, one that is not finite or becomes so (the values are then lost), or statistics that cannot be divided by.
     pub fn apply(&self, values: &mut [f64]) -> Result<SampleScale, NormalizationError> {
         let (shift, spread) = self.affine()?;
         let peak_db = match self {
@@ -133,6 +134,7 @@ impl Normalization {
                 std: 1.0,
             },
         };
+        check(values)?;
         Ok(SampleScale { peak_db, own })
     }
 
@@ -192,7 +194,8 @@ impl Normalization {
 /// Minus the mean, divided by the population deviation + [`SAMPLE_EPSILON`]; returns both.
 fn standardise(values: &mut [f64]) -> MeanStd {
     let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
+    // From the first value: equal values have that mean, to the bit, and no deviation.
+    let mean = values[0] + values.iter().map(|x| x - values[0]).sum::<f64>() / n;
     let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n;
     let std = variance.sqrt() + SAMPLE_EPSILON;
     values.iter_mut().for_each(|x| *x = (*x - mean) / std);

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use crate::protocol::Protocol;
-use crate::{MAX_DELAY_S, MAX_PATHS, NEGLIGIBLE_DB, PathError};
+use crate::{MAX_DELAY_S, NEGLIGIBLE_DB, PathError};
 
 /// One propagation path as a label sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,16 +45,22 @@ impl Paths {
     /// The order is canonical (power, then delay, then azimuth), so that neither sums nor ties
     /// depend on the caller's order; the first path has power 1, so that 300 dB below it nothing
     /// underflows.
-    pub fn prepare(&mut self, protocol: Protocol, samples: &[PathSample]) -> Result<(), PathError> {
+    pub fn prepare(
+        &mut self,
+        protocol: Protocol,
+        samples: &[PathSample],
+        max: usize,
+    ) -> Result<(), PathError> {
         self.sorted.clear();
         self.delay_s.clear();
         self.direction.clear();
         self.power.clear();
         self.strongest_db = f64::NEG_INFINITY;
 
-        if samples.len() > MAX_PATHS {
+        if samples.len() > max {
             return Err(PathError::TooMany {
                 count: samples.len(),
+                max,
             });
         }
         for (index, sample) in samples.iter().enumerate() {

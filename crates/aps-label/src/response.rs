@@ -11,7 +11,6 @@
 use multiversion::multiversion;
 
 use crate::Array;
-use crate::config::MAX_ELEMENTS;
 use crate::paths::Paths;
 use crate::product::{LANES, Lanes};
 use crate::trig::{cos_pi, horner, sin_pi};
@@ -99,11 +98,15 @@ impl Columns {
         self.len().div_ceil(LANES)
     }
 
-    /// W as `[path][block]`: each path's power times the response of each column to it.
-    pub fn response(&self, paths: &Paths, out: &mut [Lanes]) {
+    /// W as `[path][block]`: each path's power times the response of each column to it. `phases` is
+    /// scratch space.
+    pub fn response(&self, paths: &Paths, phases: &mut Vec<(f64, f64)>, out: &mut [Lanes]) {
         match &self.response {
             Response::Linear(table) => linear(table, paths, out),
-            Response::Circular(table) => circular(table, paths, out),
+            Response::Circular(table) => {
+                phases.resize(table.positions.len(), (0.0, 0.0));
+                circular(table, paths, phases, out);
+            }
         }
     }
 }
@@ -225,10 +228,9 @@ fn linear(table: &Linear, paths: &Paths, out: &mut [Lanes]) {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn circular(table: &Circular, paths: &Paths, out: &mut [Lanes]) {
+fn circular(table: &Circular, paths: &Paths, phases: &mut [(f64, f64)], out: &mut [Lanes]) {
     let elements = table.positions.len();
     let scale = 1.0 / (elements * elements) as f64;
-    let mut phases = [(0.0, 0.0); MAX_ELEMENTS];
     let rows = out.chunks_exact_mut(table.tables.len() / elements);
     for (row, (power, &(sin, cos))) in rows.zip(paths.power.iter().zip(&paths.direction)) {
         for (phase, (x, y)) in phases.iter_mut().zip(&table.positions) {
@@ -238,7 +240,7 @@ fn circular(table: &Circular, paths: &Paths, out: &mut [Lanes]) {
         for (out, elements) in row.iter_mut().zip(table.tables.chunks_exact(elements)) {
             let mut re = [0.0; LANES];
             let mut im = [0.0; LANES];
-            for ((s, c), (sin_k, cos_k)) in elements.iter().zip(&phases) {
+            for ((s, c), (sin_k, cos_k)) in elements.iter().zip(&*phases) {
                 for l in 0..LANES {
                     re[l] += c[l] * cos_k + s[l] * sin_k;
                 }

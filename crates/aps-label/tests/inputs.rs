@@ -70,7 +70,8 @@ fn more_paths_than_a_link_can_have_are_an_error() {
     assert_eq!(
         error,
         Err(PathError::TooMany {
-            count: MAX_PATHS + 1
+            count: MAX_PATHS + 1,
+            max: MAX_PATHS
         })
     );
 }

@@ -34,7 +34,6 @@ use rayon::prelude::*;
 
 use crate::distribution::{compensated_sum, quantiles};
 use crate::error::Error;
-use crate::spectra::MAX_MAGNITUDE;
 
 /// How to draw. The default is 2000 replicates, 95 %, seed 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,6 +128,9 @@ impl Bootstrap {
     }
 }
 
+/// Largest magnitude of a value: beyond any metric's, and no sum of such overflows.
+const MAX_VALUE: f64 = 1e160;
+
 impl Resamples {
     /// Mean of one value a sample, in the order of the clusters given to [`Bootstrap::draw`], with
     /// its percentile interval; `None` if there are no samples. A replicate with more links in it
@@ -136,7 +138,7 @@ impl Resamples {
     /// transmitters).
     ///
     /// # Errors
-    /// Not one value a sample, or a value that is NaN, infinite or beyond [`MAX_MAGNITUDE`].
+    /// Not one value a sample, or a value that is NaN, infinite or beyond 1e160, which no metric is.
     pub fn mean(&self, values: &[f64]) -> Result<Option<Estimate>, Error> {
         let samples = self.cluster_of.len();
         if values.len() != samples {
@@ -145,7 +147,7 @@ impl Resamples {
                 samples,
             });
         }
-        let is_bad = |v: &f64| !v.is_finite() || v.abs() > MAX_MAGNITUDE;
+        let is_bad = |v: &f64| !v.is_finite() || v.abs() > MAX_VALUE;
         if let Some(index) = values.iter().position(is_bad) {
             return Err(Error::NotFinite { index });
         }

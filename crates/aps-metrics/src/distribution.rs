@@ -43,10 +43,12 @@ impl Distribution {
             return None;
         }
         let mean = compensated_sum(values.iter().copied()) / count as f64;
-        let squares = compensated_sum(values.iter().map(|v| (v - mean) * (v - mean)));
         let (min, max) = (minimum(&values), maximum(&values));
+        // The squares of the largest NMSE there can be, 4e152, have no sum in f64.
+        let unit = if (max - min) > 1e100 { max - min } else { 1.0 };
+        let squares = compensated_sum(values.iter().map(|v| ((v - mean) / unit).powi(2)));
         let [q05, q25, median, q75, q95] = quantiles(&mut values, [0.05, 0.25, 0.5, 0.75, 0.95]);
-        let std = (squares / count as f64).sqrt();
+        let std = (squares / count as f64).sqrt() * unit;
         Some(Self {
             count,
             mean,

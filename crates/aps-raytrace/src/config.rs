@@ -4,13 +4,16 @@ use crate::error::ConfigError;
 use crate::fronts::Limits;
 use crate::material::Material;
 
+/// Carriers \[Hz\]: from long wave to X-rays.
+pub(crate) const FREQUENCY_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e18;
+
 /// Largest value of any interaction limit.
 pub const MAX_INTERACTIONS: usize = 1000;
 
 /// What to trace: carrier, material and limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceConfig {
-    /// Carrier \[Hz\].
+    /// Carrier \[Hz\], 1 to 1e18.
     pub frequency_hz: f64,
     /// Walls whose footprint names no material are made of this.
     pub material: Material,
@@ -33,6 +36,11 @@ pub struct TraceConfig {
     /// Most images of one terminal: a bound on memory (about 80 bytes each) where walls multiply
     /// them, as in a long corridor.
     pub max_images: usize,
+    /// Most memory \[bytes\] for each of these: the legs and waves of one terminal at corners, the
+    /// legs between all corners, the graph of corners that see each other, the chains over it of one
+    /// transmitter. A bound where corners multiply them, as round buildings of many vertices do, or
+    /// many diffractions.
+    pub max_wave_bytes: usize,
 }
 
 impl Default for TraceConfig {
@@ -47,6 +55,7 @@ impl Default for TraceConfig {
             accuracy_db: None,
             max_fallback_diffractions: 4,
             max_images: 10_000_000,
+            max_wave_bytes: 1 << 30,
         }
     }
 }
@@ -70,7 +79,7 @@ impl TraceConfig {
     /// # Errors
     /// [`ConfigError`] for the first one outside its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        if !(self.frequency_hz.is_finite() && self.frequency_hz > 0.0) {
+        if !FREQUENCY_HZ.contains(&self.frequency_hz) {
             return Err(ConfigError::Frequency(self.frequency_hz));
         }
         if let Some(range) = self.dynamic_range_db
@@ -111,6 +120,7 @@ impl TraceConfig {
             reflections: clamp(self.max_reflections),
             diffractions: clamp(self.max_diffractions),
             interactions: clamp(self.max_interactions),
+            bytes: self.max_wave_bytes,
         }
     }
 

@@ -1,8 +1,12 @@
 //! The graph of mutually visible corners: done once a map, for chains of diffractions.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
-use crate::legs::Corners;
+use crate::error::ConfigError;
+use crate::legs::{Corners, NEAREST_M};
+use crate::predicates::orient;
 use crate::scene::Scene;
 use crate::wedge::{Ray, Wedge};
 
@@ -31,22 +35,41 @@ pub(crate) struct CornerGraph {
 }
 
 impl CornerGraph {
-    /// Costs a visibility test for every pair of corners and a coefficient for every turn; spread
-    /// over the threads.
-    pub fn new(scene: &Scene, corners: &Corners) -> Self {
+    /// Costs a few signs for every pair of corners, a visibility test for every pair of which neither
+    /// lies behind the other's walls, and a coefficient for every turn; spread over the threads.
+    ///
+    /// # Errors
+    /// [`ConfigError::TooManyWaves`] before more than `max_bytes` are taken.
+    pub fn new(scene: &Scene, corners: &Corners, max_bytes: usize) -> Result<Self, ConfigError> {
         let wedges = &corners.wedges;
+        let too_many = || ConfigError::TooManyWaves {
+            what: "pairs and turns of corners that see each other",
+            setting: "max_fallback_diffractions",
+            limit: max_bytes,
+        };
+        let most_pairs = max_bytes / (2 * size_of::<Edge>());
+        let pairs = AtomicUsize::new(0);
         // Visibility is decided alike both ways: test each pair once.
         let later: Vec<Vec<u32>> = wedges
             .par_iter()
             .enumerate()
             .map(|(from, near)| {
                 let is_seen = |far: &Wedge| {
-                    near.point != far.point && !scene.is_blocked(near.point, far.point, [None; 2])
+                    near.point.distance(far.point) >= NEAREST_M
+                        && !is_behind_walls(scene, near, far)
+                        && !is_behind_walls(scene, far, near)
+                        && !scene.is_blocked(near.point, far.point, [None; 2])
                 };
                 let others = (from + 1..wedges.len()).filter(|&to| is_seen(&wedges[to]));
-                others.map(|to| to as u32).collect()
+                // Whether there are too many depends on no order of counting.
+                let counted =
+                    others.take_while(|_| pairs.fetch_add(1, Ordering::Relaxed) < most_pairs);
+                counted.map(|to| to as u32).collect()
             })
             .collect();
+        if pairs.into_inner() > most_pairs {
+            return Err(too_many());
+        }
         let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); wedges.len()];
         for (from, seen) in later.iter().enumerate() {
             for &to in seen {
@@ -58,6 +81,12 @@ impl CornerGraph {
         for seen in &mut neighbours {
             seen.sort_unstable();
             first.push(first[first.len() - 1] + seen.len() as u32);
+        }
+        let squares = neighbours.iter().map(|seen| seen.len().pow(2));
+        let turns = squares.fold(0, usize::saturating_add);
+        let edges = neighbours.iter().map(Vec::len).sum::<usize>();
+        if turns.saturating_mul(size_of::<f64>()) > max_bytes - edges * size_of::<Edge>() {
+            return Err(too_many());
         }
         let edges: Vec<Edge> = (0_u32..)
             .zip(&neighbours)
@@ -90,12 +119,12 @@ impl CornerGraph {
             first_turn.push(count);
             count += t.len();
         }
-        Self {
+        Ok(Self {
             edges,
             first,
             turns: turns.concat(),
             first_turn,
-        }
+        })
     }
 
     /// Edges of a corner.
@@ -113,6 +142,14 @@ impl CornerGraph {
         let degree = self.leaving(c as u32).len();
         &self.turns[self.first_turn[c] + i * degree..][..degree]
     }
+}
+
+/// Whether a corner lies strictly between the walls of another, so that the line between the two
+/// begins inside of its building: most pairs of a round building, told by signs alone.
+fn is_behind_walls(scene: &Scene, near: &Wedge, far: &Wedge) -> bool {
+    let wall = &scene.walls()[near.id as usize];
+    let previous = &scene.walls()[wall.previous as usize];
+    orient(wall.a, wall.b, far.point) > 0.0 && orient(previous.a, wall.a, far.point) > 0.0
 }
 
 /// A factor between 1 and 1 + 1e-9, each corner its own. In a symmetric scene two chains can be

@@ -75,12 +75,18 @@ pub enum SceneError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// Carrier frequency not finite or not positive.
-    #[error("carrier frequency {0} Hz must be finite and positive")]
+    /// Carrier frequency outside its range.
+    #[error(
+        "carrier frequency {0} Hz must be between {min:e} and {max:e} Hz",
+        min = crate::config::FREQUENCY_HZ.start(),
+        max = crate::config::FREQUENCY_HZ.end()
+    )]
     Frequency(f64),
     /// Material values out of range.
     #[error(
-        "relative permittivity {relative_permittivity} must be finite and at least 1, conductivity {conductivity_s_per_m} S/m finite and not negative"
+        "relative permittivity {relative_permittivity} must be between 1 and {eps:e}, conductivity {conductivity_s_per_m} S/m between 0 and {sigma:e}",
+        eps = crate::material::MAX_PERMITTIVITY,
+        sigma = crate::material::MAX_CONDUCTIVITY_S_PER_M
     )]
     Material {
         /// Real relative permittivity.
@@ -107,6 +113,18 @@ pub enum ConfigError {
     /// The images of a corner exceed the limit.
     #[error("corner as a source of diffracted waves: {0}")]
     Corner(#[source] TerminalError),
+    /// What is kept for all corners would grow beyond the limit.
+    #[error(
+        "{what} take more than {limit} bytes; lower {setting}, simplify round buildings or raise max_wave_bytes"
+    )]
+    TooManyWaves {
+        /// What is kept.
+        what: &'static str,
+        /// The setting that multiplies it.
+        setting: &'static str,
+        /// The limit \[bytes\].
+        limit: usize,
+    },
     /// A synthetic city that cannot be laid out.
     #[error("synthetic city: {0}")]
     City(String),
@@ -116,8 +134,8 @@ pub enum ConfigError {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TerminalError {
-    /// NaN or infinite coordinates.
-    #[error("terminal at ({0}, {1}) has a coordinate that is not finite")]
+    /// A coordinate that is NaN, infinite or beyond 1e9 m.
+    #[error("terminal at ({0}, {1}) is not at a finite position within 1e9 m")]
     NotFinite(f64, f64),
     /// Strictly inside a building.
     #[error("terminal at {position} is inside building {building}; move it outdoors")]
@@ -147,6 +165,16 @@ pub enum TerminalError {
         /// The limit.
         limit: usize,
     },
+    /// The waves at corners would grow beyond the limit.
+    #[error(
+        "terminal at {position} has waves at corners of more than {limit} bytes; lower max_diffractions or max_reflections or raise max_wave_bytes"
+    )]
+    TooManyWaves {
+        /// Where \[m\].
+        position: DVec2,
+        /// The limit \[bytes\].
+        limit: usize,
+    },
     /// Outside the scene's area.
     #[error("terminal at {position} is outside the area from {min} to {max}")]
     OutsideArea {
@@ -159,6 +187,16 @@ pub enum TerminalError {
     },
 }
 
+impl TerminalError {
+    /// The same about a place given from another origin.
+    pub(crate) fn moved(mut self, by: DVec2) -> Self {
+        if let Self::TooManyImages { position, .. } = &mut self {
+            *position += by;
+        }
+        self
+    }
+}
+
 /// Why a link cannot be traced.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
@@ -169,7 +207,20 @@ pub enum TraceError {
     /// The receiver cannot stand where it is.
     #[error("receiver: {0}")]
     Receiver(#[source] TerminalError),
-    /// Both terminals at one point: the gain of a path of length zero is not defined.
+    /// The chains of corners for links without a path would grow beyond the limit.
+    #[error(
+        "chains of up to {diffractions} corners from {position} take more than {limit} bytes; lower max_fallback_diffractions or raise max_wave_bytes"
+    )]
+    TooManyChains {
+        /// The transmitter \[m\].
+        position: DVec2,
+        /// Corners of the longest chain.
+        diffractions: usize,
+        /// The limit \[bytes\].
+        limit: usize,
+    },
+    /// Both terminals at one point, or nearer than 1e-100 m: the gain of a path of length zero is
+    /// not defined.
     #[error("transmitter and receiver are both at {position}; a link needs two places")]
     Coincident {
         /// Where \[m\].

@@ -13,6 +13,7 @@ use num_complex::Complex64;
 use smallvec::SmallVec;
 
 use crate::corner_graph::{CornerGraph, turn};
+use crate::error::TraceError;
 use crate::legs::{Corners, Leg};
 use crate::link::Link;
 use crate::path::{Interaction, InteractionKind, Interactions, PathRecord};
@@ -50,6 +51,13 @@ impl Chains {
             starts: direct(tx.legs.all()).copied().collect(),
             layers: (2..=longest).map(|_| OnceLock::new()).collect(),
         }
+    }
+
+    /// Memory that chains of up to `d` corners take.
+    fn bytes(&self, graph: &CornerGraph, d: usize) -> usize {
+        let states = self.starts.len().saturating_mul(graph.edges.len());
+        let layer = states.saturating_mul(size_of::<f64>() + size_of::<u32>());
+        layer.saturating_mul(d - 1)
     }
 
     /// Chains of `d` corners, two or more.
@@ -153,32 +161,49 @@ fn direct(legs: &[Leg]) -> impl Iterator<Item = &Leg> {
 
 impl Tracer<'_> {
     /// Adds the chains with the fewest diffractions beyond the limit that connect the two.
-    pub(crate) fn fall_back(&self, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
+    ///
+    /// # Errors
+    /// [`TraceError::TooManyChains`] before more memory than allowed is taken.
+    pub(crate) fn fall_back(
+        &self,
+        tx: &Transmitter,
+        rx: &Receiver,
+        link: &mut Link,
+    ) -> Result<(), TraceError> {
         let (Some(graph), longest) = (self.graph(), self.config().max_fallback_diffractions) else {
-            return;
+            return Ok(());
         };
         if direct(tx.legs.all()).next().is_none() || direct(rx.legs.all()).next().is_none() {
-            return;
+            return Ok(());
         }
         let first = self.config().max_diffractions + 1;
         if first == 1 {
             self.single(tx, rx, link);
             if !link.paths.is_empty() {
                 link.fallback_diffractions = Some(1);
-                return;
+                return Ok(());
             }
         }
         if longest < 2 {
-            return;
+            return Ok(());
         }
         let chains = tx.chains.get_or_init(|| Chains::new(tx, longest));
+        let limit = self.config().max_wave_bytes;
         for d in first.max(2)..=longest {
+            if chains.bytes(graph, d) > limit {
+                return Err(TraceError::TooManyChains {
+                    position: tx.given,
+                    diffractions: d,
+                    limit,
+                });
+            }
             self.join_chains(graph, chains, d, (tx, rx), link);
             if !link.paths.is_empty() {
                 link.fallback_diffractions = Some(d);
-                return;
+                return Ok(());
             }
         }
+        Ok(())
     }
 
     /// Chains of one corner: those both ends see.

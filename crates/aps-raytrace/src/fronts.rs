@@ -40,6 +40,8 @@ pub(crate) struct Limits {
     pub reflections: u32,
     pub diffractions: u32,
     pub interactions: u32,
+    /// Memory that the waves of one terminal may take.
+    pub bytes: usize,
 }
 
 impl Limits {
@@ -64,8 +66,15 @@ pub(crate) struct Fronts {
 
 impl Fronts {
     /// Extends the transmitter's legs corner by corner. `between` holds the legs from each corner
-    /// to all others; it may be empty when at most one diffraction is allowed.
-    pub fn extend(corners: &Corners, legs: &Legs, between: &[Legs], limits: &Limits) -> Self {
+    /// to all others; it may be empty when at most one diffraction is allowed. `None` if the fronts
+    /// take more than the limit.
+    pub fn extend(
+        corners: &Corners,
+        legs: &Legs,
+        between: &[Legs],
+        limits: &Limits,
+    ) -> Option<Self> {
+        let most = limits.bytes / size_of::<Front>();
         let mut fronts: Vec<Front> = legs
             .all()
             .iter()
@@ -93,6 +102,9 @@ impl Fronts {
                     let reflections = before.reflections + leg.reflections;
                     if !limits.allow(reflections, diffractions + 1) {
                         continue;
+                    }
+                    if fronts.len() >= most {
+                        return None;
                     }
                     let out = wedge.ray(leg.corner_image);
                     let amplitude =
@@ -122,11 +134,11 @@ impl Fronts {
         for c in 0..corners.wedges.len() {
             first[c + 1] += first[c];
         }
-        Self {
+        Some(Self {
             fronts,
             order,
             first,
-        }
+        })
     }
 
     /// Fronts at one corner.

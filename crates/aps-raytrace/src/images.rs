@@ -224,7 +224,7 @@ impl Builder<'_> {
         order: usize,
     ) -> Result<(), TerminalError> {
         let images = &mut self.tree.images;
-        if images.len() + seen.len() > self.max_images {
+        if images.len() + seen.len() > self.max_images.min(NO_PARENT as usize) {
             return Err(TerminalError::TooManyImages {
                 position: self.from,
                 order,

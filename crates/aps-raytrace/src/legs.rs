@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::chain::{self, Chain};
 use crate::images::{ImageTree, Sight, TreeScratch, sights};
@@ -26,10 +27,9 @@ impl Corners {
         with_sights: bool,
     ) -> Self {
         let wedges = scene.wedges(reflectors, wavenumber_per_m);
-        let scratch = &mut TreeScratch::default();
         let sights = wedges
-            .iter()
-            .map(|wedge| {
+            .par_iter()
+            .map_init(TreeScratch::default, |scratch, wedge| {
                 if !with_sights {
                     return Vec::new();
                 }
@@ -63,6 +63,10 @@ pub(crate) struct Leg {
     pub reflections: u32,
 }
 
+/// Nearer to each other than this \[m\] two points are one: squares of distances, and powers over
+/// them, must stay numbers.
+pub(crate) const NEAREST_M: f64 = 1e-100;
+
 /// All legs of one point, by corner, then by reflections.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Legs {
@@ -73,7 +77,7 @@ pub(crate) struct Legs {
 }
 
 impl Legs {
-    /// Finds them: `tree` holds the images of `from`.
+    /// Finds them: `tree` holds the images of `from`. `None` if they take more than `max_bytes`.
     pub fn find(
         scene: &Scene,
         reflectors: &[Reflector],
@@ -81,23 +85,34 @@ impl Legs {
         from: DVec2,
         tree: &ImageTree,
         max_reflections: usize,
-    ) -> Self {
+        max_bytes: usize,
+    ) -> Option<Self> {
         let mut found = Self::default();
         for (c, wedge) in corners.wedges.iter().enumerate() {
             found.first.push(found.legs.len() as u32);
             let to = wedge.point;
-            if from != to && !scene.is_blocked(from, to, [None; 2]) {
+            if from.distance(to) >= NEAREST_M && !scene.is_blocked(from, to, [None; 2]) {
                 found.push(c, wedge, from, Chain::direct(from, to));
             }
             tree.for_each_candidate(&corners.sights[c], max_reflections, |image| {
                 let chain = chain::resolve(scene, reflectors, tree, image, from, to);
-                if let Some(chain) = chain {
+                if let Some(chain) = chain
+                    && found.bytes() <= max_bytes
+                {
                     found.push(c, wedge, tree.images[image as usize].point, chain);
                 }
             });
+            if found.bytes() > max_bytes {
+                return None;
+            }
         }
         found.first.push(found.legs.len() as u32);
-        found
+        Some(found)
+    }
+
+    /// Memory they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.legs) + size_of_val(&*self.reflections)
     }
 
     fn push(&mut self, corner: usize, wedge: &Wedge, seen_at: DVec2, chain: Chain) {

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use crate::chain::{self, Chain};
 use crate::error::TraceError;
 use crate::fronts::Front;
-use crate::legs::Leg;
+use crate::legs::{Leg, NEAREST_M};
 use crate::path::PathRecord;
 use crate::tracer::{Receiver, Tracer, Transmitter};
 
@@ -77,7 +77,8 @@ impl Tracer<'_> {
     /// default limits.
     ///
     /// # Errors
-    /// [`TraceError::Coincident`] when both terminals are at one point.
+    /// [`TraceError::Coincident`] when both terminals are at one point,
+    /// [`TraceError::TooManyChains`] when what a link without a path needs exceeds `max_wave_bytes`.
     pub fn link(&self, tx: &Transmitter, rx: &Receiver, link: &mut Link) -> Result<(), TraceError> {
         link.paths.clear();
         link.pending.clear();
@@ -85,8 +86,8 @@ impl Tracer<'_> {
         link.fallback_diffractions = None;
         link.is_enclosed = false;
         let (from, to) = (tx.position, rx.position);
-        if from == to {
-            return Err(TraceError::Coincident { position: from });
+        if from.distance(to) < NEAREST_M {
+            return Err(TraceError::Coincident { position: tx.given });
         }
         link.stopped_at = None;
         link.is_enclosed = tx.courtyard != rx.courtyard;
@@ -101,9 +102,13 @@ impl Tracer<'_> {
         }
         self.cut(tx, rx, link);
         if link.paths.is_empty() && self.config().has_fallback() {
-            self.fall_back(tx, rx, link);
+            self.fall_back(tx, rx, link)?;
         }
         link.paths.sort_unstable_by(PathRecord::canonical_order);
+        if self.origin() != DVec2::ZERO {
+            let interactions = link.paths.iter_mut().flat_map(|p| &mut p.interactions);
+            interactions.for_each(|i| i.point += self.origin());
+        }
         Ok(())
     }
 
@@ -120,7 +125,7 @@ impl Tracer<'_> {
     /// The line of sight, if it is free.
     pub(crate) fn direct(&self, tx: &Transmitter, rx: &Receiver) -> Option<PathRecord> {
         let (from, to) = (tx.position, rx.position);
-        let is_free = !self.scene().is_blocked(from, to, [None; 2]);
+        let is_free = !self.local().is_blocked(from, to, [None; 2]);
         is_free.then(|| self.record(from, to, Chain::direct(from, to)))
     }
 
@@ -132,7 +137,7 @@ impl Tracer<'_> {
         image: u32,
     ) -> Option<PathRecord> {
         let (from, to) = (tx.position, rx.position);
-        chain::resolve(self.scene(), self.reflectors(), &tx.images, image, from, to)
+        chain::resolve(self.local(), self.reflectors(), &tx.images, image, from, to)
             .map(|chain| self.record(from, to, chain))
     }
 

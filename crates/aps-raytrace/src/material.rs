@@ -10,6 +10,11 @@ pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
 /// Vacuum permittivity \[F/m\] (CODATA 2018).
 pub const VACUUM_PERMITTIVITY_F_PER_M: f64 = 8.854_187_812_8e-12;
 
+/// Far beyond any material; reflection coefficients are finite up to here.
+pub(crate) const MAX_PERMITTIVITY: f64 = 1e9;
+/// The same \[S/m\]; silver has 6e7.
+pub(crate) const MAX_CONDUCTIVITY_S_PER_M: f64 = 1e12;
+
 /// The electrical description of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Material {
@@ -21,9 +26,9 @@ pub enum Material {
     PerfectConductor,
     /// User values, taken to hold at the carrier.
     Dielectric {
-        /// Real relative permittivity, at least 1.
+        /// Real relative permittivity, 1 to 1e9.
         relative_permittivity: f64,
-        /// Conductivity \[S/m\], not negative.
+        /// Conductivity \[S/m\], 0 to 1e12.
         conductivity_s_per_m: f64,
     },
 }
@@ -32,13 +37,14 @@ impl Material {
     /// Checks user values.
     ///
     /// # Errors
-    /// [`ConfigError::Material`] when a value is not finite or outside its range.
+    /// [`ConfigError::Material`] when a value is outside its range.
     pub fn validate(self) -> Result<Self, ConfigError> {
         if let Self::Dielectric {
             relative_permittivity: eps,
             conductivity_s_per_m: sigma,
         } = self
-            && !(eps.is_finite() && eps >= 1.0 && sigma.is_finite() && sigma >= 0.0)
+            && !((1.0..=MAX_PERMITTIVITY).contains(&eps)
+                && (0.0..=MAX_CONDUCTIVITY_S_PER_M).contains(&sigma))
         {
             return Err(ConfigError::Material {
                 relative_permittivity: eps,
@@ -80,7 +86,7 @@ impl Reflector {
     /// measured from the normal, in 0..=1:
     /// (cos - sqrt(eps - sin^2)) / (cos + sqrt(eps - sin^2)).
     ///
-    /// Tends to -1 at grazing incidence and to (1 - sqrt(eps)) / (1 + sqrt(eps)) at normal
+    /// 0 throughout for a wall of vacuum. Else it tends to -1 at grazing incidence and to (1 - sqrt(eps)) / (1 + sqrt(eps)) at normal
     /// incidence; exactly -1 for a perfect conductor. Its magnitude never exceeds 1.
     #[inline]
     #[must_use]
@@ -88,8 +94,14 @@ impl Reflector {
         let Some(eps) = self.permittivity else {
             return Complex64::new(-1.0, 0.0);
         };
+        // Electrically no wall. The formula has 0 / 0 at grazing incidence.
+        if eps == Complex64::ONE {
+            return Complex64::ZERO;
+        }
         let c = cos_incidence.clamp(0.0, 1.0);
-        let root = (eps - (1.0 - c * c)).sqrt();
+        // eps - sin^2, without the rounding of 1 - cos^2: next to grazing it is all there is
+        // of a wall that is hardly denser than air.
+        let root = (eps - 1.0 + c * c).sqrt();
         (c - root) / (c + root)
     }
 }

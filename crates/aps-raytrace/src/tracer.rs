@@ -1,6 +1,8 @@
 //! The tracer: what is done once a map and once a terminal.
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec2;
 use num_complex::Complex64;
@@ -36,6 +38,9 @@ use crate::scene::Scene;
 #[derive(Debug, Clone)]
 pub struct Tracer<'s> {
     scene: &'s Scene,
+    /// What everything is computed in: the scene, moved by `-origin` where it lies far off.
+    local: Cow<'s, Scene>,
+    origin: DVec2,
     config: TraceConfig,
     wavelength_m: f64,
     /// By wall.
@@ -50,6 +55,8 @@ pub struct Tracer<'s> {
 /// A transmitter, prepared: its images over the walls it lights and its waves at the corners.
 #[derive(Debug)]
 pub struct Transmitter {
+    /// In the scene's coordinates, and in the tracer's own.
+    pub(crate) given: DVec2,
     pub(crate) position: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) images: ImageTree,
@@ -62,6 +69,8 @@ pub struct Transmitter {
 /// A receiver, prepared: the walls it sees and its legs to the corners.
 #[derive(Debug)]
 pub struct Receiver {
+    /// In the scene's coordinates, and in the tracer's own.
+    given: DVec2,
     pub(crate) position: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) sights: Vec<Sight>,
@@ -74,7 +83,7 @@ impl Transmitter {
     /// Where it is \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
-        self.position
+        self.given
     }
 
     /// How many images it has, over all orders.
@@ -100,7 +109,7 @@ impl Receiver {
     /// Where it is \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
-        self.position
+        self.given
     }
 }
 
@@ -108,10 +117,16 @@ impl<'s> Tracer<'s> {
     /// Prepares a scene for one configuration: work done once a map.
     ///
     /// # Errors
-    /// [`ConfigError`] for a setting outside its range, or when the images of a corner exceed
-    /// `max_images`.
+    /// [`ConfigError`] for a setting outside its range, when the images of a corner exceed
+    /// `max_images`, or what is kept for all corners `max_wave_bytes`.
     pub fn new(scene: &'s Scene, config: TraceConfig) -> Result<Self, ConfigError> {
         config.validate()?;
+        let origin = scene.origin();
+        let local = if origin == DVec2::ZERO {
+            Cow::Borrowed(scene)
+        } else {
+            Cow::Owned(scene.moved(-origin))
+        };
         let wavelength_m = SPEED_OF_LIGHT_M_PER_S / config.frequency_hz;
         let wavenumber_per_m = std::f64::consts::TAU / wavelength_m;
         let reflectors: Vec<Reflector> = scene
@@ -126,12 +141,14 @@ impl<'s> Tracer<'s> {
         let may_diffract = config.max_diffractions.min(config.max_interactions) > 0;
         let corners = if may_diffract || config.has_fallback() {
             let with_sights = config.reflection_limit() > 0;
-            Corners::new(scene, &reflectors, wavenumber_per_m, with_sights)
+            Corners::new(&local, &reflectors, wavenumber_per_m, with_sights)
         } else {
             Corners::default()
         };
         let mut tracer = Self {
             scene,
+            local,
+            origin,
             wavelength_m,
             reflectors,
             corners,
@@ -148,18 +165,31 @@ impl<'s> Tracer<'s> {
             tracer.between = tracer.legs_between_corners()?;
         }
         if tracer.config.has_fallback() {
-            tracer.graph = Some(CornerGraph::new(scene, &tracer.corners));
+            let limit = tracer.config.max_wave_bytes;
+            tracer.graph = Some(CornerGraph::new(&tracer.local, &tracer.corners, limit)?);
         }
         Ok(tracer)
     }
 
     fn legs_between_corners(&self) -> Result<Vec<Legs>, ConfigError> {
+        let limit = self.config.max_wave_bytes;
+        let too_many = || ConfigError::TooManyWaves {
+            what: "waves between corners",
+            setting: "max_reflections or max_diffractions",
+            limit,
+        };
+        let bytes = AtomicUsize::new(0);
         self.corners
             .wedges
             .par_iter()
             .map(|wedge| {
                 let images = self.images(wedge.point).map_err(ConfigError::Corner)?;
-                Ok(self.legs(wedge.point, &images))
+                let legs = self.legs(wedge.point, &images).ok_or_else(too_many)?;
+                let before = bytes.fetch_add(legs.bytes(), Ordering::Relaxed);
+                if before + legs.bytes() > limit {
+                    return Err(too_many());
+                }
+                Ok(legs)
             })
             .collect()
     }
@@ -185,16 +215,25 @@ impl<'s> Tracer<'s> {
     /// Prepares a transmitter: work done once for all its links.
     ///
     /// # Errors
-    /// [`TerminalError`] where no terminal can stand, or when its images exceed `max_images`.
+    /// [`TerminalError`] where no terminal can stand, or when its images exceed `max_images` or its
+    /// waves at corners `max_wave_bytes`.
     pub fn transmitter(&self, position: DVec2) -> Result<Transmitter, TerminalError> {
         self.scene.check_terminal(position)?;
+        let given = position;
+        let position = given - self.origin;
         let images = self.images(position)?;
-        let legs = self.legs(position, &images);
+        let too_many = || TerminalError::TooManyWaves {
+            position: given,
+            limit: self.config.max_wave_bytes,
+        };
+        let legs = self.legs(position, &images).ok_or_else(too_many)?;
         let limits = self.config.limits();
+        let fronts = Fronts::extend(&self.corners, &legs, &self.between, &limits);
         Ok(Transmitter {
+            given,
             position,
-            courtyard: self.scene.courtyard_of(position),
-            fronts: Fronts::extend(&self.corners, &legs, &self.between, &limits),
+            courtyard: self.scene.courtyard_of(given),
+            fronts: fronts.ok_or_else(too_many)?,
             images,
             legs,
             chains: OnceLock::new(),
@@ -207,20 +246,29 @@ impl<'s> Tracer<'s> {
     /// As [`Self::transmitter`].
     pub fn receiver(&self, position: DVec2) -> Result<Receiver, TerminalError> {
         self.scene.check_terminal(position)?;
+        let given = position;
+        let position = given - self.origin;
         let sights = if self.config.reflection_limit() == 0 {
             Vec::new()
         } else {
-            sights(self.scene, position, &mut TreeScratch::default(), |_| false)
+            sights(&self.local, position, &mut TreeScratch::default(), |_| {
+                false
+            })
         };
         // Legs need the receiver's own images; without corners nobody asks for them.
         let legs = if self.corners.wedges.is_empty() {
             Legs::default()
         } else {
-            self.legs(position, &self.images(position)?)
+            let legs = self.legs(position, &self.images(position)?);
+            legs.ok_or(TerminalError::TooManyWaves {
+                position: given,
+                limit: self.config.max_wave_bytes,
+            })?
         };
         Ok(Receiver {
+            given,
             position,
-            courtyard: self.scene.courtyard_of(position),
+            courtyard: self.scene.courtyard_of(given),
             sights,
             legs,
             arrivals: OnceLock::new(),
@@ -242,17 +290,18 @@ impl<'s> Tracer<'s> {
 
     fn images(&self, from: DVec2) -> Result<ImageTree, TerminalError> {
         ImageTree::build(
-            self.scene,
+            &self.local,
             from,
             self.config.reflection_limit(),
             self.config.max_images,
             &mut TreeScratch::default(),
         )
+        .map_err(|error| error.moved(self.origin))
     }
 
-    fn legs(&self, from: DVec2, images: &ImageTree) -> Legs {
+    fn legs(&self, from: DVec2, images: &ImageTree) -> Option<Legs> {
         let max_reflections = self.config.reflection_limit();
-        let (scene, corners) = (self.scene, &self.corners);
+        let (scene, corners) = (&self.local, &self.corners);
         Legs::find(
             scene,
             &self.reflectors,
@@ -260,7 +309,18 @@ impl<'s> Tracer<'s> {
             from,
             images,
             max_reflections,
+            self.config.max_wave_bytes,
         )
+    }
+
+    /// The scene in the tracer's own coordinates.
+    pub(crate) fn local(&self) -> &Scene {
+        &self.local
+    }
+
+    /// Where their zero is \[m\].
+    pub(crate) fn origin(&self) -> DVec2 {
+        self.origin
     }
 
     pub(crate) fn reflectors(&self) -> &[Reflector] {

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::ring::MAX_COORDINATE_M;
 use super::{Scene, Wall};
 use crate::error::TerminalError;
 use crate::predicates::orient;
@@ -70,18 +71,20 @@ impl Scene {
     #[must_use]
     pub fn courtyard_of(&self, p: DVec2) -> Option<usize> {
         self.courtyards.iter().position(|ring| {
-            let walls = &self.walls[ring.start as usize..ring.end as usize];
-            walls.iter().map(|w| winding_step(w, p)).sum::<i32>() != 0
+            let steps = ring
+                .iter()
+                .map(|&id| winding_step(&self.walls[id as usize], p));
+            steps.sum::<i32>() != 0
         })
     }
 
     /// Checks that a terminal can stand at `p`.
     ///
     /// # Errors
-    /// [`TerminalError`] for coordinates that are not finite and for every place but
+    /// [`TerminalError`] for coordinates that are not finite or beyond 1e9 m and for every place but
     /// [`Location::Outdoor`].
     pub fn check_terminal(&self, p: DVec2) -> Result<(), TerminalError> {
-        if !p.is_finite() {
+        if !(p.is_finite() && p.abs().max_element() <= MAX_COORDINATE_M) {
             return Err(TerminalError::NotFinite(p.x, p.y));
         }
         match (self.locate(p), self.area) {

@@ -1,6 +1,7 @@
 //! The scene: checked walls, their corners and an index over them.
 
 mod city;
+mod courtyards;
 mod footprint;
 #[cfg(feature = "geojson")]
 mod geojson;
@@ -11,8 +12,6 @@ mod repair;
 mod ring;
 mod tiles;
 mod union;
-
-use std::ops::Range;
 
 use glam::DVec2;
 
@@ -33,6 +32,9 @@ use crate::predicates::orient;
 
 /// Buildings below this area \[m^2\] are dropped as slivers.
 const MIN_BUILDING_AREA_M2: f64 = 1e-3;
+/// Or below this part of the scene's squared extent, where that is less: a model city in
+/// millimetres has buildings too.
+const MIN_BUILDING_SHARE: f64 = 1e-7;
 
 /// One edge of the union of all buildings. The building lies to the left of `a` -> `b`, the
 /// street to the right.
@@ -129,7 +131,7 @@ pub struct Scene {
     walls: Vec<Wall>,
     index: WallIndex,
     /// Walls of each courtyard, the smallest courtyard first.
-    courtyards: Vec<Range<u32>>,
+    courtyards: Vec<Vec<u32>>,
     area: Option<Area>,
     buildings: usize,
     report: RepairReport,
@@ -159,6 +161,7 @@ impl Scene {
             return Err(SceneError::Area { min, max });
         }
         let mut report = RepairReport::default();
+        let min_area_m2 = min_building_area_m2(footprints);
         let mut buildings = Vec::with_capacity(footprints.len());
         for (building, footprint) in footprints.iter().enumerate() {
             if let Some(material) = footprint.material {
@@ -166,7 +169,7 @@ impl Scene {
                     .validate()
                     .map_err(|source| SceneError::Material { building, source })?;
             }
-            let rings = clean_building(building, footprint, &mut report)?;
+            let rings = clean_building(building, footprint, min_area_m2, &mut report)?;
             if !rings.is_empty() {
                 buildings.push((building, rings));
             }
@@ -175,15 +178,10 @@ impl Scene {
         let outlines = union::unite(&buildings, |p, q| material(p) == material(q), &mut report);
         report.repairs.sort_by_key(|r| r.building);
 
-        let mut courtyards = Vec::new();
         let mut walls = Vec::with_capacity(outlines.iter().map(|o| o.points.len()).sum());
         for outline in &outlines {
             let first = walls.len();
             let n = outline.points.len();
-            let doubled_area = ring::doubled_area(&outline.points);
-            if doubled_area < 0.0 {
-                courtyards.push((-doubled_area, first as u32..(first + n) as u32));
-            }
             walls.extend((0..n).map(|i| Wall {
                 a: outline.points[i],
                 b: outline.points[(i + 1) % n],
@@ -193,11 +191,10 @@ impl Scene {
                 material: material(outline.edge_building[i]),
             }));
         }
-        courtyards.sort_by(|p, q| p.0.total_cmp(&q.0));
         Ok(Self {
             index: WallIndex::new(&walls),
+            courtyards: courtyards::courtyards(&walls),
             walls,
-            courtyards: courtyards.into_iter().map(|c| c.1).collect(),
             area,
             buildings: footprints.len(),
             report,
@@ -268,14 +265,64 @@ impl Scene {
         self.index.is_blocked(&self.walls, leg)
     }
 
+    /// A place to count from that is near the walls \[m\]: zero unless the scene is small against
+    /// its distance from there, as in UTM coordinates.
+    ///
+    /// Subtracting it is exact for every vertex (Sterbenz: no coordinate is more than twice
+    /// another), so that the walls so moved are the same walls with more digits to compute in.
+    pub(crate) fn origin(&self) -> DVec2 {
+        let corners = || self.walls.iter().map(|w| w.a);
+        let (Some(min), Some(max)) = (corners().reduce(DVec2::min), corners().reduce(DVec2::max))
+        else {
+            return DVec2::ZERO;
+        };
+        let axis = |min: f64, max: f64| {
+            let nearest = if min > 0.0 { min.floor() } else { max.ceil() };
+            let farthest = min.abs().max(max.abs());
+            if nearest != 0.0 && min.signum() == max.signum() && farthest <= 2.0 * nearest.abs() {
+                nearest
+            } else {
+                0.0
+            }
+        };
+        DVec2::new(axis(min.x, max.x), axis(min.y, max.y))
+    }
+
+    /// The same walls, moved.
+    pub(crate) fn moved(&self, by: DVec2) -> Self {
+        let mut scene = self.clone();
+        for wall in &mut scene.walls {
+            wall.a += by;
+            wall.b += by;
+        }
+        scene.area = scene.area.map(|area| Area {
+            min: area.min + by,
+            max: area.max + by,
+        });
+        scene.index = WallIndex::new(&scene.walls);
+        scene
+    }
+
     pub(crate) fn index(&self) -> &WallIndex {
         &self.index
     }
 }
 
+/// The area below which a building of these is a sliver.
+fn min_building_area_m2(footprints: &[Footprint]) -> f64 {
+    let points = || footprints.iter().flat_map(|f| f.outer.iter().copied());
+    let (min, max) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| {
+        (min.min(p), max.max(p))
+    });
+    // What is not finite is refused when its ring is cleaned.
+    let extent_m = (max - min).max_element();
+    (MIN_BUILDING_SHARE * extent_m * extent_m).min(MIN_BUILDING_AREA_M2)
+}
+
 fn clean_building(
     building: usize,
     footprint: &Footprint,
+    min_area_m2: f64,
     report: &mut RepairReport,
 ) -> Result<Vec<ring::Ring>, SceneError> {
     let mut rings = Vec::new();
@@ -291,7 +338,7 @@ fn clean_building(
         }
     }
     let area = ring::doubled_area(&rings[0].points) / 2.0;
-    if area < MIN_BUILDING_AREA_M2 && report_is_simple(report, building) {
+    if area < min_area_m2 && report_is_simple(report, building) {
         report.push(building, RepairKind::Sliver);
         return Ok(Vec::new());
     }

@@ -9,7 +9,7 @@ use crate::error::SceneError;
 use crate::predicates::orient;
 
 /// Largest magnitude of a coordinate \[m\]: far beyond any map projection, far below overflow.
-const MAX_COORDINATE_M: f64 = 1e9;
+pub(super) const MAX_COORDINATE_M: f64 = 1e9;
 
 /// A ring and, for each of its vertices, the index it had in the input.
 pub(super) struct Ring {

@@ -1,0 +1,444 @@
+//! How far each numerical kernel is from its value in 32 digits, at worst.
+//!
+//! The unit is the ulp, 2^-52 of the value: a correctly rounded result is off by at most 0.5. Where
+//! a kernel has zeros a relative error says nothing there; such kernels are measured in ulps of their
+//! full scale, and relative only where the value is at least a millionth of it.
+//!
+//! Arguments are fixed, so the same numbers come out of every run.
+
+use aps_label::{
+    Array, LabelConfig, Labeler, MeanStd, Moments, Normalization, PathSample, relative_power,
+};
+use aps_metrics::{DataRange, Metric, Protocol as Scoring, Scorer};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::{
+    Complex64, Footprint, Material, SPEED_OF_LIGHT_M_PER_S, Scene, TraceConfig, Tracer,
+    VACUUM_PERMITTIVITY_F_PER_M, transition, utd,
+};
+
+use crate::double_complex::{self, DoubleComplex};
+use crate::double_double::{DoubleDouble, PI};
+use crate::label::{array_response, q, squared_sinc};
+
+/// What was measured of one kernel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KernelError {
+    /// The crate it belongs to.
+    pub of: &'static str,
+    /// What it computes.
+    pub kernel: &'static str,
+    /// Largest error in ulps of the value, where that is at least 1e-6 of the scale.
+    pub relative_ulps: f64,
+    /// Largest error anywhere, in ulps of the scale.
+    pub absolute_ulps: f64,
+    /// Where the relative one was met.
+    pub at: String,
+    /// Number of arguments tried.
+    pub points: usize,
+}
+
+/// An error being measured.
+struct Meter {
+    found: KernelError,
+    scale: f64,
+}
+
+impl Meter {
+    fn new(of: &'static str, kernel: &'static str, scale: f64) -> Self {
+        Self {
+            found: KernelError {
+                of,
+                kernel,
+                relative_ulps: 0.0,
+                absolute_ulps: 0.0,
+                at: String::new(),
+                points: 0,
+            },
+            scale,
+        }
+    }
+
+    fn add(&mut self, error: DoubleDouble, size: DoubleDouble, at: impl FnOnce() -> String) {
+        let found = &mut self.found;
+        found.points += 1;
+        let error = error.abs().to_f64();
+        found.absolute_ulps = found.absolute_ulps.max(error / self.scale / f64::EPSILON);
+        let size = size.abs().to_f64();
+        let relative = error / size / f64::EPSILON;
+        if size >= 1e-6 * self.scale && relative > found.relative_ulps {
+            (found.relative_ulps, found.at) = (relative, at());
+        }
+    }
+
+    fn real(&mut self, got: f64, want: DoubleDouble, at: impl FnOnce() -> String) {
+        self.add(dd(got) - want, want, at);
+    }
+
+    fn complex(&mut self, got: Complex64, want: DoubleComplex, at: impl FnOnce() -> String) {
+        let got = DoubleComplex {
+            re: got.re.into(),
+            im: got.im.into(),
+        };
+        self.add((got - want).norm(), want.norm(), at);
+    }
+}
+
+fn dd(x: f64) -> DoubleDouble {
+    x.into()
+}
+
+/// Measures every kernel: a second or two.
+#[must_use]
+pub fn worst_errors() -> Vec<KernelError> {
+    let mut all = vec![transition_function(), diffraction_coefficient()];
+    all.extend([reflection_coefficient(), free_space()]);
+    all.extend([delay_kernel(), delay_recurrence()]);
+    all.extend([array_direct(false), array_direct(true)]);
+    all.extend([array_tables(false), array_tables(true)]);
+    all.extend([decibels(), powers(), standardised(), deviation()]);
+    all.extend(scores());
+    all
+}
+
+fn transition_function() -> KernelError {
+    let mut meter = Meter::new("aps-raytrace", "transition function F", 1.0);
+    for i in -63..=63 {
+        let x = 10_f64.powf(f64::from(i) / 7.0);
+        let want = double_complex::transition(dd(x));
+        meter.complex(transition::transition(x), want, || format!("x = {x:.3e}"));
+    }
+    meter.found
+}
+
+fn diffraction_coefficient() -> KernelError {
+    let k = std::f64::consts::TAU * 3.5e9 / SPEED_OF_LIGHT_M_PER_S;
+    let minus_one = Complex64::new(-1.0, 0.0);
+    // The scale: |D| is at most 2 sqrt(L).
+    let mut meter = Meter::new("aps-raytrace", "diffraction coefficient D / sqrt(L)", 1.0);
+    for n in [1.1, 1.5, 1.9, 2.0] {
+        for distance_m in [0.05, 5.0, 500.0] {
+            for (i, j) in [(0.11, 0.93), (0.25, 0.61), (0.4, 0.47), (0.07, 0.12)] {
+                let open = n * std::f64::consts::PI;
+                let phi = [i * open, j * open];
+                let got = utd::diffraction_coefficient(
+                    n, k, distance_m, phi[0], phi[1], minus_one, minus_one,
+                );
+                let want = double_complex::diffraction(dd(n), dd(k), dd(distance_m), phi.map(dd));
+                let root = DoubleDouble::from(distance_m).sqrt();
+                let got = DoubleComplex {
+                    re: got.re.into(),
+                    im: got.im.into(),
+                };
+                meter.add((got - want).norm() / root, want.norm() / root, || {
+                    format!(
+                        "n = {n}, L = {distance_m} m, phi = {:.3}, {:.3}",
+                        phi[0], phi[1]
+                    )
+                });
+            }
+        }
+    }
+    meter.found
+}
+
+fn reflection_coefficient() -> KernelError {
+    let mut meter = Meter::new("aps-raytrace", "reflection coefficient", 1.0);
+    let omega = std::f64::consts::TAU * 3.5e9;
+    for (eps, sigma) in [(5.24, 0.123), (1.000_001, 0.0), (3.0, 1e-4), (1.0, 6e7)] {
+        let material = Material::Dielectric {
+            relative_permittivity: eps,
+            conductivity_s_per_m: sigma,
+        };
+        let reflector = material.at(3.5e9);
+        // The loss as a double: what the kernel is given.
+        let permittivity = DoubleComplex {
+            re: dd(eps),
+            im: dd(-(sigma / (omega * VACUUM_PERMITTIVITY_F_PER_M))),
+        };
+        for i in 0..=400 {
+            let cos = if i <= 200 {
+                f64::from(i) / 200.0
+            } else {
+                10_f64.powf(-f64::from(i - 200) / 20.0)
+            };
+            let want = double_complex::reflection(permittivity, dd(cos));
+            meter.complex(reflector.reflection(cos), want, || {
+                format!("eps = {eps}, sigma = {sigma} S/m, cos = {cos:.3e}")
+            });
+        }
+    }
+    meter.found
+}
+
+/// A direct ray, as the tracer yields it: length, spreading and phase.
+fn free_space() -> KernelError {
+    let mut meter = Meter::new("aps-raytrace", "gain of free space, phase included", 1.0);
+    let scene = Scene::new(&[] as &[Footprint], None).expect("no footprint is wrong");
+    let tracer = Tracer::new(&scene, TraceConfig::default()).expect("default settings");
+    let wavelength_m = dd(SPEED_OF_LIGHT_M_PER_S) / dd(3.5e9);
+    for i in 0..200 {
+        let rx = DVec2::from_angle(0.3 * f64::from(i)) * 10_f64.powf(f64::from(i % 60) / 20.0);
+        let link = tracer.trace(DVec2::ZERO, rx).expect("two places");
+        let length_m = DoubleDouble::hypot(dd(rx.x), dd(rx.y));
+        let amplitude = wavelength_m / (dd(4.0) * PI * length_m);
+        let want = DoubleComplex::from_half_turns(amplitude, -(length_m / wavelength_m * dd(2.0)));
+        let got = link.paths[0].gain;
+        let got = DoubleComplex {
+            re: got.re.into(),
+            im: got.im.into(),
+        };
+        // Relative to the amplitude.
+        meter.add((got - want).norm() / amplitude, DoubleDouble::ONE, || {
+            format!("{:.3} m", rx.length())
+        });
+    }
+    meter.found
+}
+
+fn path(delay_s: f64, arrival_azimuth_rad: f64, gain_db: f64) -> PathSample {
+    PathSample {
+        delay_s,
+        arrival_azimuth_rad,
+        gain_db,
+    }
+}
+
+fn linear(elements: usize) -> Array {
+    Array::UniformLinear {
+        elements,
+        spacing_wavelengths: 0.5,
+    }
+}
+
+fn labeler(config: LabelConfig) -> Labeler {
+    Labeler::new(&config).expect("settings in range")
+}
+
+/// sinc^2(f_s tau), one term by the formula.
+fn delay_kernel() -> KernelError {
+    let mut meter = Meter::new("aps-label", "delay kernel, direct", 1.0);
+    let config = LabelConfig {
+        array: linear(1),
+        sampling_rate_hz: 1e9,
+        ..LabelConfig::paper()
+    };
+    let labeler = labeler(config);
+    for i in 0..4000 {
+        let tau = 1e-12 * f64::from(i * i % 7919) * 10_f64.powf(f64::from(i % 9) - 3.0);
+        let got = labeler.q(&[path(0.0, 0.0, 0.0)], tau, 0.0).expect("finite");
+        // The argument as the kernel gets it.
+        let want = squared_sinc(dd(1e9 * tau));
+        meter.real(got, want, || format!("f_s tau = {:.6}", 1e9 * tau));
+    }
+    meter.found
+}
+
+/// The largest of two pulses' sum over a continuous delay, from the recurrence for pulses and their
+/// derivatives, compared with the sum in 32 digits at the delay found.
+fn delay_recurrence() -> KernelError {
+    let mut meter = Meter::new("aps-label", "delay kernel, recurrence at the maximum", 1.0);
+    let config = LabelConfig {
+        array: linear(1),
+        ..LabelConfig::paper()
+    };
+    let labeler = labeler(config);
+    for i in 0..200 {
+        let apart = 0.01 * f64::from(i) / 200e6;
+        let paths = [path(3e-7, 0.0, 0.0), path(3e-7 + apart, 0.0, -3.0)];
+        let label = labeler.label(&paths).expect("finite").expect("two paths");
+        let want = q(
+            labeler.config(),
+            &paths,
+            dd(label.aps_delay_s[0]),
+            DoubleDouble::ZERO,
+        );
+        let got = dd(label.aps_db[0]).from_decibel();
+        meter.add(got - want, want, || {
+            format!("{:.2} pulses apart", 0.01 * f64::from(i))
+        });
+    }
+    meter.found
+}
+
+fn array(circular: bool) -> Array {
+    if circular {
+        Array::UniformCircular {
+            elements: 15,
+            radius_wavelengths: 1.0,
+        }
+    } else {
+        linear(16)
+    }
+}
+
+fn array_direct(circular: bool) -> KernelError {
+    let name = if circular {
+        "array response, circular, direct"
+    } else {
+        "array response, linear, direct"
+    };
+    let mut meter = Meter::new("aps-label", name, 1.0);
+    let array = array(circular);
+    for i in 0..600 {
+        let (theta, theta_k) = (
+            f64::from(i) * 0.013 - 3.1,
+            f64::from(i * 7 % 60) * 0.1 - 2.9,
+        );
+        let want = array_response(&array, dd(theta) / PI, dd(theta_k) / PI);
+        meter.real(array.power_response(theta, theta_k), want, || {
+            format!("{theta:.3} rad for {theta_k:.3} rad")
+        });
+    }
+    meter.found
+}
+
+/// The same from a label's tables: one path, its own delay.
+fn array_tables(circular: bool) -> KernelError {
+    let name = if circular {
+        "array response, circular, tables"
+    } else {
+        "array response, linear, tables"
+    };
+    let mut meter = Meter::new("aps-label", name, 1.0);
+    let config = LabelConfig {
+        array: array(circular),
+        ..LabelConfig::paper()
+    };
+    let labeler = labeler(config);
+    for i in 0..12 {
+        let theta_k = f64::from(i) * 0.53 - 3.1;
+        let label = labeler.label(&[path(3e-7, theta_k, 0.0)]).expect("finite");
+        let label = label.expect("a path");
+        for (db, theta) in label.aps_db.iter().zip(labeler.angles_deg()) {
+            let want = array_response(
+                &labeler.config().array,
+                dd(*theta) / dd(180.0),
+                dd(theta_k) / PI,
+            );
+            let got = dd(*db).from_decibel();
+            meter.add(got - want, want, || {
+                format!("{theta} deg for {theta_k:.3} rad")
+            });
+        }
+    }
+    meter.found
+}
+
+/// 10 log10 of a sum of two powers.
+fn decibels() -> KernelError {
+    let mut meter = Meter::new("aps-label", "power to dB", 1.0);
+    let config = LabelConfig {
+        array: linear(1),
+        ..LabelConfig::paper()
+    };
+    let labeler = labeler(config);
+    for i in 1..600 {
+        let gain_db = -0.05 * f64::from(i);
+        let paths = [path(3e-7, 0.0, 0.0), path(3e-7, 0.0, gain_db)];
+        let label = labeler.label(&paths).expect("finite").expect("two paths");
+        let want = (DoubleDouble::ONE + dd(gain_db).from_decibel()).decibel();
+        meter.real(label.aps_db[0], want, || {
+            format!("0 dB and {gain_db:.2} dB")
+        });
+    }
+    meter.found
+}
+
+/// 10^(dB/10) of labels.
+fn powers() -> KernelError {
+    let mut meter = Meter::new("aps-label", "dB to relative power", 1.0);
+    let row: Vec<f64> = (0..3000).map(|i| -0.017 * f64::from(i)).collect();
+    let mut values = row.clone();
+    relative_power(&mut values).expect("finite");
+    for (got, db) in values.iter().zip(&row) {
+        meter.real(*got, dd(*db).from_decibel(), || format!("{db:.3} dB"));
+    }
+    meter.found
+}
+
+/// The released target: relative power, affine, standardised by its own mean and deviation.
+fn standardised() -> KernelError {
+    let mut meter = Meter::new("aps-label", "standardised target", 1.0);
+    let split = MeanStd {
+        mean: 0.17,
+        std: 0.26,
+    };
+    for seed in 0..8 {
+        let row: Vec<f64> = (0..180)
+            .map(|i| -80.0 - f64::from((i * i + 31 * seed) % 97) * 0.3)
+            .collect();
+        let mut values = row.clone();
+        Normalization::Released(split)
+            .apply(&mut values)
+            .expect("finite");
+        let peak = row.iter().copied().fold(f64::MIN, f64::max);
+        let n = dd(180.0);
+        let affine = |db: f64| ((dd(db) - dd(peak)).from_decibel() - dd(0.17)) / dd(0.26);
+        let wide: Vec<DoubleDouble> = row.iter().map(|&db| affine(db)).collect();
+        let mean = wide.iter().copied().sum::<DoubleDouble>() / n;
+        let squares = wide.iter().map(|&x| (x - mean) * (x - mean));
+        let std = (squares.sum::<DoubleDouble>() / n).sqrt() + dd(1e-8);
+        for ((got, x), bin) in values.iter().zip(&wide).zip(0..) {
+            meter.real(*got, (*x - mean) / std, || format!("row {seed}, bin {bin}"));
+        }
+    }
+    meter.found
+}
+
+fn deviation() -> KernelError {
+    let mut meter = Meter::new("aps-label", "deviation of a training split", 1.0);
+    for centre in [0.0, 0.1, 0.5] {
+        let values: Vec<f64> = (0..9000)
+            .map(|i| centre + 0.3 * f64::from(i * 7 % 1000) / 1000.0)
+            .collect();
+        let mut moments = Moments::default();
+        moments.add(&values).expect("finite");
+        let n = dd(9000.0);
+        let mean = values.iter().map(|&x| dd(x)).sum::<DoubleDouble>() / n;
+        let square = |&x: &f64| (dd(x) - mean) * (dd(x) - mean);
+        let want = (values.iter().map(square).sum::<DoubleDouble>() / n).sqrt();
+        let got = moments.mean_std().expect("values").std;
+        meter.real(got, want, || format!("values around {centre}"));
+    }
+    meter.found
+}
+
+/// The metrics that are sums over bins.
+fn scores() -> Vec<KernelError> {
+    let metrics = [
+        (Metric::Mae, "MAE"),
+        (Metric::Mse, "MSE"),
+        (Metric::Nmse, "NMSE"),
+        (Metric::NmseDb, "NMSE [dB]"),
+        (Metric::PsnrDb, "PSNR [dB]"),
+        (Metric::Cosine, "cosine similarity"),
+    ];
+    let mut meters = metrics.map(|(_, name)| Meter::new("aps-metrics", name, 1.0));
+    let mut scorer = Scorer::new(Scoring::Paper);
+    let range = DataRange::new(7.5).expect("positive");
+    for seed in 0..40 {
+        let wave = |i: i32, k: f64| (f64::from(i) * 0.37 + f64::from(seed) * k).sin();
+        let truth: Vec<f64> = (0..180).map(|i| wave(i, 0.3) + 0.1).collect();
+        let prediction: Vec<f64> = (0..180).map(|i| 0.9 * wave(i, 0.31) - 0.2).collect();
+        let scores = scorer.score(&truth, &prediction).expect("finite");
+        let pairs = || truth.iter().zip(&prediction).map(|(&t, &p)| (dd(t), dd(p)));
+        let n = dd(180.0);
+        let mean = |of: fn(DoubleDouble, DoubleDouble) -> DoubleDouble| {
+            pairs().map(|(t, p)| of(t, p)).sum::<DoubleDouble>() / n
+        };
+        let mse = mean(|t, p| (t - p) * (t - p));
+        let power = mean(|t, _| t * t);
+        let want = [
+            mean(|t, p| (t - p).abs()),
+            mse,
+            mse / power,
+            (mse / power).decibel(),
+            (dd(7.5) * dd(7.5) / mse).decibel(),
+            mean(|t, p| t * p) / (power * mean(|_, p| p * p)).sqrt(),
+        ];
+        for ((meter, (metric, _)), want) in meters.iter_mut().zip(metrics).zip(want) {
+            meter.real(metric.of(&scores, range), want, || format!("pair {seed}"));
+        }
+    }
+    meters.map(|m| m.found).to_vec()
+}

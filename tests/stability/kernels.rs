@@ -1,0 +1,39 @@
+//! Worst errors of the kernels against 32 digits.
+
+use aps_tests::ulps::worst_errors;
+
+/// Each kernel keeps the error it has been given a bound for, in ulps (2.2e-16): a regression of a
+/// kernel's accuracy fails here. The two of diffraction are approximations made for 1e-10, which is
+/// 1e6 ulps; gains lose what a double loses of a phase of 7e4 rad (1 km).
+#[test]
+fn kernels_keep_their_worst_errors() {
+    let bounds = [
+        ("transition function F", 2e6),
+        ("diffraction coefficient D / sqrt(L)", 4e6),
+        ("reflection coefficient", 8.0),
+        ("gain of free space, phase included", 2e5),
+        ("delay kernel, direct", 10.0),
+        ("delay kernel, recurrence at the maximum", 20.0),
+        ("array response, linear, direct", 2e4),
+        ("array response, circular, direct", 2e4),
+        ("array response, linear, tables", 2e4),
+        ("array response, circular, tables", 2e4),
+        ("power to dB", 10.0),
+        ("dB to relative power", 40.0),
+        ("standardised target", 1e4),
+        ("deviation of a training split", 40.0),
+        ("MAE", 10.0),
+        ("MSE", 10.0),
+        ("NMSE", 10.0),
+        ("NMSE [dB]", 20.0),
+        ("PSNR [dB]", 20.0),
+        ("cosine similarity", 10.0),
+    ];
+    let errors = worst_errors();
+    assert_eq!(errors.len(), bounds.len());
+    for (error, (kernel, ulps)) in errors.iter().zip(bounds) {
+        eprintln!("{error:?}");
+        assert_eq!(error.kernel, kernel);
+        assert!(error.points > 2 && error.relative_ulps <= ulps, "{error:?}");
+    }
+}

@@ -1,0 +1,322 @@
+//! Normalisation and metrics of constant, tiny and huge spectra.
+
+use aps_label::{MeanStd, Moments, Normalization, NormalizationError, relative_db, relative_power};
+use aps_metrics::{
+    Bootstrap, DataRange, Distribution, Evaluation, MAX_MAGNITUDE, Metric, Protocol, Scorer,
+    Spectra,
+};
+use aps_tests::double_double::DoubleDouble;
+
+const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
+
+const SPLIT: MeanStd = MeanStd {
+    mean: 0.17,
+    std: 0.26,
+};
+
+fn dd(x: f64) -> DoubleDouble {
+    x.into()
+}
+
+/// Every metric of one sample, all finite.
+fn scores(protocol: Protocol, truth: &[f64], prediction: &[f64]) -> Vec<(Metric, f64)> {
+    let scores = Scorer::new(protocol).score(truth, prediction).unwrap();
+    let range = DataRange::new(1.0).unwrap();
+    let all = Metric::ALL.map(|m| (m, m.of(&scores, range)));
+    for (metric, value) in all {
+        assert!(value.is_finite(), "{protocol:?}: {metric:?} is {value}");
+    }
+    all.to_vec()
+}
+
+/// Constant spectra: no peak, cosine 1 between positive ones and -1 against negative ones, errors
+/// that are those of the constants, at every magnitude from denormal to the limit.
+#[test]
+fn constant_spectra_score_as_their_constants() {
+    let magnitudes = [
+        5e-324,
+        1e-310,
+        1e-160,
+        1e-20,
+        1e-8,
+        1.0,
+        1e20,
+        0.5 * MAX_MAGNITUDE,
+    ];
+    for protocol in PROTOCOLS {
+        for a in magnitudes {
+            for b in magnitudes {
+                for sign in [1.0, -1.0] {
+                    let all = scores(protocol, &[a; 180], &[sign * b; 180]);
+                    let of = |metric| all.iter().find(|m| m.0 == metric).unwrap().1;
+                    let want = (a - sign * b).abs();
+                    assert!((of(Metric::Mae) - want).abs() <= 1e-14 * want);
+                    assert_eq!(of(Metric::PleDeg), 0.0);
+                    if a.min(b) >= 1e-8 {
+                        assert!(
+                            (of(Metric::Cosine) - sign).abs() < 1e-14,
+                            "{a} {b}: {}",
+                            of(Metric::Cosine)
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// One huge value among ordinary ones, on either side, up to the stated limit: every metric and
+/// every statistic over many such samples is finite, as documented.
+#[test]
+fn one_huge_value_leaves_every_statistic_finite() {
+    for huge in [1e30, 3e38, MAX_MAGNITUDE] {
+        for protocol in PROTOCOLS {
+            let mut ordinary = [0.0; 36];
+            ordinary
+                .iter_mut()
+                .zip(0..)
+                .for_each(|(v, i)| *v = f64::from(i % 7) - 3.0);
+            let mut spiked = ordinary;
+            spiked[5] = huge;
+            let mut negative = ordinary;
+            negative[9] = -huge;
+            for (truth, prediction) in [
+                (ordinary, spiked),
+                (spiked, ordinary),
+                (negative, spiked),
+                (spiked, spiked),
+                ([0.0; 36], spiked),
+            ] {
+                scores(protocol, &truth, &prediction);
+            }
+            // Many samples, half of them as bad as can be: sums of squares of the metrics.
+            let samples = 20_000;
+            let truth = vec![0.0; samples * 4];
+            let prediction: Vec<f64> = (0..samples * 4)
+                .map(|i| if i % 8 < 4 { huge } else { 0.0 })
+                .collect();
+            let mut evaluation = Evaluation::new(protocol);
+            evaluation
+                .push(
+                    Spectra::new(&truth, 4).unwrap(),
+                    Spectra::new(&prediction, 4).unwrap(),
+                    None,
+                )
+                .unwrap();
+            assert!(evaluation.rejected().is_empty());
+            let range = evaluation.truth_range().unwrap();
+            let clusters: Vec<(u32, u32)> = (0..samples as u32).map(|i| (i % 5, i % 50)).collect();
+            let resamples = Bootstrap {
+                replicates: 20,
+                ..Bootstrap::default()
+            }
+            .draw(&clusters);
+            for metric in Metric::ALL {
+                let column = evaluation.column(metric, range);
+                let d = Distribution::of(column.clone()).unwrap();
+                let numbers = [
+                    d.mean, d.std, d.min, d.q05, d.q25, d.median, d.q75, d.q95, d.max,
+                ];
+                assert!(
+                    numbers.iter().all(|v| v.is_finite()),
+                    "{huge:e} {metric:?}: {d:?}"
+                );
+                let estimate = resamples.mean(&column).unwrap().unwrap();
+                assert!(
+                    [estimate.mean, estimate.low, estimate.high]
+                        .iter()
+                        .all(|v| v.is_finite()),
+                    "{huge:e} {metric:?}: {estimate:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Denormal spectra: squares vanish, and with them the cosine, as the floors of its definition
+/// say; nothing is divided by zero.
+#[test]
+fn denormal_spectra_are_zero_to_the_metrics() {
+    let tiny: Vec<f64> = (0..180).map(|i| 5e-324 * f64::from(i % 11)).collect();
+    for protocol in PROTOCOLS {
+        let all = scores(protocol, &tiny, &tiny);
+        let of = |metric| all.iter().find(|m| m.0 == metric).unwrap().1;
+        assert_eq!((of(Metric::Cosine), of(Metric::Mse)), (0.0, 0.0));
+        scores(protocol, &tiny, &[1.0; 180]);
+        scores(protocol, &[1.0; 180], &tiny);
+    }
+}
+
+/// Scores of ordinary spectra against 32 digits: sums of 180 terms lose a few ulps.
+#[test]
+fn scores_are_good_to_some_ulps() {
+    let truth: Vec<f64> = (0..180)
+        .map(|i| (f64::from(i) * 0.37).sin() + 0.1)
+        .collect();
+    let prediction: Vec<f64> = (0..180).map(|i| (f64::from(i) * 0.371).sin()).collect();
+    let all = scores(Protocol::Paper, &truth, &prediction);
+    let pairs = || truth.iter().zip(&prediction).map(|(&t, &p)| (dd(t), dd(p)));
+    let n = dd(180.0);
+    let mse = pairs()
+        .map(|(t, p)| (t - p) * (t - p))
+        .sum::<DoubleDouble>()
+        / n;
+    let power = pairs().map(|(t, _)| t * t).sum::<DoubleDouble>() / n;
+    let norm = pairs().map(|(_, p)| p * p).sum::<DoubleDouble>() / n;
+    let product = pairs().map(|(t, p)| t * p).sum::<DoubleDouble>() / n;
+    for (metric, want) in [
+        (
+            Metric::Mae,
+            pairs().map(|(t, p)| (t - p).abs()).sum::<DoubleDouble>() / n,
+        ),
+        (Metric::Mse, mse),
+        (Metric::Rmse, mse.sqrt()),
+        (Metric::Nmse, mse / power),
+        (Metric::NmseDb, (mse / power).decibel()),
+        (Metric::PsnrDb, -mse.decibel()),
+        (Metric::Cosine, product / (power * norm).sqrt()),
+    ] {
+        let got = all.iter().find(|m| m.0 == metric).unwrap().1;
+        let error = (got / want.to_f64() - 1.0).abs();
+        assert!(error < 2e-15, "{metric:?}: {got} {want:?}, {error:e}");
+    }
+}
+
+/// Normalisation of constant labels: relative power 1 everywhere, so a split of nothing else has
+/// deviation exactly 0, and dividing by it is refused; with a split's statistics a constant label
+/// becomes a constant, and 0 to the bit where it is divided by its own deviation, of which only the
+/// epsilon of 1e-8 is left: rounding of the mean would come out a hundred million times as large.
+#[test]
+fn constant_labels_normalise_to_constants() {
+    let mut moments = Moments::default();
+    for level in [-300.0, -87.3, 0.0, 12.5] {
+        let mut values = [level; 180];
+        assert_eq!(relative_power(&mut values), Ok(level));
+        moments.add(&values).unwrap();
+        for method in [Normalization::Paper(SPLIT), Normalization::Released(SPLIT)] {
+            let mut values = [level; 180];
+            let scale = method.apply(&mut values).unwrap();
+            let want = if matches!(method, Normalization::Paper(_)) {
+                (1.0 - 0.17) / 0.26
+            } else {
+                0.0
+            };
+            assert!(
+                values
+                    .iter()
+                    .all(|v| (v - want).abs() < 1e-15 && *v == values[0])
+            );
+            method.invert(&scale, &mut values).unwrap();
+            assert!(
+                values
+                    .iter()
+                    .all(|v| (v - level).abs() < 1e-12 * (1.0 + level.abs()))
+            );
+        }
+    }
+    let statistics = moments.mean_std().unwrap();
+    assert_eq!((statistics.mean, statistics.std), (1.0, 0.0));
+    let refused = Normalization::Paper(statistics).apply(&mut [0.0; 180]);
+    assert!(matches!(
+        refused,
+        Err(NormalizationError::Statistics { .. })
+    ));
+}
+
+/// Moments of constants that binary fractions do not hold, and of values so close together that mean
+/// square and squared mean agree in nearly all digits. Expected is the stated error of the variance,
+/// 4e-16 (mean^2 + variance): no NaN from its root, and no deviation where digits allow none.
+#[test]
+fn moments_of_nearly_constant_values() {
+    for (centre, spread) in [
+        (0.1, 0.0),
+        (0.7, 1e-6),
+        (0.3, 1e-4),
+        (-85.3, 1e-3),
+        (-85.3, 0.0),
+        (1e4 - 1.0, 0.5),
+    ] {
+        let values: Vec<f64> = (0..9000)
+            .map(|i| centre + spread * f64::from(i % 3 - 1))
+            .collect();
+        let mut moments = Moments::default();
+        moments.add(&values).unwrap();
+        let got = moments.mean_std().unwrap();
+        let n = dd(9000.0);
+        let mean = values.iter().map(|&v| dd(v)).sum::<DoubleDouble>() / n;
+        let square = |v: f64| (dd(v) - mean) * (dd(v) - mean);
+        let std = (values.iter().map(|&v| square(v)).sum::<DoubleDouble>() / n)
+            .sqrt()
+            .to_f64();
+        eprintln!(
+            "moments around {centre}: deviation {:e} for {std:e}",
+            got.std
+        );
+        assert!((got.mean - mean.to_f64()).abs() <= 2e-16 * centre.abs());
+        let off = (got.std * got.std - std * std).abs();
+        assert!(
+            off <= 4e-16 * (centre * centre + std * std),
+            "{centre} {spread}: {} {std}",
+            got.std
+        );
+    }
+}
+
+/// Labels at the ends of what doubles hold: refused by name or finite. No infinity comes out of
+/// good input.
+#[test]
+fn extreme_labels_are_refused_or_finite() {
+    let rows: [&[f64]; 5] = [
+        &[1.7e308, -1.7e308],
+        &[-1.7e308; 3],
+        &[5e-324, 0.0, -5e-324],
+        &[1e300, 0.0],
+        &[0.0, -1e4, -350.0],
+    ];
+    let methods = [
+        Normalization::Paper(SPLIT),
+        Normalization::Released(SPLIT),
+        Normalization::ZScore(MeanStd {
+            mean: -95.0,
+            std: 14.0,
+        }),
+        Normalization::ZScore(MeanStd {
+            mean: 1.0,
+            std: 5e-324,
+        }),
+        Normalization::Paper(MeanStd {
+            mean: 0.5,
+            std: 1e-310,
+        }),
+        Normalization::MinMax {
+            low_db: -1e308,
+            high_db: 1e308,
+        },
+        Normalization::MinMax {
+            low_db: 0.0,
+            high_db: 1e-320,
+        },
+    ];
+    for row in rows {
+        let mut values = row.to_vec();
+        if relative_db(&mut values).is_ok() {
+            assert!(
+                values.iter().all(|v| v.is_finite()),
+                "relative_db of {row:?}: {values:?}"
+            );
+        }
+        for method in methods {
+            let mut values = row.to_vec();
+            if let Ok(scale) = method.apply(&mut values) {
+                assert!(
+                    values.iter().all(|v| v.is_finite()),
+                    "{method:?} of {row:?}: {values:?}"
+                );
+                assert!(scale.own.mean.is_finite() && scale.own.std.is_finite());
+                if method.invert(&scale, &mut values).is_ok() {
+                    assert!(values.iter().all(|v| v.is_finite()));
+                }
+            }
+        }
+    }
+}
