@@ -2,7 +2,10 @@
 //! crates they check, and access to real maps where there are any.
 
 pub mod brute_force;
+pub mod double_double;
+pub mod label;
 pub mod links;
 pub mod maps;
 pub mod mixed;
 pub mod utd;
+pub mod wedge;
