@@ -42,6 +42,8 @@ pub struct Tracer<'s> {
     reflectors: Vec<Reflector>,
     /// Empty without diffraction.
     corners: Corners,
+    /// For each courtyard closed on all sides, whether one of the corners is there.
+    courtyards_with_corners: Vec<bool>,
     /// Legs from each corner to the others; empty when no path has two diffractions.
     between: Vec<Legs>,
     graph: Option<CornerGraph>,
@@ -134,6 +136,8 @@ impl<'s> Tracer<'s> {
             scene,
             wavelength_m,
             reflectors,
+            courtyards_with_corners: scene
+                .courtyards_with(corners.wedges.iter().map(|wedge| wedge.point)),
             corners,
             between: Vec::new(),
             graph: None,
@@ -188,12 +192,17 @@ impl<'s> Tracer<'s> {
     /// [`TerminalError`] where no terminal can stand, or when its images exceed `max_images`.
     pub fn transmitter(&self, position: DVec2) -> Result<Transmitter, TerminalError> {
         self.scene.check_terminal(position)?;
+        let courtyard = self.scene.courtyard_of(position);
         let images = self.images(position)?;
-        let legs = self.legs(position, &images);
+        let legs = if self.may_reach_corners(courtyard) {
+            self.legs(position, &images)
+        } else {
+            Legs::default()
+        };
         let limits = self.config.limits();
         Ok(Transmitter {
             position,
-            courtyard: self.scene.courtyard_of(position),
+            courtyard,
             fronts: Fronts::extend(&self.corners, &legs, &self.between, &limits),
             images,
             legs,
@@ -212,15 +221,16 @@ impl<'s> Tracer<'s> {
         } else {
             sights(self.scene, position, &mut TreeScratch::default(), |_| false)
         };
+        let courtyard = self.scene.courtyard_of(position);
         // Legs need the receiver's own images; without corners nobody asks for them.
-        let legs = if self.corners.wedges.is_empty() {
-            Legs::default()
-        } else {
+        let legs = if self.may_reach_corners(courtyard) {
             self.legs(position, &self.images(position)?)
+        } else {
+            Legs::default()
         };
         Ok(Receiver {
             position,
-            courtyard: self.scene.courtyard_of(position),
+            courtyard,
             sights,
             legs,
             arrivals: OnceLock::new(),
@@ -238,6 +248,14 @@ impl<'s> Tracer<'s> {
         let mut link = Link::default();
         self.link(&tx, &rx, &mut link)?;
         Ok(link)
+    }
+
+    /// Whether anything at all could bend between a terminal and others in its courtyard.
+    fn may_reach_corners(&self, courtyard: Option<usize>) -> bool {
+        match courtyard {
+            Some(courtyard) => self.courtyards_with_corners[courtyard],
+            None => !self.corners.wedges.is_empty(),
+        }
     }
 
     fn images(&self, from: DVec2) -> Result<ImageTree, TerminalError> {
