@@ -1,17 +1,12 @@
 //! `cargo xtask report`: measure, and write down what was measured.
 
-use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 
 use crate::command_line;
 use crate::maps::{IdList, MapSource};
-use crate::studies::{Conditions, MapChoice, Profile, Setup, StudyName, join};
-use crate::whole_files;
-
-/// Name of the document without `.md`, and of the folder of its studies.
-const DOCUMENT: &str = "numerics";
+use crate::studies::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
 
 /// What the options' one line each leaves open.
 const WHAT_IS_WRITTEN: &str = "\
@@ -52,7 +47,7 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let usual = self.profile.choose("data/report-smoke", "docs/reports");
         let out = self.out.clone().unwrap_or_else(|| usual.into());
-        let folder = out.join(DOCUMENT);
+        let folder = studies_folder(&out);
         let setup = Setup {
             profile: self.profile,
             seed: self.seed,
@@ -70,11 +65,7 @@ impl Args {
             let measured = measured.with_context(|| format!("study '{}'", study.name()))?;
             measured.write(&folder, conditions.ended())?;
         }
-        let document = out.join(format!("{DOCUMENT}.md"));
-        fs::create_dir_all(&out)
-            .with_context(|| format!("cannot make the folder '{}'", out.display()))?;
-        whole_files::write(&document, join(&folder, DOCUMENT)?.as_bytes())?;
-        println!("report '{}'", document.display());
+        println!("report '{}'", publish(&out)?.display());
         Ok(())
     }
 

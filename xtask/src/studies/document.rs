@@ -8,11 +8,31 @@ use anyhow::{Context, Result, ensure};
 use super::study::{Block, Study};
 use super::{Conditions, Profile};
 use crate::benchmark::{Machine, words};
+use crate::whole_files;
 
 const LEAD: &str = "\
 Error against run time, measured. Every number below was written by the program that measured it, and can be measured again by \
 the commands at the end; times are medians on one thread after a warm-up. \"On the front\" means: nothing else in the \
 comparison is both as fast and as accurate; what is off the front is dominated, and there is no reason to use it.";
+
+/// Name of the document without `.md`, and of the folder of its studies beside it.
+const DOCUMENT: &str = "numerics";
+
+/// The folder in which a document in `out` finds its studies.
+pub fn studies_folder(out: &Path) -> PathBuf {
+    out.join(DOCUMENT)
+}
+
+/// Writes the document of all studies in [`studies_folder`] into `out`; returns its file.
+///
+/// # Errors
+/// As [`join`], and a file that cannot be written.
+pub fn publish(out: &Path) -> Result<PathBuf> {
+    let document = out.join(format!("{DOCUMENT}.md"));
+    let text = join(&studies_folder(out), DOCUMENT)?;
+    whole_files::write(&document, text.as_bytes())?;
+    Ok(document)
+}
 
 /// The text of a document, in GitHub's Markdown, that shows all studies of `folder` by links that begin with `prefix`.
 ///

@@ -45,7 +45,7 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 pub use conditions::Conditions;
-pub use document::join;
+pub use document::{join, publish, studies_folder};
 pub use scenes::{MapChoice, NamedScene};
 pub use stopwatch::{Stopwatch, Timing, on_one_thread};
 pub use study::{Block, FORMAT, Study};

@@ -136,7 +136,7 @@ pub fn typical(profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
         Footprint::new(block([-200.0, 456.0], [60.0, 100.0])),
         Footprint::new(block([-200.0, 456.0], [120.0, 160.0])),
     ];
-    let [open, .., dense] = &cities(Profile::Full, seed)?[..] else {
+    let [open, .., dense] = &cities(profile, seed)?[..] else {
         bail!("no synthetic cities");
     };
     let size = profile.choose(128.0, 256.0);

@@ -1,7 +1,7 @@
 //! Error against time: the front that nothing beats, and what is off it.
 
 use crate::benchmark::words;
-use crate::chart::{Axis, Chart, Mark, Series, Spot, pareto_front};
+use crate::chart::{Axis, Chart, Mark, Series, Spot};
 use crate::theme::Colour;
 
 /// One setting: what it costs and how far off it is.
@@ -15,6 +15,24 @@ pub struct Choice {
     pub time: f64,
     /// In the unit of the error axis; not negative.
     pub error: f64,
+}
+
+/// Which settings a chart names besides those on the front.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Marked<'n> {
+    /// All of them.
+    All,
+    /// Those of these names.
+    Only(&'n [&'n str]),
+}
+
+impl Marked<'_> {
+    fn holds(self, choice: &Choice) -> bool {
+        match self {
+            Self::All => true,
+            Self::Only(names) => names.contains(&&*choice.name),
+        }
+    }
 }
 
 /// Settings that are compared.
@@ -35,14 +53,16 @@ impl Trade {
         });
     }
 
-    /// Those nothing beats, the fastest first.
+    /// Those nothing beats, the fastest first; an error smaller by less than a hundredth is none.
     pub fn front(&self) -> Vec<&Choice> {
         let mut sorted: Vec<&Choice> = self.choices.iter().collect();
         sorted.sort_by(|p, q| p.time.total_cmp(&q.time).then(p.error.total_cmp(&q.error)));
         let mut best = f64::INFINITY;
         sorted.retain(|choice| {
-            let is_better = choice.error < best;
-            best = best.min(choice.error);
+            let is_better = choice.error < 0.99 * best;
+            if is_better {
+                best = choice.error;
+            }
             is_better
         });
         sorted
@@ -61,11 +81,11 @@ impl Trade {
     }
 
     /// Both axes logarithmic, the front as steps; errors below `least` are drawn there. Settings on the
-    /// front, and those in `marked`, are named.
-    pub fn chart(&self, time: &str, error: &str, least: f64, marked: &[&str]) -> Chart {
+    /// front, and those `marked`, are named.
+    pub fn chart(&self, time: &str, error: &str, least: f64, marked: Marked<'_>) -> Chart {
         let at = |choice: &Choice| [choice.time, choice.error.max(least)];
         let front = self.front();
-        let mut steps = pareto_front(&self.choices.iter().map(at).collect::<Vec<_>>());
+        let mut steps: Vec<[f64; 2]> = front.iter().map(|choice| at(choice)).collect();
         let slowest = self.choices.iter().map(|c| c.time).fold(0.0, f64::max);
         steps.extend(steps.last().map(|last| [slowest, last[1]]));
         let mut chart = Chart::new(Axis::log(time), Axis::log(error)).sized(640.0, 440.0);
@@ -84,7 +104,7 @@ impl Trade {
         for (i, group) in groups.into_iter().enumerate() {
             let spot = |choice: &Choice| Spot {
                 at: at(choice),
-                label: match front.contains(&choice) || marked.contains(&&*choice.name) {
+                label: match front.contains(&choice) || marked.holds(choice) {
                     true => choice.name.clone(),
                     false => String::new(),
                 },
@@ -138,11 +158,11 @@ impl Trade {
     }
 }
 
-/// A number that may be very small: three digits, by a power of ten below a thousandth.
+/// A number that may be very small or very large: three digits, else by a power of ten.
 pub fn small(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
-        v if v >= 1e-3 => words::three_digits(value),
+        v if (1e-3..1e6).contains(&v) => words::three_digits(value),
         _ => {
             let text = format!("{value:.1e}");
             text.replace("e-", "e\u{2212}").replace(".0e", "e")
@@ -189,7 +209,7 @@ mod tests {
     #[test]
     fn an_error_of_zero_is_drawn() {
         let text = trade()
-            .chart("time", "error", 1e-3, &[])
+            .chart("time", "error", 1e-3, Marked::Only(&[]))
             .draw()
             .to_file_text();
         assert!(text.contains(">e<"), "{text}");
@@ -198,6 +218,7 @@ mod tests {
     #[test]
     fn small_numbers_read_well() {
         let texts = [0.0, 2.2e-11, 1e-4, 0.0123, 3.0].map(small);
+        assert_eq!(small(5.17e8), "5.2e8");
         assert_eq!(
             texts,
             ["0", "2.2e\u{2212}11", "1e\u{2212}4", "0.0123", "3.00"]

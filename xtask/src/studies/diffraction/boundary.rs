@@ -7,9 +7,10 @@ use aps_tests::wedge::ExactWedge;
 use serde::Serialize;
 
 use super::methods::Method;
-use crate::chart::{Axis, Chart};
+use crate::chart::{Axis, Chart, Mark, Series};
 use crate::studies::trade::small;
 use crate::studies::{Setup, Study};
+use crate::theme::Colour;
 
 const INTERIOR_DEG: u32 = 90;
 const INCIDENT_DEG: f64 = 67.5;
@@ -54,10 +55,19 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
         "Error next to the shadow boundary at k rho = 100, in the shadow.",
         &chart.draw(),
     );
-    let chart = K_RHO.iter().fold(axes(), |chart, &k| {
+    let side = |i: usize, k_rho: f64, (side, name): (f64, &str)| Series {
+        name: format!("k rho = {k_rho}, {name}"),
+        colour: Colour::Series(i),
+        mark: Mark::Line {
+            points: line(Method::Utd, k_rho, side),
+            dashed: side < 0.0,
+        },
+        link: None,
+    };
+    let chart = K_RHO.iter().enumerate().fold(axes(), |chart, (i, &k_rho)| {
         chart
-            .line(format!("k rho = {k}, shadow"), line(Method::Utd, k, 1.0))
-            .line(format!("k rho = {k}, lit"), line(Method::Utd, k, -1.0))
+            .with(side(i, k_rho, (1.0, "shadow")))
+            .with(side(i, k_rho, (-1.0, "lit")))
     });
     study.figure(
         "boundary-distance",

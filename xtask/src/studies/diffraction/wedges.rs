@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::methods::Method;
 use crate::benchmark::words::three_digits;
 use crate::chart::{Axis, Chart};
-use crate::studies::trade::{Trade, small};
+use crate::studies::trade::{Marked, Trade, small};
 use crate::studies::{Setup, Stopwatch, Study, on_one_thread};
 
 const INTERIOR_DEG: [u32; 6] = [0, 30, 60, 90, 120, 150];
@@ -93,10 +93,10 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
         Axis::log("largest error [of the incident field]"),
     )
     .sized(640.0, 380.0);
-    let chart = INTERIOR_DEG
+    let chart = INTERIOR_DEG[1..]
         .iter()
         .fold(chart, |chart, &i| chart.line(format!("{i} deg"), of_utd(i)));
-    let caption = "Largest error of UTD in any direction against the distance from the edge, by interior angle.";
+    let caption = "Largest error of UTD in any direction against the distance from the edge, by interior angle. A half plane, where UTD is exact, is not drawn.";
     study.figure("distance", caption, &chart.draw());
     study.points(findings(&rows));
     study.heading("Cheaper theories");
@@ -139,7 +139,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
         "time a field [ns]",
         "largest error far from the boundary [dB]",
         1e-5,
-        &[],
+        Marked::All,
     );
     let caption = "Largest error of the level in the shadow, far from its boundary, against time. Grey: the front.";
     study.figure("methods-time", caption, &chart.draw());

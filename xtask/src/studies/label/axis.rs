@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::benchmark::words::three_digits;
 use crate::studies::errors::SpectrumError;
-use crate::studies::trade::{Trade, small};
+use crate::studies::trade::{Marked, Trade, small};
 use crate::studies::{Setup, Stopwatch, Study, on_one_thread};
 
 /// Points of the axis from 0 to 1000 ns; the first is the published one.
@@ -22,7 +22,7 @@ struct Row {
     /// Empty for the continuous maximum.
     points: Option<usize>,
     spacing_ns: Option<f64>,
-    ns_per_label: f64,
+    us_per_label: f64,
     mean_error_db: f64,
     worst_error_db: f64,
 }
@@ -57,7 +57,7 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
             Some(_) => "delay axis",
             None => "continuous",
         };
-        trade.add(group, &row.axis, row.ns_per_label, row.mean_error_db);
+        trade.add(group, &row.axis, row.us_per_label, row.mean_error_db);
     }
     study.heading("The maximum over delay");
     study.text(
@@ -65,12 +65,7 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
          shares nothing with the search under study. The released protocol takes the maximum at 128 delays; finer axes \
          come closer.",
     );
-    let chart = trade.chart(
-        "time a label [ns]",
-        "mean error [dB]",
-        1e-12,
-        &["128 points"],
-    );
+    let chart = trade.chart("time a label [us]", "mean error [dB]", 1e-12, Marked::All);
     let caption = "Error of the maximum over delay against time a label. Grey: the front.";
     study.figure("axis-time", caption, &chart.draw());
     study.points(findings(&rows));
@@ -78,7 +73,7 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
         vec![
             row.axis.clone(),
             row.spacing_ns.map_or(String::new(), three_digits),
-            three_digits(row.ns_per_label),
+            three_digits(row.us_per_label),
             small(row.mean_error_db),
             small(row.worst_error_db),
         ]
@@ -86,7 +81,7 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     let head = [
         "axis",
         "spacing [ns]",
-        "time a label [ns]",
+        "time a label [us]",
         "mean error [dB]",
         "largest error [dB]",
     ];
@@ -121,7 +116,7 @@ fn measure(
         axis: String::new(),
         points: None,
         spacing_ns: None,
-        ns_per_label: timing.per(links.len()).ns(),
+        us_per_label: timing.per(links.len()).us(),
         mean_error_db: mean,
         worst_error_db: worst,
     })
@@ -141,29 +136,34 @@ fn findings(rows: &[Row]) -> Vec<String> {
         three_digits(released.spacing_ns.unwrap_or_default()),
     ));
     points.push(format!(
-        "The continuous maximum is off by {} dB at most and takes {} ns, {} times as long as the published axis.",
+        "The continuous maximum is off by {} dB at most and takes {} us, {} times as long as the published axis.",
         small(continuous.worst_error_db),
-        three_digits(continuous.ns_per_label),
-        three_digits(continuous.ns_per_label / released.ns_per_label),
+        three_digits(continuous.us_per_label),
+        three_digits(continuous.us_per_label / released.us_per_label),
     ));
     let dominated: Vec<&Row> = rows
         .iter()
-        .filter(|r| r.points.is_some() && r.ns_per_label > continuous.ns_per_label)
+        .filter(|r| r.points.is_some() && r.us_per_label > continuous.us_per_label)
         .collect();
     points.push(match dominated.first() {
         Some(first) => format!(
-            "From {} points on ({} ns a label, {} dB) an axis takes longer than the continuous maximum and is less accurate: it is \
+            "From {} points on ({} us a label, {} dB) an axis takes longer than the continuous maximum and is less accurate: it is \
              dominated.",
             first.points.unwrap_or_default(),
-            three_digits(first.ns_per_label),
+            three_digits(first.us_per_label),
             small(first.mean_error_db)
         ),
         None => "No axis up to 4096 points takes longer than the continuous maximum.".into(),
     });
     if let (Some(fine), Some(half)) = (find(Some(4096)), find(Some(2048))) {
+        let times = half.mean_error_db / fine.mean_error_db;
+        let law = match (3.5..4.5).contains(&times) {
+            true => ", as the square of the spacing",
+            false => "",
+        };
         points.push(format!(
-            "Twice the points, from 2048 to 4096, divide the error by {}: it falls with the square of the spacing.",
-            three_digits(half.mean_error_db / fine.mean_error_db)
+            "Twice the points, from 2048 to 4096, divide the error by {}{law}.",
+            three_digits(times)
         ));
     }
     points

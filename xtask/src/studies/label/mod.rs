@@ -3,6 +3,7 @@
 mod axis;
 mod kernels;
 mod number;
+mod precision;
 mod pulse;
 
 use anyhow::{Result, ensure};
@@ -32,7 +33,7 @@ pub fn run(setup: &Setup) -> Result<Study> {
     ));
     axis::study(setup, &links, &mut study)?;
     bar.inc(1);
-    kernels::study(setup, &links, &mut study)?;
+    precision::study(setup, &links, &mut study)?;
     bar.inc(1);
     pulse::study(setup, &mut study)?;
     bar.finish_and_clear();

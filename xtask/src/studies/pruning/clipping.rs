@@ -77,20 +77,20 @@ pub fn study(
         &head,
         rows.iter().map(cells).collect(),
     );
-    let most = rows
+    let measured = rows
         .iter()
-        .filter_map(|r| Some((r, r.exhaustion_us? / r.trace_us)))
-        .max_by(|p, q| p.1.total_cmp(&q.1));
-    study.points(most.map_or_else(Vec::new, |(r, times)| {
-        vec![format!(
-            "Where it matters most (\"{}\", R{}) beams are {} times as fast: {} images instead of {} sequences.",
+        .filter_map(|r| Some((r, r.exhaustion_us? / r.trace_us)));
+    let most = measured.max_by(|p, q| p.1.total_cmp(&q.1));
+    if let Some((r, times)) = most.filter(|m| m.1 > 1.5) {
+        study.text(format!(
+            "Where it is measured to matter most (\"{}\", R{}) beams are {} times as fast: {} images instead of {} sequences.",
             r.scene,
             r.max_reflections,
             count(times.round() as u64),
             three_digits(r.images_per_transmitter),
             count(r.sequences)
-        )]
-    }));
+        ));
+    }
     study.data("clipping", "Beams against exhaustion", &rows)
 }
 

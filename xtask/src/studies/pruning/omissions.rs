@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::{convex_corners, ends};
 use crate::benchmark::words::{fixed, three_digits};
+use crate::chart::{Axis, Chart, Spot};
 use crate::studies::errors::Judge;
 use crate::studies::links::Links;
 use crate::studies::scenes::NamedScene;
@@ -142,8 +143,29 @@ pub fn study(
         &head,
         rows.iter().map(cells).collect(),
     );
+    let caption = "Time with an omission in parts of that without it, and what it costs; costs below 1e\u{2212}6 dB are drawn there.";
+    study.figure("omissions", caption, &chart(&rows).draw());
     study.points(findings(&rows));
     study.data("omissions", "Every omission in every scene", &rows)
+}
+
+fn chart(rows: &[Row]) -> Chart {
+    let x = Axis::linear("time, in parts of that without the omission");
+    let chart = Chart::new(x, Axis::log("mean error [dB]")).sized(640.0, 440.0);
+    omissions().iter().fold(chart, |chart, omission| {
+        let own = rows.iter().filter(|r| r.omission == omission.name);
+        let spot = |r: &Row| Spot {
+            at: [r.time_ratio, r.mean_error_db.max(1e-6)],
+            // Where nothing is lost the names would only cover each other.
+            label: if r.mean_error_db > 1e-6 {
+                r.scene.clone()
+            } else {
+                String::new()
+            },
+            interval: None,
+        };
+        chart.spots(omission.name, own.map(spot).collect::<Vec<_>>())
+    })
 }
 
 fn of_scene(setup: &Setup, place: &NamedScene) -> Result<Vec<Row>> {

@@ -3,11 +3,11 @@
 use anyhow::Result;
 use aps_raytrace::TraceConfig;
 
-use super::settings::{self, ACCURACIES, DEFAULT, LIMITS, RANGES};
+use super::settings::{self, ACCURACIES, DEFAULT, FAR_LIMITS, LIMITS, RANGES};
 use super::{ReferenceRow, Row};
 use crate::benchmark::words::{self, three_digits};
 use crate::studies::errors::FLOOR_DB;
-use crate::studies::trade::{Choice, Trade, small};
+use crate::studies::trade::{Choice, Marked, Trade, small};
 use crate::studies::{Setup, Study, StudyName};
 
 /// Errors below this [dB] are drawn there.
@@ -84,7 +84,7 @@ pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result
             "tracing and labelling of a link [us]",
             axis,
             *least,
-            &[DEFAULT],
+            Marked::Only(&[DEFAULT]),
         );
         let caption = format!("{what} against time a link, over all maps. Grey: the front.");
         study.figure(&format!("{stem}-time"), caption, &chart.draw());
@@ -110,11 +110,10 @@ fn introduction(setup: &Setup, references: &[ReferenceRow]) -> [String; 3] {
     let default = TraceConfig::default();
     [
         format!(
-            "How much of the label is lost by stopping early? The reference goes to {} reflections and {} diffractions in any \
-             order and leaves nothing out; its label is made of the strongest paths, until all that are left are together 90 dB \
-             below the strongest. It shares the tracer's formulas: this study is about limits, the study of diffraction about \
-             formulas. Of {} links drawn, {} are compared; {} have no path at all, and {} are reached only by chains of more \
-             diffractions than that, which are estimates in every setting.",
+            "How much of the label is lost by stopping early? The reference, R{} D{}, leaves nothing out; its label is made of the \
+             strongest paths, until all that are left are together 90 dB below the strongest. It shares the tracer's formulas: this \
+             study is about limits, the study of diffraction about formulas. Links drawn: {}; compared: {}; without any path: {}; \
+             reached only by chains of more diffractions than that, which are estimates in every setting, and left out: {}.",
             limits.max_reflections,
             limits.max_diffractions,
             sum(|r| r.links),
@@ -125,7 +124,7 @@ fn introduction(setup: &Setup, references: &[ReferenceRow]) -> [String; 3] {
         format!(
             "Rn Dm stands for limits of n reflections and m diffractions on a path, n + m in all, with the usual dynamic range of \
              {} dB and chains of up to {} diffractions for links without a path. The dynamic range is varied at R2 D1, the \
-             default; the accuracy inside R5 D1.",
+             default; the accuracy inside {FAR_LIMITS}.",
             default.dynamic_range_db.unwrap_or_default(),
             default.max_fallback_diffractions
         ),
@@ -223,21 +222,33 @@ fn findings(all: &[Overall<'_>], by_db: &Trade) -> Vec<String> {
             ));
         }
     }
-    for o in all.iter().filter(|o| o.first.group == ACCURACIES) {
-        let Some(choice) = by_db.named(&o.first.setting) else {
-            continue;
-        };
-        points.extend(by_db.better_than(choice).map(|better| {
-            format!(
-                "{} (inside R5 D1) is not worth it: {} takes {} us instead of {} and is no less accurate.",
-                o.first.setting,
-                better.name,
-                three_digits(better.time),
-                three_digits(choice.time)
-            )
-        }));
-    }
+    points.extend(accuracy_in_words(all));
     points
+}
+
+/// What `--accuracy` saves inside its limits.
+fn accuracy_in_words(all: &[Overall<'_>]) -> Option<String> {
+    let inside = all.iter().find(|o| o.first.setting == FAR_LIMITS)?;
+    let own = all.iter().filter(|o| o.first.group == ACCURACIES);
+    let fastest = own
+        .clone()
+        .min_by(|p, q| p.total_us.total_cmp(&q.total_us))?;
+    let worst = own.map(|o| o.mean_db).fold(0.0, f64::max);
+    let saved = 1.0 - fastest.total_us / inside.total_us;
+    Some(format!(
+        "An accuracy asked for inside {FAR_LIMITS} changes the error by {} dB at most against {FAR_LIMITS} itself, and saves {} % of its \
+         time at best ({}, {} us instead of {}): {}.",
+        small((worst - inside.mean_db).abs()),
+        words::fixed(100.0 * saved, 0),
+        fastest.first.setting,
+        three_digits(fastest.total_us),
+        three_digits(inside.total_us),
+        match saved {
+            s if s < 0.1 =>
+                "its bounds are too wide to stop early, and to compute them costs what they save",
+            _ => "its bounds are wide, and hold",
+        }
+    ))
 }
 
 fn default_in_words(default: &Overall<'_>, choice: &Choice, by_db: &Trade) -> String {

@@ -23,6 +23,8 @@ pub const ACCURACIES: &str = "accuracy";
 
 /// Limits within which `--accuracy` decides how far to go.
 const FAR: (usize, usize) = (5, 1);
+/// Their setting.
+pub const FAR_LIMITS: &str = "R5 D1";
 
 impl Setting {
     /// The sweep: limits, then the dynamic range at the default limits, then the accuracy inside far ones.
