@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 
 use crate::command_line;
+use crate::machine;
 use crate::maps::{IdList, MapSource};
 use crate::studies::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
 
@@ -59,8 +60,11 @@ impl Args {
         };
         studies.sort_unstable();
         studies.dedup();
+        // Before the first study is written, which may change a file under version control.
+        let commit = machine::describe().commit;
         for study in studies {
-            let conditions = Conditions::now(self.profile, self.seed, self.command(study));
+            let mut conditions = Conditions::now(self.profile, self.seed, self.command(study));
+            conditions.machine.commit.clone_from(&commit);
             let measured = study.run(&setup);
             let measured = measured.with_context(|| format!("study '{}'", study.name()))?;
             measured.write(&folder, conditions.ended())?;

@@ -165,3 +165,51 @@ pub fn typical(profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
         own("dense old town", 104, dense.scene.clone()),
     ])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typical_scenes_lack_what_they_are_there_for() {
+        let scenes = typical(Profile::Smoke, 1).unwrap();
+        let walls = |name: &str| {
+            let scene = &scenes.iter().find(|s| s.name == name).unwrap().scene;
+            (scene.walls().len(), scene)
+        };
+        assert_eq!(walls("empty square").0, 0);
+        let (_, courtyard) = walls("courtyard");
+        assert!(courtyard.courtyard_of(DVec2::new(50.0, 50.0)).is_some());
+        assert!(walls("dense old town").0 > walls("open suburb").0);
+    }
+
+    #[test]
+    fn unnamed_maps_reach_from_the_fewest_walls_to_the_most() {
+        let folder = tempfile::tempdir().unwrap();
+        for (id, houses) in [(0, 3), (1, 1), (2, 9), (3, 4), (4, 2), (5, 8), (6, 5)] {
+            let house = |i: usize| {
+                let (x, y) = (10 + 20 * i, 10);
+                format!(
+                    "[[{x},{y}],[{},{y}],[{},{}],[{x},{y}]]",
+                    x + 9,
+                    x + 9,
+                    y + 9
+                )
+            };
+            let houses: Vec<String> = (0..houses).map(house).collect();
+            let text = format!("[{}]", houses.join(","));
+            std::fs::write(folder.path().join(format!("{id}.json")), text).unwrap();
+        }
+        let source = MapSource::Folder(folder.path().into());
+        let ids = |ids: Option<IdList>| -> Vec<u32> {
+            let maps = MapChoice::new(source.clone(), ids).unwrap();
+            maps.scenes(Profile::Full, 1)
+                .unwrap()
+                .iter()
+                .map(|s| s.id)
+                .collect()
+        };
+        assert_eq!(ids(None), [1, 4, 3, 6, 2]);
+        assert_eq!(ids(Some(IdList(vec![2, 4]))), [4, 2]);
+    }
+}

@@ -33,9 +33,9 @@ impl Stopwatch {
     /// The samples of a profile.
     pub fn of(profile: Profile) -> Self {
         Self {
-            samples: profile.choose(3, 9),
+            samples: profile.choose(3, 7),
             least_sample: profile.choose(Duration::from_micros(50), Duration::from_millis(5)),
-            most: profile.choose(Duration::from_millis(20), Duration::from_millis(700)),
+            most: profile.choose(Duration::from_millis(20), Duration::from_millis(250)),
         }
     }
 
