@@ -1,7 +1,10 @@
 //! Links of a scene, traced and labelled with one setting after another, and timed.
 
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
 use anyhow::Result;
-use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
+use aps_label::{Label, LabelConfig, Labeler, MAX_PATHS, PathSample, Scratch, Status};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Omitted, PathRecord, Receiver, Scene, TraceConfig, Tracer, Transmitter};
 use rayon::prelude::*;
@@ -13,7 +16,7 @@ use crate::{samples, sampling};
 const SHARED_BY: (f64, f64) = (500.0, 100.0);
 
 /// A reference leaves paths out once all that are left are this far below the strongest \[dB\], together.
-const REST_DB: f64 = 90.0;
+pub const REST_DB: f64 = 80.0;
 
 /// Terminals in a scene; every transmitter has a link to every receiver.
 pub struct Links<'s> {
@@ -37,6 +40,8 @@ pub struct Traced {
     pub corners: usize,
     /// Images of all transmitters.
     pub images: usize,
+    /// Links with more paths than a label takes, of which the strongest were labelled.
+    pub cut_links: usize,
 }
 
 /// The best that is affordable.
@@ -127,20 +132,23 @@ impl<'s> Links<'s> {
     }
 
     fn measure_here(&self, config: &TraceConfig, stopwatch: Stopwatch) -> Result<Traced> {
+        let began = Instant::now();
         let tracer = Tracer::new(self.scene, config.clone())?;
-        let map = stopwatch.time(|| {
-            let _ = std::hint::black_box(Tracer::new(self.scene, config.clone()));
+        let map = stopwatch.time_again(began.elapsed(), || {
+            let _ = black_box(Tracer::new(self.scene, config.clone()));
         });
+        let began = Instant::now();
         let tx: Vec<Transmitter> = prepare(&self.tx, |p| tracer.transmitter(p))?;
-        let transmitter = stopwatch.time(|| {
+        let transmitter = stopwatch.time_again(began.elapsed(), || {
             for &p in &self.tx {
-                let _ = std::hint::black_box(tracer.transmitter(p));
+                let _ = black_box(tracer.transmitter(p));
             }
         });
+        let began = Instant::now();
         let rx: Vec<Receiver> = prepare(&self.rx, |p| tracer.receiver(p))?;
-        let receiver = stopwatch.time(|| {
+        let receiver = stopwatch.time_again(began.elapsed(), || {
             for &p in &self.rx {
-                let _ = std::hint::black_box(tracer.receiver(p));
+                let _ = black_box(tracer.receiver(p));
             }
         });
         let mut traced = Traced {
@@ -150,48 +158,46 @@ impl<'s> Links<'s> {
             omitted: Omitted::default(),
             corners: tracer.corner_count(),
             images: tx.iter().map(Transmitter::image_count).sum(),
+            cut_links: 0,
         };
         let mut samples: Vec<Vec<PathSample>> = Vec::with_capacity(self.len());
         let mut link = Link::default();
-        let cold = std::time::Instant::now();
-        let mut apart = std::time::Duration::ZERO;
+        let mut cold = Duration::ZERO;
         for tx in &tx {
             for rx in &rx {
+                let began = Instant::now();
                 tracer.link(tx, rx, &mut link)?;
-                let kept = std::time::Instant::now();
+                cold += began.elapsed();
                 traced.paths += link.paths.len();
                 traced.omitted.by_bound += link.omitted.by_bound;
                 traced.omitted.by_gain += link.omitted.by_gain;
-                samples.push(link.paths.iter().map(samples::of_record).collect());
-                apart += kept.elapsed();
+                traced.cut_links += usize::from(link.paths.len() > MAX_PATHS);
+                samples.push(labelled(&mut link.paths));
             }
         }
-        let cold_s = (cold.elapsed() - apart).as_secs_f64();
-        let join = stopwatch.time(|| {
+        let join = stopwatch.time_again(cold, || {
             for tx in &tx {
                 for rx in &rx {
-                    let _ = std::hint::black_box(tracer.link(tx, rx, &mut link));
+                    let _ = black_box(tracer.link(tx, rx, &mut link));
                 }
             }
         });
         let (mut scratch, mut label) = (Scratch::default(), Label::default());
+        let began = Instant::now();
         for samples in &samples {
             let status = self.labeler.label_into(samples, &mut scratch, &mut label)?;
+            let is_labelled = status == Status::Labelled;
             traced
                 .spectra
-                .push((status == Status::Labelled).then(|| label.aps_db.clone()));
+                .push(is_labelled.then(|| label.aps_db.clone()));
         }
-        let labels = stopwatch.time(|| {
+        let labels = stopwatch.time_again(began.elapsed(), || {
             for samples in &samples {
-                let _ = std::hint::black_box(self.labeler.label_into(
-                    samples,
-                    &mut scratch,
-                    &mut label,
-                ));
+                let _ = black_box(self.labeler.label_into(samples, &mut scratch, &mut label));
             }
         });
         // Chains beyond the limits are made when a link first asks for them.
-        let first_us = 1e6 * (cold_s - join.median_s).max(0.0) / tx.len() as f64;
+        let first_us = 1e6 * (cold.as_secs_f64() - join.median_s).max(0.0) / tx.len() as f64;
         let first_us = if config.max_fallback_diffractions > 0 {
             first_us
         } else {
@@ -218,9 +224,21 @@ fn prepare<T: Send, E: Into<anyhow::Error> + Send>(
         .collect()
 }
 
+/// What a label takes of a link's paths: all of them, or as many of the strongest.
+fn labelled(paths: &mut [PathRecord]) -> Vec<PathSample> {
+    if paths.len() > MAX_PATHS {
+        strongest_first(paths);
+    }
+    paths
+        .iter()
+        .map(samples::of_record)
+        .take(MAX_PATHS)
+        .collect()
+}
+
 /// The strongest paths, until the rest is nothing.
 fn strongest(mut paths: Vec<PathRecord>) -> Vec<PathSample> {
-    paths.sort_by(|p, q| q.power().total_cmp(&p.power()));
+    strongest_first(&mut paths);
     let least = paths.first().map_or(0.0, PathRecord::power) * 10_f64.powf(-0.1 * REST_DB);
     let mut rest: f64 = paths.iter().map(PathRecord::power).sum();
     let kept = paths.iter().take_while(|path| {
@@ -228,7 +246,9 @@ fn strongest(mut paths: Vec<PathRecord>) -> Vec<PathSample> {
         rest -= path.power();
         counts
     });
-    kept.map(samples::of_record)
-        .take(aps_label::MAX_PATHS)
-        .collect()
+    kept.map(samples::of_record).take(MAX_PATHS).collect()
+}
+
+fn strongest_first(paths: &mut [PathRecord]) {
+    paths.sort_by(|p, q| q.power().total_cmp(&p.power()));
 }

@@ -43,7 +43,12 @@ impl Stopwatch {
     pub fn time(&self, mut work: impl FnMut()) -> Timing {
         let started = Instant::now();
         work();
-        let once = started.elapsed().max(Duration::from_nanos(1));
+        self.time_again(started.elapsed(), work)
+    }
+
+    /// The same for work that ran already and took `once`.
+    pub fn time_again(&self, once: Duration, mut work: impl FnMut()) -> Timing {
+        let (started, once) = (Instant::now(), once.max(Duration::from_nanos(1)));
         if once >= self.most {
             return Timing::of(vec![once.as_secs_f64()]);
         }

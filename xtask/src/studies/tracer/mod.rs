@@ -26,6 +26,8 @@ struct Row {
     links: usize,
     missing_links: usize,
     paths_per_link: f64,
+    /// Links with more paths than a label takes: the strongest are labelled.
+    cut_links: usize,
     trace_us: f64,
     label_us: f64,
     total_us: f64,
@@ -62,7 +64,7 @@ pub fn run(setup: &Setup) -> Result<Study> {
     let scenes = setup.maps.scenes(setup.profile, setup.seed)?;
     let settings = Setting::sweep(setup.profile);
     let reference = settings::reference(setup.profile);
-    let (tx, rx) = setup.profile.choose((2, 6), (4, 30));
+    let (tx, rx) = setup.profile.choose((2, 6), (4, 15));
     let bar = progress::bar((scenes.len() * (settings.len() + 1)) as u64, "settings");
     bar.set_message("tracer");
     let (mut rows, mut references) = (Vec::new(), Vec::new());
@@ -95,9 +97,12 @@ pub fn run(setup: &Setup) -> Result<Study> {
         for setting in &settings {
             let traced = links.measure(&setting.config, Stopwatch::of(setup.profile))?;
             let scores = judge.score(&traced.spectra)?;
-            let paths = traced.paths as f64 / links.len() as f64;
             let last = references.last().expect("one was pushed");
-            rows.push(Row::new(last, setting, &traced.time, &scores, paths));
+            rows.push(Row {
+                paths_per_link: traced.paths as f64 / links.len() as f64,
+                cut_links: traced.cut_links,
+                ..Row::new(last, setting, &traced.time, &scores)
+            });
             bar.inc(1);
         }
     }
@@ -106,7 +111,7 @@ pub fn run(setup: &Setup) -> Result<Study> {
 }
 
 impl Row {
-    fn new(map: &ReferenceRow, setting: &Setting, t: &LinkTime, s: &Scores, paths: f64) -> Self {
+    fn new(map: &ReferenceRow, setting: &Setting, t: &LinkTime, s: &Scores) -> Self {
         Self {
             map: map.map.clone(),
             walls: map.walls,
@@ -118,7 +123,8 @@ impl Row {
             accuracy_db: setting.config.accuracy_db,
             links: s.links,
             missing_links: s.missing,
-            paths_per_link: paths,
+            paths_per_link: 0.0,
+            cut_links: 0,
             trace_us: t.trace_us(),
             label_us: t.label_us,
             total_us: t.total_us(),

@@ -7,6 +7,7 @@ use super::settings::{self, ACCURACIES, DEFAULT, FAR_LIMITS, LIMITS, RANGES};
 use super::{ReferenceRow, Row};
 use crate::benchmark::words::{self, three_digits};
 use crate::studies::errors::FLOOR_DB;
+use crate::studies::links::REST_DB;
 use crate::studies::trade::{Choice, Marked, Trade, small};
 use crate::studies::{Setup, Study, StudyName};
 
@@ -20,6 +21,7 @@ struct Overall<'r> {
     trace_us: f64,
     paths: f64,
     missing: usize,
+    cut_links: usize,
     mean_db: f64,
     p95_db: f64,
     one_minus_cosine: f64,
@@ -45,6 +47,7 @@ impl<'r> Overall<'r> {
                 trace_us: mean(|r| r.trace_us),
                 paths: by_link(|r| r.paths_per_link),
                 missing: own.iter().map(|r| r.missing_links).sum(),
+                cut_links: own.iter().map(|r| r.cut_links).sum(),
                 mean_db: by_link(|r| r.mean_error_db),
                 p95_db: by_link(|r| r.p95_error_db),
                 one_minus_cosine: by_link(|r| r.one_minus_cosine),
@@ -111,7 +114,7 @@ fn introduction(setup: &Setup, references: &[ReferenceRow]) -> [String; 3] {
     [
         format!(
             "How much of the label is lost by stopping early? The reference, R{} D{}, leaves nothing out; its label is made of the \
-             strongest paths, until all that are left are together 90 dB below the strongest. It shares the tracer's formulas: this \
+             strongest paths, until all that are left are together {REST_DB} dB below the strongest. It shares the tracer's formulas: this \
              study is about limits, the study of diffraction about formulas. Links drawn: {}; compared: {}; without any path: {}; \
              reached only by chains of more diffractions than that, which are estimates in every setting, and left out: {}.",
             limits.max_reflections,
@@ -223,6 +226,19 @@ fn findings(all: &[Overall<'_>], by_db: &Trade) -> Vec<String> {
         }
     }
     points.extend(accuracy_in_words(all));
+    let cut: Vec<&str> = all
+        .iter()
+        .filter(|o| o.cut_links > 0)
+        .map(|o| &*o.first.setting)
+        .collect();
+    if !cut.is_empty() {
+        points.push(format!(
+            "{} finds more than {} paths for some links: more than a label takes. There the strongest {} are labelled.",
+            words::list(&cut),
+            aps_label::MAX_PATHS,
+            aps_label::MAX_PATHS
+        ));
+    }
     points
 }
 
