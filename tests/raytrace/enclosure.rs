@@ -63,3 +63,46 @@ fn a_gate_lets_waves_out() {
         .unwrap();
     assert!(!link.paths.is_empty() && !link.is_enclosed);
 }
+
+#[test]
+fn courtyard_without_corners_sets_up_no_diffraction_and_one_with_them_does() {
+    let walled = block(false);
+    let tracer = Tracer::new(&walled, TraceConfig::default()).unwrap();
+    assert_eq!(tracer.corner_count(), 4, "the block's own, outside");
+    let inside = DVec2::new(30.0, 70.0);
+    assert_eq!(tracer.transmitter(inside).unwrap().front_count(), 0);
+    assert!(
+        tracer
+            .transmitter(DVec2::new(120.0, 50.0))
+            .unwrap()
+            .front_count()
+            > 0
+    );
+
+    // A kiosk in the court: one beside its wall, one that touches the court's wall with a corner.
+    for kiosk in [(40.0, 30.0), (20.0, 50.0)] {
+        let (x, y) = kiosk;
+        let turned = [
+            (x, y),
+            (x + 5.0, y - 5.0),
+            (x + 10.0, y),
+            (x + 5.0, y + 5.0),
+        ];
+        let court = Footprint {
+            outer: square(0.0, 100.0),
+            holes: vec![square(20.0, 80.0)],
+            material: None,
+        };
+        let scene = Scene::new(&[court, Footprint::new(turned.map(DVec2::from))], None).unwrap();
+        let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+        let tx = tracer.transmitter(inside).unwrap();
+        assert!(tx.front_count() > 0, "kiosk at {kiosk:?}");
+        let link = tracer.trace(inside, DVec2::new(x + 5.0, y - 8.0)).unwrap();
+        let bends = |p: &aps_raytrace::PathRecord| {
+            p.interactions
+                .iter()
+                .any(|i| i.kind == aps_raytrace::InteractionKind::Diffraction)
+        };
+        assert!(link.paths.iter().any(bends), "kiosk at {kiosk:?}");
+    }
+}

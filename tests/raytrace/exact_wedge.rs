@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use aps_raytrace::{Complex64, Material, utd};
 use aps_tests::utd::{Radio, Wall};
+use aps_tests::wedge;
 
 const PERFECT: Complex64 = Complex64::new(-1.0, 0.0);
 
@@ -42,22 +43,10 @@ impl Row {
     /// The rays of geometrical optics and the diffracted one; some rows lie on a boundary.
     fn by_utd(&self) -> Complex64 {
         let (n, rho) = (self.n(), self.k_rho);
-        let (difference, sum) = ((self.phi - self.incident).abs(), self.phi + self.incident);
-        let plane = |angle: f64| Complex64::cis(rho * angle.cos());
-        let mut field = Complex64::ZERO;
-        if difference <= PI {
-            field += plane(difference);
-        }
-        if sum <= PI {
-            field -= plane(sum);
-        }
-        if sum > (2.0 * n - 1.0) * PI {
-            field -= plane(2.0 * n * PI - sum);
-        }
         // Lengths in units of 1/k.
         let d =
             utd::diffraction_coefficient(n, 1.0, rho, self.incident, self.phi, PERFECT, PERFECT);
-        field + d * Complex64::cis(-rho) / rho.sqrt()
+        wedge::by_rays(n, rho, self.incident, self.phi, d)
     }
 }
 

@@ -10,3 +10,4 @@ pub mod maps;
 pub mod mixed;
 pub mod ulps;
 pub mod utd;
+pub mod wedge;

@@ -107,18 +107,29 @@ pub fn transition(x: f64) -> Complex64 {
     2.0 * w * direction * sum * (step * scale)
 }
 
+/// x and F(x) for x from 1e-9 to 1e9, correct to the last digit of a double: `tests/golden/transition.py`.
+///
+/// # Panics
+/// Never: the table is part of the program.
+#[must_use]
+pub fn transition_table() -> Vec<(f64, Complex64)> {
+    let table = include_str!("../golden/transition.csv");
+    let row = |line: &str| {
+        let x: Vec<f64> = line.split(',').map(|s| s.parse().unwrap()).collect();
+        (x[0], Complex64::new(x[1], x[2]))
+    };
+    table.lines().skip(1).map(row).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn quadrature_agrees_with_the_high_precision_table() {
-        let table = include_str!("../golden/transition.csv");
-        for line in table.lines().skip(1) {
-            let row: Vec<f64> = line.split(',').map(|s| s.parse().unwrap()).collect();
-            let exact = Complex64::new(row[1], row[2]);
-            let error = (transition(row[0]) - exact).norm() / exact.norm();
-            assert!(error < 1e-12, "F({}) is off by {error:e}", row[0]);
+        for (x, exact) in transition_table() {
+            let error = (transition(x) - exact).norm() / exact.norm();
+            assert!(error < 1e-12, "F({x}) is off by {error:e}");
         }
     }
 }

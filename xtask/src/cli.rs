@@ -38,6 +38,8 @@ enum Command {
     Export(commands::export::Args),
     /// Make a data set of the published data's files.
     Import(commands::import::Args),
+    /// Measure error against run time, and report it.
+    Report(commands::report::Args),
     /// Train a model on a data set.
     #[command(disable_help_flag = true)]
     Train(commands::models::Args),
@@ -63,6 +65,7 @@ pub fn run() -> ExitCode {
         Command::Metrics(args) => args.run(),
         Command::Export(args) => args.run(),
         Command::Import(args) => args.run(),
+        Command::Report(args) => args.run(),
         Command::Train(args) => args.run("train"),
         Command::Predict(args) => args.run("predict"),
         Command::BenchModels(args) => args.run("bench-models"),

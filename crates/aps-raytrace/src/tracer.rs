@@ -47,6 +47,8 @@ pub struct Tracer<'s> {
     reflectors: Vec<Reflector>,
     /// Empty without diffraction.
     corners: Corners,
+    /// For each courtyard closed on all sides, whether one of the corners is there.
+    courtyards_with_corners: Vec<bool>,
     /// Legs from each corner to the others; empty when no path has two diffractions.
     between: Vec<Legs>,
     graph: Option<CornerGraph>,
@@ -145,8 +147,10 @@ impl<'s> Tracer<'s> {
         } else {
             Corners::default()
         };
+        let points = corners.wedges.iter().map(|wedge| wedge.point);
         let mut tracer = Self {
             scene,
+            courtyards_with_corners: local.courtyards_with(points),
             local,
             origin,
             wavelength_m,
@@ -221,18 +225,23 @@ impl<'s> Tracer<'s> {
         self.scene.check_terminal(position)?;
         let given = position;
         let position = given - self.origin;
+        let courtyard = self.scene.courtyard_of(given);
         let images = self.images(position)?;
         let too_many = || TerminalError::TooManyWaves {
             position: given,
             limit: self.config.max_wave_bytes,
         };
-        let legs = self.legs(position, &images).ok_or_else(too_many)?;
+        let legs = if self.may_reach_corners(courtyard) {
+            self.legs(position, &images).ok_or_else(too_many)?
+        } else {
+            Legs::default()
+        };
         let limits = self.config.limits();
         let fronts = Fronts::extend(&self.corners, &legs, &self.between, &limits);
         Ok(Transmitter {
             given,
             position,
-            courtyard: self.scene.courtyard_of(given),
+            courtyard,
             fronts: fronts.ok_or_else(too_many)?,
             images,
             legs,
@@ -255,20 +264,21 @@ impl<'s> Tracer<'s> {
                 false
             })
         };
+        let courtyard = self.scene.courtyard_of(given);
         // Legs need the receiver's own images; without corners nobody asks for them.
-        let legs = if self.corners.wedges.is_empty() {
-            Legs::default()
-        } else {
+        let legs = if self.may_reach_corners(courtyard) {
             let legs = self.legs(position, &self.images(position)?);
             legs.ok_or(TerminalError::TooManyWaves {
                 position: given,
                 limit: self.config.max_wave_bytes,
             })?
+        } else {
+            Legs::default()
         };
         Ok(Receiver {
             given,
             position,
-            courtyard: self.scene.courtyard_of(given),
+            courtyard,
             sights,
             legs,
             arrivals: OnceLock::new(),
@@ -286,6 +296,14 @@ impl<'s> Tracer<'s> {
         let mut link = Link::default();
         self.link(&tx, &rx, &mut link)?;
         Ok(link)
+    }
+
+    /// Whether anything at all could bend between a terminal and others in its courtyard.
+    fn may_reach_corners(&self, courtyard: Option<usize>) -> bool {
+        match courtyard {
+            Some(courtyard) => self.courtyards_with_corners[courtyard],
+            None => !self.corners.wedges.is_empty(),
+        }
     }
 
     fn images(&self, from: DVec2) -> Result<ImageTree, TerminalError> {

@@ -326,7 +326,7 @@ fn write_csv(grid: &Grid, file: &Path) -> Result<()> {
 }
 
 /// Text that Markdown takes for nothing else, on one line.
-fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
         match c {

@@ -26,7 +26,7 @@ mod report;
 mod results;
 mod scores;
 mod tables;
-mod words;
+pub(crate) mod words;
 
 use std::path::{Path, PathBuf};
 
@@ -37,6 +37,8 @@ pub use results::{
     Prediction, ProtocolScores, Results, TestLink, Training,
 };
 pub use scores::ScoreTable;
+
+pub(crate) use document::escape as escape_markdown;
 
 use analysis::Analysis;
 

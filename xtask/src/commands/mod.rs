@@ -10,5 +10,6 @@ pub mod label;
 pub mod metrics;
 pub mod models;
 pub mod relabel;
+pub mod report;
 pub mod trace;
 pub mod verify;

@@ -7,7 +7,6 @@ mod config;
 mod dataset;
 mod examples;
 mod latency;
-mod machine;
 mod model;
 mod pace;
 mod stamp;
@@ -23,8 +22,8 @@ use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::{ModelKind, candle_core};
 use serde_json::{Value, json};
-use xtask::DatasetPlan;
 use xtask::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
+use xtask::{DatasetPlan, machine};
 
 use crate::data;
 use crate::labels::{Labels, valid_links};

@@ -4,7 +4,8 @@ use std::process::Command;
 use std::time::SystemTime;
 
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
-use xtask::benchmark::Machine;
+
+use crate::benchmark::Machine;
 
 /// What can be found out about them; what cannot is left empty.
 pub fn describe() -> Machine {

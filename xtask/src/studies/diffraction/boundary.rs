@@ -1,0 +1,141 @@
+//! Errors next to the shadow boundary.
+
+use std::f64::consts::PI;
+
+use anyhow::Result;
+use aps_tests::wedge::ExactWedge;
+use serde::Serialize;
+
+use super::methods::Method;
+use crate::chart::{Axis, Chart, Mark, Series};
+use crate::studies::trade::small;
+use crate::studies::{Setup, Study};
+use crate::theme::Colour;
+
+const INTERIOR_DEG: u32 = 90;
+const INCIDENT_DEG: f64 = 67.5;
+const K_RHO: [f64; 3] = [10.0, 100.0, 1000.0];
+
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    method: &'static str,
+    k_rho: f64,
+    /// Beyond the boundary; negative where the source is seen.
+    beyond_deg: f64,
+    /// In parts of the incident field.
+    error: f64,
+}
+
+pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
+    let steps = setup.profile.choose(6, 60);
+    let rows = rows(steps);
+    study.heading("Distance to the shadow boundary");
+    study.text(format!(
+        "A corner of {INTERIOR_DEG} deg, the wave from {INCIDENT_DEG} deg off one face; the direction moves from the shadow boundary into the shadow."
+    ));
+    let line = |method: Method, k_rho: f64, side: f64| -> Vec<[f64; 2]> {
+        let own = rows
+            .iter()
+            .filter(|r| r.method == method.name() && r.k_rho == k_rho && r.beyond_deg * side > 0.0);
+        own.map(|r| [r.beyond_deg.abs(), r.error]).collect()
+    };
+    let axes = || {
+        Chart::new(
+            Axis::log("from the shadow boundary [deg]"),
+            Axis::log("error [of the incident field]"),
+        )
+        .sized(640.0, 380.0)
+    };
+    let shown = [Method::Utd, Method::ThreePieces, Method::Keller];
+    let chart = shown.iter().fold(axes(), |chart, &m| {
+        chart.line(m.name(), line(m, 100.0, 1.0))
+    });
+    study.figure(
+        "boundary-methods",
+        "Error next to the shadow boundary at k rho = 100, in the shadow.",
+        &chart.draw(),
+    );
+    let side = |i: usize, k_rho: f64, (side, name): (f64, &str)| Series {
+        name: format!("k rho = {k_rho}, {name}"),
+        colour: Colour::Series(i),
+        mark: Mark::Line {
+            points: line(Method::Utd, k_rho, side),
+            dashed: side < 0.0,
+        },
+        link: None,
+    };
+    let chart = K_RHO.iter().enumerate().fold(axes(), |chart, (i, &k_rho)| {
+        chart
+            .with(side(i, k_rho, (1.0, "shadow")))
+            .with(side(i, k_rho, (-1.0, "lit")))
+    });
+    study.figure(
+        "boundary-distance",
+        "Error of UTD on both sides of the shadow boundary.",
+        &chart.draw(),
+    );
+    study.points(findings(&rows));
+    study.data("boundary", "Errors next to the shadow boundary", &rows)
+}
+
+fn rows(steps: usize) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let incident = INCIDENT_DEG.to_radians();
+    for k_rho in K_RHO {
+        let exact = ExactWedge::new(INTERIOR_DEG, k_rho);
+        for side in [1.0, -1.0] {
+            for i in 0..=steps {
+                // From 1e-5 deg to 20 deg.
+                let beyond_deg = side * 1e-5 * 2e6_f64.powf(i as f64 / steps as f64);
+                let phi = PI + incident + beyond_deg.to_radians();
+                let truth = exact.field(incident, phi);
+                for method in [Method::Utd, Method::ThreePieces, Method::Keller] {
+                    let found = method.field(exact.n(), k_rho, incident, phi);
+                    rows.push(Row {
+                        method: method.name(),
+                        k_rho,
+                        beyond_deg,
+                        error: (found - truth).norm(),
+                    });
+                }
+            }
+        }
+    }
+    rows
+}
+
+fn findings(rows: &[Row]) -> Vec<String> {
+    let worst = |method: Method, k_rho: f64| {
+        let own = rows
+            .iter()
+            .filter(|r| r.method == method.name() && r.k_rho == k_rho);
+        own.map(|r| r.error).fold(0.0, f64::max)
+    };
+    let mut points: Vec<String> = K_RHO
+        .iter()
+        .map(|&k| {
+            format!(
+                "k rho = {k}: UTD is off by {} at most on either side, with the transition function of three pieces by {}.",
+                small(worst(Method::Utd, k)),
+                small(worst(Method::ThreePieces, k))
+            )
+        })
+        .collect();
+    // Going outwards: from where on is Keller within one per cent of the incident field?
+    let keller = rows
+        .iter()
+        .filter(|r| r.method == Method::Keller.name() && r.beyond_deg > 0.0);
+    for k_rho in K_RHO {
+        let last = keller
+            .clone()
+            .filter(|r| r.k_rho == k_rho && r.error > 0.01)
+            .map(|r| r.beyond_deg);
+        let last = last.fold(0.0, f64::max);
+        points.push(format!(
+            "Keller's theory, without transition function, is off by more than a hundredth of the incident field up to {} deg into the \
+             shadow at k rho = {k_rho}.",
+            small(last)
+        ));
+    }
+    points
+}

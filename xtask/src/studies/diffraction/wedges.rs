@@ -1,0 +1,241 @@
+//! Errors over distance and wedge angle, and what each method costs.
+
+use std::f64::consts::PI;
+
+use anyhow::Result;
+use aps_tests::wedge::ExactWedge;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::methods::Method;
+use crate::benchmark::words::three_digits;
+use crate::chart::{Axis, Chart};
+use crate::studies::trade::{Marked, Trade, small};
+use crate::studies::{Setup, Stopwatch, Study, on_one_thread};
+
+const INTERIOR_DEG: [u32; 6] = [0, 30, 60, 90, 120, 150];
+/// Parts of the open angle from which the wave comes.
+const INCIDENCE: [f64; 3] = [0.05, 0.25, 0.5];
+/// Nearer to a boundary than this the printed formula is a quotient of rounding errors [rad].
+const CLEAR_RAD: f64 = 1e-4;
+/// Nearer to the face the field itself vanishes, and with it the meaning of decibels [deg].
+const OFF_FACE_DEG: f64 = 5.0;
+/// Distance at which methods are compared.
+const COMPARED_AT: f64 = 100.0;
+/// Directions nearer to a boundary than this are where a theory without transition function fails [deg].
+const NEAR_DEG: f64 = 10.0;
+
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    method: &'static str,
+    interior_deg: u32,
+    k_rho: f64,
+    /// Largest error in any direction, in parts of the incident field.
+    worst_error: Option<f64>,
+    /// Largest error of the level in the shadow.
+    shadow_error_db: Option<f64>,
+    /// The same more than 10 deg from the shadow boundary.
+    deep_shadow_error_db: Option<f64>,
+}
+
+/// Directions of one wedge: incidence and observation [rad].
+fn directions(n: f64, count: usize) -> Vec<(f64, f64)> {
+    let open = n * PI;
+    let mut all = Vec::new();
+    for part in INCIDENCE {
+        let incident = part * open;
+        let boundaries = [
+            PI + incident,
+            PI - incident,
+            (2.0 * n - 1.0) * PI - incident,
+        ];
+        let spread = (0..count).map(|i| (i as f64 + 0.5) / count as f64 * open);
+        let beside = boundaries
+            .iter()
+            .flat_map(|b| [-0.01, -0.001, 0.001, 0.01].map(|d| b + d));
+        let is_clear = |phi: &f64| {
+            *phi > 0.0 && *phi < open && boundaries.iter().all(|b| (phi - b).abs() > CLEAR_RAD)
+        };
+        all.extend(
+            spread
+                .chain(beside)
+                .filter(is_clear)
+                .map(|phi| (incident, phi)),
+        );
+    }
+    all
+}
+
+pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
+    let distances: Vec<f64> = match setup.profile.choose(true, false) {
+        true => vec![10.0, COMPARED_AT],
+        false => (0..=12).map(|i| 10_f64.powf(f64::from(i) / 4.0)).collect(),
+    };
+    let count = setup.profile.choose(12, 120);
+    let cases: Vec<(u32, f64)> = INTERIOR_DEG
+        .into_iter()
+        .flat_map(|interior| distances.iter().map(move |&k_rho| (interior, k_rho)))
+        .collect();
+    let rows: Vec<Row> = cases
+        .par_iter()
+        .flat_map_iter(|&(i, k)| compare(i, k, count))
+        .collect();
+    study.heading("Distance and wedge angle");
+    let of_utd = |interior: u32| -> Vec<[f64; 2]> {
+        let own = rows
+            .iter()
+            .filter(|r| r.method == Method::Utd.name() && r.interior_deg == interior);
+        own.filter_map(|r| Some([r.k_rho, r.worst_error?]))
+            .collect()
+    };
+    let chart = Chart::new(
+        Axis::log("k rho"),
+        Axis::log("largest error [of the incident field]"),
+    )
+    .sized(640.0, 380.0);
+    let chart = INTERIOR_DEG[1..]
+        .iter()
+        .fold(chart, |chart, &i| chart.line(format!("{i} deg"), of_utd(i)));
+    let caption = "Largest error of UTD in any direction against the distance from the edge, by interior angle. A half plane, where UTD is exact, is not drawn.";
+    study.figure("distance", caption, &chart.draw());
+    study.points(findings(&rows));
+    study.heading("Cheaper theories");
+    let times = times(setup, count)?;
+    let mut trade = Trade::default();
+    let mut table = Vec::new();
+    for (method, ns) in Method::ALL.into_iter().zip(times) {
+        let at = |of: fn(&Row) -> Option<f64>| {
+            let own = rows
+                .iter()
+                .filter(|r| r.method == method.name() && r.k_rho == COMPARED_AT);
+            own.filter_map(of).fold(None, |worst: Option<f64>, e| {
+                Some(worst.map_or(e, |w| w.max(e)))
+            })
+        };
+        let (any, shadow, deep) = (
+            at(|r| r.worst_error),
+            at(|r| r.shadow_error_db),
+            at(|r| r.deep_shadow_error_db),
+        );
+        if let Some(shadow) = deep {
+            trade.add(method.name(), method.name(), ns, shadow);
+        }
+        let text = |value: Option<f64>| value.map_or("\u{2013}".into(), small);
+        table.push(vec![
+            method.name().into(),
+            three_digits(ns),
+            text(any),
+            text(shadow),
+            text(deep),
+        ]);
+    }
+    study.text(format!(
+        "The level in the shadow, {OFF_FACE_DEG} deg and more off the face, at k rho = {COMPARED_AT}, over all wedges and {} incidences; the \
+         time is that of a field, rays of geometrical optics included. Within {CLEAR_RAD} rad of a boundary the printed formula is \
+         not evaluated: there only aps-raytrace's form is defined. Far from the boundary means {NEAR_DEG} deg and more.",
+        INCIDENCE.len()
+    ));
+    let chart = trade.chart(
+        "time a field [ns]",
+        "largest error far from the boundary [dB]",
+        1e-5,
+        Marked::All,
+    );
+    let caption = "Largest error of the level in the shadow, far from its boundary, against time. Grey: the front.";
+    study.figure("methods-time", caption, &chart.draw());
+    let head = [
+        "method",
+        "time a field [ns]",
+        "largest error",
+        "level in the shadow [dB]",
+        "far from the boundary [dB]",
+    ];
+    study.table("Methods", &head, table);
+    study.points(trade.dominated_in_words());
+    study.data("wedges", "Every method, wedge and distance", &rows)
+}
+
+fn compare(interior_deg: u32, k_rho: f64, count: usize) -> Vec<Row> {
+    let exact = ExactWedge::new(interior_deg, k_rho);
+    let n = exact.n();
+    let truth: Vec<_> = directions(n, count)
+        .into_iter()
+        .map(|(incident, phi)| (incident, phi, exact.field(incident, phi)))
+        .collect();
+    let of_method = |method: Method| {
+        let (mut worst, mut shadow, mut deep) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for &(incident, phi, field) in &truth {
+            let beyond = phi - incident - PI;
+            let is_level = method == Method::KnifeEdge;
+            if is_level && beyond <= 0.0 {
+                continue;
+            }
+            let found = method.field(n, k_rho, incident, phi);
+            worst = worst.max((found - field).norm());
+            if beyond > 0.0 && n * PI - phi > OFF_FACE_DEG.to_radians() {
+                let error = (20.0 * (found.norm() / field.norm()).log10()).abs();
+                shadow = shadow.max(error);
+                if beyond > NEAR_DEG.to_radians() {
+                    deep = deep.max(error);
+                }
+            }
+        }
+        // From 150 deg on no direction is left between boundary and face.
+        let seen = |value: f64| (value > 0.0).then_some(value);
+        Row {
+            method: method.name(),
+            interior_deg,
+            k_rho,
+            worst_error: seen(worst).filter(|_| method != Method::KnifeEdge),
+            shadow_error_db: seen(shadow),
+            deep_shadow_error_db: seen(deep),
+        }
+    };
+    Method::ALL.into_iter().map(of_method).collect()
+}
+
+/// Time of a field by each method [ns].
+fn times(setup: &Setup, count: usize) -> Result<Vec<f64>> {
+    let stopwatch = Stopwatch::of(setup.profile);
+    let places = directions(1.5, count);
+    let time = |method: Method| {
+        let timing = stopwatch.time(|| {
+            for &(incident, phi) in &places {
+                let (n, k_rho) = std::hint::black_box((1.5, COMPARED_AT));
+                std::hint::black_box(method.field(n, k_rho, incident, phi));
+            }
+        });
+        timing.per(places.len()).ns()
+    };
+    on_one_thread(|| Method::ALL.into_iter().map(time).collect())
+}
+
+fn findings(rows: &[Row]) -> Vec<String> {
+    let utd = || rows.iter().filter(|r| r.method == Method::Utd.name());
+    let worst = |rows: &mut dyn Iterator<Item = &Row>, of: &dyn Fn(&Row) -> Option<f64>| {
+        rows.filter_map(of).fold(0.0, f64::max)
+    };
+    let half_plane = worst(&mut utd().filter(|r| r.interior_deg == 0), &|r| {
+        r.worst_error
+    });
+    let scaled = worst(&mut utd().filter(|r| r.interior_deg > 0), &|r| {
+        Some(r.worst_error? * r.k_rho)
+    });
+    let far = worst(&mut utd().filter(|r| r.k_rho >= 10.0), &|r| {
+        r.shadow_error_db
+    });
+    vec![
+        format!(
+            "A half plane (0 deg): off by {} at most, at all distances. There UTD is exact, and this is the rounding of both sides.",
+            small(half_plane)
+        ),
+        format!(
+            "Wedges: below {} / (k rho) at all distances and angles.",
+            small(scaled)
+        ),
+        format!(
+            "The level in the shadow from k rho = 10 on: within {} dB.",
+            small(far)
+        ),
+    ]
+}
