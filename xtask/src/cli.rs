@@ -18,6 +18,8 @@ struct Cli {
 enum Command {
     /// Make a labelled data set from maps.
     Dataset(commands::dataset::Args),
+    /// Make a data set on a Slurm cluster.
+    Slurm(commands::slurm::Args),
     /// Tell what a data set holds, and what an unfinished one lacks.
     Info(commands::info::Args),
     /// Check a data set, also against the maps it was made of.
@@ -53,6 +55,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Dataset(args) => args.run(),
+        Command::Slurm(args) => args.run(),
         Command::Info(args) => args.run(),
         Command::Verify(args) => args.run(),
         Command::Relabel(args) => args.run(),

@@ -10,5 +10,6 @@ pub mod label;
 pub mod metrics;
 pub mod models;
 pub mod relabel;
+pub mod slurm;
 pub mod trace;
 pub mod verify;
