@@ -49,6 +49,8 @@ enum Command {
     /// Train, score and time models against each other, baselines and the tracer, and report.
     #[command(disable_help_flag = true)]
     BenchModels(commands::models::Args),
+    /// Run the checks that every change must pass.
+    Ci(commands::ci::Args),
 }
 
 /// Runs the command line of this process.
@@ -69,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Train(args) => args.run("train"),
         Command::Predict(args) => args.run("predict"),
         Command::BenchModels(args) => args.run("bench-models"),
+        Command::Ci(args) => args.run(),
     };
     exit_code(result)
 }

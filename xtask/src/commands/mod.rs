@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod ci;
 pub mod dataset;
 pub mod explain;
 pub mod export;
