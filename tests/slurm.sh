@@ -104,7 +104,7 @@ echo "== one run: $(du -sh whole | cut -f1)"
 
 # --- The same by an array of which three tasks meet with something ---
 
-campaign() { "$XTASK" slurm "${settings[@]}" --nodes 3 --tasks 4 --cpus 1 --out "$@"; }
+campaign() { "$XTASK" slurm "${settings[@]}" --nodes 3 --tasks 4 --out "$@"; }
 field() { scontrol show job --oneliner "$1" | grep -o "\b$2=[^ ]*" | head -n 1 | cut -d= -f2; }
 job_of() { sed -n "s/^$1: job //p" submitted; }
 queue_is_empty() { [ -z "$(squeue --noheader)" ]; }
@@ -112,10 +112,10 @@ has_map() { [ -d "$1/map_000$2" ]; }
 # The process that makes a shard.
 maker() { pgrep --full -- "--out $1 --shard $2/4 "; }
 
-campaign shards | tail -n 1
+campaign shards --cpus 1 | tail -n 1
 shellcheck "$repository/tests/slurm.sh" shards-slurm/*.sh
 echo "== scripts are clean"
-campaign shards --submit | tee submitted
+campaign shards --cpus 1 --submit | tee submitted
 array=$(job_of array)
 # Shard 2 makes maps 1 and 5: killed between them, as the kernel does when memory is short.
 until_true 120 has_map shards 1
@@ -136,7 +136,7 @@ grep -h "is as it should be" shards-slurm/log/merge_*
 diff --recursive whole shards
 echo "== killed, out of time, requeued, merged: the same bytes"
 
-# --- A task that is given up is submitted alone ---
+# --- A task that is given up is submitted alone; each has the node for itself ---
 
 campaign given-up --retries 0 --submit | tee submitted
 array=$(job_of array)
