@@ -11,6 +11,8 @@ mod metrics;
 mod pages;
 mod relabel;
 mod shards;
+#[cfg(unix)]
+mod slurm;
 mod trace;
 mod verify;
 

@@ -18,6 +18,8 @@ struct Cli {
 enum Command {
     /// Make a labelled data set from maps.
     Dataset(commands::dataset::Args),
+    /// Make a data set on a Slurm cluster.
+    Slurm(commands::slurm::Args),
     /// Tell what a data set holds, and what an unfinished one lacks.
     Info(commands::info::Args),
     /// Check a data set, also against the maps it was made of.
@@ -49,12 +51,15 @@ enum Command {
     /// Train, score and time models against each other, baselines and the tracer, and report.
     #[command(disable_help_flag = true)]
     BenchModels(commands::models::Args),
+    /// Run the checks that every change must pass.
+    Ci(commands::ci::Args),
 }
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Dataset(args) => args.run(),
+        Command::Slurm(args) => args.run(),
         Command::Info(args) => args.run(),
         Command::Verify(args) => args.run(),
         Command::Relabel(args) => args.run(),
@@ -69,6 +74,7 @@ pub fn run() -> ExitCode {
         Command::Train(args) => args.run("train"),
         Command::Predict(args) => args.run("predict"),
         Command::BenchModels(args) => args.run("bench-models"),
+        Command::Ci(args) => args.run(),
     };
     exit_code(result)
 }

@@ -27,13 +27,18 @@ fn without(args: impl Iterator<Item = String>, options: &[&str]) -> Vec<String> 
 
 /// A command of the runner as one would type it.
 pub fn shown<S: AsRef<str>>(words: impl IntoIterator<Item = S>) -> String {
-    let words = words.into_iter().map(|word| quoted(word.as_ref()));
-    let all: Vec<String> = RUNNER.map(Into::into).into_iter().chain(words).collect();
-    all.join(" ")
+    format!("{} {}", RUNNER.join(" "), self::words(words))
 }
 
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_./,:=+@".contains(c);
+/// Words as one would type them.
+pub fn words<S: AsRef<str>>(words: impl IntoIterator<Item = S>) -> String {
+    let words = words.into_iter().map(|word| quoted(word.as_ref()));
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// A word as one would type it: in quotes where a shell needs them.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
     match !word.is_empty() && word.chars().all(is_plain) {
         true => word.into(),
         false => format!("'{}'", word.replace('\'', r"'\''")),

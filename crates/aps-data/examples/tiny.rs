@@ -10,11 +10,9 @@ use aps_data::*;
 /// Power from `azimuth` at 16 elements half a wavelength apart, for a wave from `arrival` [rad].
 fn array_power(azimuth: f64, arrival: f64) -> f64 {
     let psi = PI * 0.5 * (azimuth.sin() - arrival.sin());
-    let is_peak = psi.sin().abs() < 1e-9;
-    if is_peak {
-        1.0
-    } else {
-        ((16.0 * psi).sin() / (16.0 * psi.sin())).powi(2)
+    match psi.sin().abs() < 1e-9 {
+        true => 1.0,
+        false => ((16.0 * psi).sin() / (16.0 * psi.sin())).powi(2),
     }
 }
 
@@ -29,11 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let buildings = &Raster::of_polygons(&[house], RasterGrid::square(64, 64.0))?;
     let tx_m = &[[4.0, 4.0]];
     let rx_m = &[[10.0, 50.0], [32.0, 32.0], [50.0, 8.0]]; // the second is inside the house
-    let status = &[
-        LinkStatus::Valid,
-        LinkStatus::RxInBuilding,
-        LinkStatus::Valid,
-    ];
+    let (valid, indoors) = (LinkStatus::Valid, LinkStatus::RxInBuilding);
+    let status = &[valid, indoors, valid];
     let mut aps_db = Vec::new();
     for rx in rx_m {
         let (dx, dy): (f64, f64) = (tx_m[0][0] - rx[0], tx_m[0][1] - rx[1]);
@@ -43,25 +38,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             gain_db + 10.0 * (power + 1e-9).log10()
         }));
     }
-    let links = Links::Grid;
-    let mut map = writer.begin_map(
-        0,
-        &MapInput {
-            buildings,
-            tx_m,
-            rx_m,
-            links,
-        },
-    )?;
+    let (links, argmax) = (Links::Grid, None);
+    #[rustfmt::skip]
+    let mut map = writer.begin_map(0, &MapInput { buildings, tx_m, rx_m, links })?;
     let aps = Some(ProfileRows {
         db: &aps_db,
-        argmax: None,
+        argmax,
     });
-    map.push(&LinkRows {
+    let rows = LinkRows {
         status,
         aps,
         ..LinkRows::default()
-    })?;
+    };
+    map.push(&rows)?;
     map.finish()?;
     let totals = writer.finish(&Split::of_maps([0], 1))?.totals;
     assert!(Dataset::open(&root)?.verify().is_empty());

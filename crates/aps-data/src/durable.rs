@@ -1,8 +1,11 @@
 //! Files and folders that are there whole or not at all, also after a crash.
 
+use std::collections::hash_map::RandomState;
 use std::fs::{self, File, TryLockError};
+use std::hash::{BuildHasher, Hasher};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use sha2::{Digest, Sha256};
 
@@ -42,8 +45,8 @@ pub(crate) fn remove_file(path: &Path) -> Result<(), Error> {
 pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // The process in the name keeps shards apart that write the same file.
-    let partial = folder.join(format!(".{name}{PARTIAL}{}", std::process::id()));
+    // Shards that write the same file must not meet in one partial file.
+    let partial = folder.join(format!(".{name}{PARTIAL}{:016x}", *WRITER));
     let written = write_synced(&partial, bytes);
     let renamed =
         written.and_then(|()| fs::rename(&partial, path).map_err(at(path, "rename a file to")));
@@ -109,6 +112,10 @@ impl PartialFolder {
 }
 
 const PARTIAL: &str = ".partial-";
+
+/// A random number of this process. Process numbers would not do: in containers, and on the machines of a cluster, many
+/// processes that share a folder have the same.
+static WRITER: LazyLock<u64> = LazyLock::new(|| RandomState::new().build_hasher().finish());
 
 impl Drop for PartialFolder {
     fn drop(&mut self) {

@@ -64,6 +64,10 @@
 //! depends on time, machine or number of threads is stored, so all these ways end in the same
 //! bytes.
 //!
+//! # Features
+//!
+//! There are none: the JSON of a data set needs `serde` in any case, and the types that stand in it implement it.
+//!
 //! # Foreign bytes
 //!
 //! Whatever a file holds, reading returns a typed [`Error`] or sound values: no panic, no NaN, no

@@ -8,6 +8,20 @@ use crate::plan::Plan;
 
 /// The whole maps of a data set that may be unfinished, from their JSON alone; nothing is locked
 /// or changed.
+///
+/// ```
+/// use aps_data::{Access, DatasetConfig, DatasetWriter, Plan, Survey};
+///
+/// let root = tempfile::tempdir()?;
+/// let shard = Access::Shard { index: 0, count: 2 };
+/// let writer = DatasetWriter::open_with(root.path(), DatasetConfig::default(), shard)?;
+/// writer.set_plan(&Plan { maps: vec![0, 1, 2], shards: Some(2), command: Vec::new() })?;
+///
+/// let survey = Survey::of(root.path())?;
+/// assert!(survey.manifest.is_none());
+/// assert_eq!(survey.missing(), [0, 1, 2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Survey {

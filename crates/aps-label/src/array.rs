@@ -5,6 +5,16 @@ use crate::config::{MAX_ELEMENTS, MAX_WAVELENGTHS};
 use crate::trig::{cos_pi, sin_pi};
 
 /// The receiving array whose beam scans the azimuth.
+///
+/// ```
+/// use aps_label::Array;
+/// use std::f64::consts::PI;
+///
+/// let linear = Array::UniformLinear { elements: 16, spacing_wavelengths: 0.5 };
+/// assert!(linear.power_response(PI - 0.4, 0.4) > 0.999); // the mirror twin
+/// let circular = Array::UniformCircular { elements: 16, radius_wavelengths: 1.0 };
+/// assert!(circular.power_response(PI - 0.4, 0.4) < 0.1); // has none
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]

@@ -91,6 +91,20 @@ pub struct Work {
 }
 
 /// Computes labels: the tables of one configuration, to be shared by all threads.
+///
+/// ```
+/// use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
+///
+/// let labeler = Labeler::new(&LabelConfig::released())?;
+/// let (mut scratch, mut label) = (Scratch::default(), Label::default()); // one pair a thread
+/// for delay_ns in [100.0, 250.0, 400.0] {
+///     let path = PathSample { delay_s: delay_ns * 1e-9, arrival_azimuth_rad: 0.5, gain_db: -90.0 };
+///     let status = labeler.label_into(&[path], &mut scratch, &mut label)?;
+///     assert_eq!((status, label.aps_db.len()), (Status::Labelled, labeler.angles_deg().len()));
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
 pub struct Labeler {
     config: LabelConfig,
     angles_deg: Vec<f64>,

@@ -60,6 +60,10 @@
 //!   our own or `libm`'s, not the system's. Vector units are used as the running CPU has them and
 //!   change no bit, nor does the number of threads or the order of the paths given.
 //!
+//! # Features
+//!
+//! - `serde` (off by default): `Serialize` and `Deserialize` for configurations, paths and normalisation.
+//!
 //! # Accuracy
 //!
 //! Q is a sum of squares, p_k r_k^2 with r_k the root of pulse times response. A root is off by at

@@ -27,6 +27,14 @@ pub(crate) const FLOOR_POWER: f64 = 1e-35;
 /// response. It is relative to the strongest path, so that scaling all gains shifts a label and
 /// changes nothing else.
 ///
+/// ```
+/// use aps_label::{LabelConfig, Protocol};
+///
+/// let protocol: Protocol = "released".parse()?;
+/// assert_eq!(LabelConfig::of(protocol), LabelConfig::released());
+/// # Ok::<(), aps_label::ParseProtocolError>(())
+/// ```
+///
 /// [`NEGLIGIBLE_DB`]: crate::NEGLIGIBLE_DB
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

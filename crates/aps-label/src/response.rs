@@ -18,6 +18,7 @@ use crate::trig::{cos_pi, horner, sin_pi};
 /// The distinct directions among the bins: bins the array cannot tell apart share a column.
 ///
 /// With the paper's axis and a linear array that is 91 columns for 180 bins.
+#[derive(Debug, Clone)]
 pub(crate) struct Columns {
     /// Column of each bin.
     pub of_bin: Vec<usize>,
@@ -27,12 +28,14 @@ pub(crate) struct Columns {
 }
 
 /// Tables over the columns, padded to a multiple of [`LANES`] with copies of the first column.
+#[derive(Debug, Clone)]
 enum Response {
     Linear(Linear),
     Circular(Circular),
 }
 
 /// sin and cos of alpha = pi d_lambda sin(theta) and of N alpha, one value a column.
+#[derive(Debug, Clone)]
 struct Linear {
     elements: f64,
     spacing_wavelengths: f64,
@@ -44,6 +47,7 @@ struct Linear {
 }
 
 /// sin and cos of 2 pi r cos(theta - phi_m), element after element.
+#[derive(Debug, Clone)]
 struct Circular {
     /// 2 r cos(phi_m), 2 r sin(phi_m): with them a path's phase is two products \[half turns\].
     positions: Vec<(f64, f64)>,

@@ -117,7 +117,7 @@ fn a_bad_configuration_says_what_is_allowed() {
         },
         ..LabelConfig::released()
     };
-    let error = Labeler::new(&config).err().expect("an error");
+    let error = Labeler::new(&config).expect_err("an error");
     assert_eq!(error, ConfigError::Elements { elements: 0 });
     assert_eq!(
         error.to_string(),

@@ -46,6 +46,21 @@ pub struct RejectedSample {
 ///
 /// Samples are scored in parallel on rayon's current pool. The result depends only on the
 /// samples and their order: any number of threads and any cut into chunks gives the same bytes.
+///
+/// ```
+/// use aps_metrics::{Evaluation, Protocol, Spectra};
+///
+/// let (truth, prediction) = ([0.0_f32, 3.0, 1.0, 0.0], [0.0_f32, 2.0, f32::NAN, 0.0]);
+/// let mut first = Evaluation::new(Protocol::Released);
+/// first.push(Spectra::new(&truth, 4)?, Spectra::new(&truth, 4)?, Some(&[46]))?;
+/// let mut second = Evaluation::new(Protocol::Released);
+/// second.push(Spectra::new(&truth, 4)?, Spectra::new(&prediction, 4)?, Some(&[47]))?;
+///
+/// first.merge(second)?;
+/// assert_eq!(first.samples(), 2);
+/// assert_eq!(first.rejected()[0].map_id, Some(47)); // told, not averaged
+/// # Ok::<(), aps_metrics::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
     definition: Definition,

@@ -48,6 +48,10 @@
 //! would reward a model for failing on hard samples. Constant, all-negative and one-bin spectra
 //! are scored; what their peaks are follows from [`PeakScaling`].
 //!
+//! # Features
+//!
+//! - `serde` (off by default): `Serialize` for definitions, scores and reports.
+//!
 //! `docs/protocol.md` of the repository defines every metric in a table and works through the
 //! mirror ambiguity of linear arrays.
 

@@ -5,6 +5,13 @@ use crate::range::DataRange;
 use crate::sample::SampleScores;
 
 /// One number a sample is scored by. [`SampleScores`] defines each.
+///
+/// ```
+/// use aps_metrics::{Better, Metric};
+///
+/// let smaller_is_better = |m: &Metric| m.better() == Better::Lower;
+/// assert!(smaller_is_better(&Metric::Mae) && !smaller_is_better(&Metric::Cosine));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Metric {
     /// Mean absolute error.

@@ -25,6 +25,10 @@
 //! # Ok::<(), aps_model::Error>(())
 //! ```
 //!
+//! # Features
+//!
+//! `cuda` and `metal`, both off by default: candle on a GPU. A CPU computes with loops of our own, faster than candle's.
+//!
 //! # As in PyTorch
 //!
 //! A tensor has the name, the shape and the distribution of first values that PyTorch and torchvision give it. Outputs and

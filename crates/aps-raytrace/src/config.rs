@@ -11,7 +11,22 @@ pub(crate) const FREQUENCY_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e18;
 pub const MAX_INTERACTIONS: usize = 1000;
 
 /// What to trace: carrier, material and limits.
+///
+/// ```
+/// use aps_raytrace::{Material, TraceConfig};
+///
+/// let indoors_at_28_ghz = TraceConfig {
+///     frequency_hz: 28e9,
+///     material: Material::Dielectric { relative_permittivity: 2.73, conductivity_s_per_m: 0.2 },
+///     max_reflections: 4,
+///     max_interactions: 5,
+///     ..TraceConfig::default()
+/// };
+/// assert!(indoors_at_28_ghz.validate().is_ok());
+/// assert!(TraceConfig { frequency_hz: -1.0, ..indoors_at_28_ghz }.validate().is_err());
+/// ```
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TraceConfig {
     /// Carrier \[Hz\], 1 to 1e18.
     pub frequency_hz: f64,

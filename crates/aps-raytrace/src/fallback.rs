@@ -20,7 +20,7 @@ use crate::path::{Interaction, InteractionKind, Interactions, PathRecord};
 use crate::tracer::{Receiver, Tracer, Transmitter};
 
 /// The best chains of one transmitter, made layer by layer when links ask for them.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Chains {
     /// The transmitter's direct legs: its first corners.
     starts: Vec<Leg>,
@@ -29,7 +29,7 @@ pub(crate) struct Chains {
 }
 
 /// Best chains by last edge and start: `strength[edge * starts + start]`, zero for none.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Layer {
     strength: Vec<f64>,
     /// The edge before.

@@ -50,6 +50,15 @@
 //! (a wall owns its start, not its end), and diffraction takes the same side as the shadow boundary
 //! it smooths.
 //!
+//! # Features
+//!
+//! None is on by default.
+//!
+//! - `geojson`: footprints from OpenStreetMap's exports (`scene::parse_geojson`).
+//! - `serde`: `Serialize` and `Deserialize` for configurations, footprints and path records.
+//!
+//! # Limits
+//!
 //! Transmission through buildings, rooftops and the ground are not modelled.
 
 #![forbid(unsafe_code)]

@@ -29,6 +29,7 @@ pub struct Link {
 
 /// Paths left out because they lie more than `dynamic_range_db` below the strongest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Omitted {
     /// Paths whose upper bound was too low: their gain was never computed.
     pub by_bound: usize,

@@ -16,7 +16,19 @@ pub(crate) const MAX_PERMITTIVITY: f64 = 1e9;
 pub(crate) const MAX_CONDUCTIVITY_S_PER_M: f64 = 1e12;
 
 /// The electrical description of a wall.
+///
+/// ```
+/// use aps_raytrace::Material;
+///
+/// let wall = Material::Concrete.at(3.5e9);
+/// // Head-on it gives back -8 dB, grazing all of it.
+/// assert!((20.0 * wall.reflection(1.0).norm().log10() + 8.1).abs() < 0.1);
+/// assert!((wall.reflection(0.0) + 1.0).norm() < 1e-12);
+/// assert_eq!(Material::PerfectConductor.at(3.5e9).reflection(0.3).re, -1.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Material {
     /// Concrete after ITU-R P.2040-3, table 3: relative permittivity 5.24, conductivity
     /// 0.0462 f^0.7822 S/m with f in GHz, stated for 1 to 100 GHz.

@@ -14,6 +14,8 @@ use crate::material::SPEED_OF_LIGHT_M_PER_S;
 
 /// What happens to a wave at one point of its path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum InteractionKind {
     /// Specular reflection; `id` is a wall.
     Reflection,
@@ -23,6 +25,7 @@ pub enum InteractionKind {
 
 /// One interaction of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Interaction {
     /// What happens.
     pub kind: InteractionKind,
@@ -38,6 +41,7 @@ pub type Interactions = SmallVec<[Interaction; 4]>;
 
 /// One propagation path of a link.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PathRecord {
     /// Interactions from transmitter to receiver; none for the line of sight.
     pub interactions: Interactions,

@@ -3,6 +3,16 @@
 //! A path exists or it does not; rounding must not decide. Every decision that depends on a sign
 //! goes through [`orient`], which is exact for any finite coordinates (Shewchuk 1997, through the
 //! `robust` crate) and costs a handful of flops when the sign is not in doubt.
+//!
+//! ```
+//! use aps_raytrace::{glam::DVec2, predicates::{orient, strictly_between}};
+//!
+//! // On the line in every bit, and off it by the last bit of one coordinate.
+//! let (a, b, c) = (DVec2::new(0.1, 0.1), DVec2::new(12.0, 12.0), DVec2::new(0.7, 0.7));
+//! assert_eq!(orient(a, b, c), 0.0);
+//! assert!(orient(a, b, DVec2::new(0.7, 0.7_f64.next_up())) > 0.0);
+//! assert!(strictly_between(a, b, c) && !strictly_between(a, b, a));
+//! ```
 
 use glam::DVec2;
 

@@ -55,7 +55,7 @@ pub struct Tracer<'s> {
 }
 
 /// A transmitter, prepared: its images over the walls it lights and its waves at the corners.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Transmitter {
     /// In the scene's coordinates, and in the tracer's own.
     pub(crate) given: DVec2,
@@ -69,7 +69,7 @@ pub struct Transmitter {
 }
 
 /// A receiver, prepared: the walls it sees and its legs to the corners.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Receiver {
     /// In the scene's coordinates, and in the tracer's own.
     given: DVec2,
@@ -285,7 +285,20 @@ impl<'s> Tracer<'s> {
         })
     }
 
-    /// All paths between two points. Prepares both ends for this one link; for many links prepare
+    /// All paths between two points.
+    ///
+    /// ```
+    /// use aps_raytrace::{Scene, TraceConfig, Tracer, glam::DVec2};
+    ///
+    /// let scene = Scene::from_radiomapseer("[[[40, 40], [60, 40], [60, 60], [40, 60]]]")?;
+    /// let tracer = Tracer::new(&scene, TraceConfig::default())?;
+    /// let (tx, rx) = (DVec2::new(20.0, 70.0), DVec2::new(70.0, 30.0));
+    /// let (there, back) = (tracer.trace(tx, rx)?, tracer.trace(rx, tx)?);
+    /// assert_eq!(there.paths.len(), back.paths.len()); // waves go both ways
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// Prepares both ends for this one link; for many links prepare
     /// each terminal once and use [`Self::link`].
     ///
     /// # Errors

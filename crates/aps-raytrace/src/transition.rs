@@ -4,6 +4,14 @@
 //! Pathak, Proc. IEEE 62, 1974, eq. 27). What the diffraction coefficient needs is F against a
 //! factor that vanishes with sqrt(x), so the function here is K(w) = F(w^2) / w, smooth down to
 //! w = 0, where it is sqrt(pi) e^{j pi/4}.
+//!
+//! ```
+//! use aps_raytrace::transition::{transition, transition_over_root};
+//!
+//! assert_eq!(transition(0.0).norm(), 0.0); // on a boundary
+//! assert!((transition(1e4) - 1.0).norm() < 1e-4); // far from it
+//! assert!((transition_over_root(0.0).norm() - std::f64::consts::PI.sqrt()).abs() < 1e-9);
+//! ```
 
 use num_complex::Complex64;
 

@@ -35,10 +35,24 @@ pub enum Profile {
 pub struct Args {
     #[command(subcommand)]
     action: Option<Action>,
+    #[command(flatten)]
+    order: Order,
+    /// Threads [default: all cores]. The result does not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Make the maps of one shard only, like 1/4: shards may run at once, in one folder or in one each, and
+    /// `dataset merge` joins them.
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+/// Which data set to make, and where; whoever makes it.
+#[derive(Debug, clap::Args)]
+pub struct Order {
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., a city in FILE.geojson, or synthetic[:N]
     /// for N made-up cities.
     #[arg(long, default_value = "synthetic")]
-    maps: MapSource,
+    pub maps: MapSource,
     /// Which of them, like 0-4,7 [default: by profile].
     #[arg(long)]
     map_ids: Option<IdList>,
@@ -60,20 +74,13 @@ pub struct Args {
     /// Seed of terminals, synthetic cities and split.
     #[arg(long, default_value_t = 42)]
     seed: u64,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<usize>,
-    /// Make the maps of one shard only, like 1/4: shards may run at once, in one folder or in one each, and
-    /// `dataset merge` joins them.
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
     /// Folder of the data set; an unfinished one is continued.
     #[arg(long, default_value = "data/dataset")]
-    out: PathBuf,
+    pub out: PathBuf,
     #[command(flatten)]
     trace: TraceArgs,
     #[command(flatten)]
-    tiles: TileArgs,
+    pub tiles: TileArgs,
 }
 
 /// What else can be done to a data set in the making.
@@ -85,20 +92,20 @@ enum Action {
 
 impl Args {
     /// Runs the command.
-    pub fn run(mut self) -> Result<()> {
+    pub fn run(self) -> Result<()> {
         if let Some(Action::Merge(args)) = self.action {
             return args.run();
         }
-        self.maps = self.maps.cut(&self.tiles)?;
+        let order = self.order.read()?;
         progress::use_threads(self.threads)?;
-        let (maps, tx, rx) = self.sizes();
-        let ids = self.map_ids(maps)?;
-        let plan = self.plan(tx, rx);
+        let ids = order.map_ids()?;
+        let plan = order.plan();
         plan.trace.validate()?;
         let labeler = Labeler::new(&plan.label)?;
         let access = self.shard.map_or(Access::Whole, |shard| shard.access());
-        let writer = DatasetWriter::open_with(&self.out, plan.config(), access)
-            .with_context(|| format!("data set '{}'", self.out.display()))?;
+        let out = &order.out;
+        let writer = DatasetWriter::open_with(out, plan.config(), access)
+            .with_context(|| format!("data set '{}'", out.display()))?;
         if ids.iter().any(|&id| !writer.has_map(id)) {
             writer.set_plan(&Plan {
                 maps: ids.clone(),
@@ -110,15 +117,15 @@ impl Args {
         let mut todo = own.clone();
         todo.retain(|&id| !writer.has_map(id));
         production::tell_finished(todo.len(), own.len());
-        let links = (todo.len() * tx * rx) as u64;
+        let links = todo.len() as u64 * order.links_per_map();
         let mut repairs = Vec::new();
         let (tally, wall) =
-            production::make_maps(&writer, &labeler, &self.out, &todo, links, |run, id| {
+            production::make_maps(&writer, &labeler, out, &todo, links, |run, id| {
                 plan.map(run, id, &mut repairs)
             })?;
         if self.shard.is_none() {
             let all = writer.map_ids();
-            writer.finish(&Split::of_maps(all, self.seed))?;
+            writer.finish(&Split::of_maps(all, order.seed))?;
         }
         for line in repairs {
             println!("{line}");
@@ -126,18 +133,28 @@ impl Args {
         let tally = &tally;
         println!("{}", Summary { tally, wall });
         match self.shard {
-            None => println!("data set '{}'", self.out.display()),
+            None => println!("data set '{}'", out.display()),
             Some(shard) => println!(
                 "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
-                self.out.display(),
+                out.display(),
                 own.len(),
                 command_line::shown(["dataset", "merge"]),
             ),
         }
         Ok(())
     }
+}
 
-    fn plan(&self, tx_per_map: usize, rx_per_map: usize) -> DatasetPlan {
+impl Order {
+    /// The same with its maps read, if they come from a city.
+    pub fn read(mut self) -> Result<Self> {
+        self.maps = self.maps.cut(&self.tiles)?;
+        Ok(self)
+    }
+
+    /// What decides the data set.
+    pub fn plan(&self) -> DatasetPlan {
+        let (_, tx_per_map, rx_per_map) = self.sizes();
         let stored = args::stored(&self.store);
         DatasetPlan {
             maps: self.maps.clone(),
@@ -151,6 +168,12 @@ impl Args {
             seed: self.seed,
             trace: self.trace.config(),
         }
+    }
+
+    /// Links of each map.
+    pub fn links_per_map(&self) -> u64 {
+        let (_, tx, rx) = self.sizes();
+        tx as u64 * rx as u64
     }
 
     /// Synthetic maps, transmitters, receivers.
@@ -167,7 +190,9 @@ impl Args {
         )
     }
 
-    fn map_ids(&self, count: usize) -> Result<Vec<u32>> {
+    /// The maps of the data set, ascending.
+    pub fn map_ids(&self) -> Result<Vec<u32>> {
+        let (count, ..) = self.sizes();
         let mut available = self.maps.ids(count as u32)?;
         match &self.map_ids {
             Some(chosen) => choose(&available, chosen),

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod ci;
 pub mod dataset;
 pub mod explain;
 pub mod export;
@@ -11,5 +12,6 @@ pub mod metrics;
 pub mod models;
 pub mod relabel;
 pub mod report;
+pub mod slurm;
 pub mod trace;
 pub mod verify;

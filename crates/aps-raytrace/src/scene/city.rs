@@ -12,6 +12,7 @@ use crate::error::ConfigError;
 ///
 /// All coordinates are whole metres, as in RadioMapSeer. One seed is one city, on every machine.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CityConfig {
     /// Side of the square area \[m\].
     pub size_m: u32,

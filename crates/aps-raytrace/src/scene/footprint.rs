@@ -9,6 +9,7 @@ use crate::material::Material;
 /// Rings may be open or closed (first vertex repeated at the end) and turn either way; repair
 /// settles both. Coordinates in metres, x to the right, y upwards.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Footprint {
     /// Outer ring \[m\].
     pub outer: Vec<DVec2>,

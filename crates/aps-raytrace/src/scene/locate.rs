@@ -81,17 +81,17 @@ impl Scene {
     /// For each courtyard, whether any of `points` lies in it or on its walls. Where none does, nothing in that courtyard
     /// meets any of them.
     pub(crate) fn courtyards_with(&self, points: impl Iterator<Item = DVec2> + Clone) -> Vec<bool> {
-        let holds = |walls: &[Wall], p: DVec2| {
+        let holds = |ring: &[u32], p: DVec2| {
             let on_wall = |w: &Wall| {
                 let in_box = p.cmpge(w.a.min(w.b)).all() && p.cmple(w.a.max(w.b)).all();
                 in_box && orient(w.a, w.b, p) == 0.0
             };
-            walls.iter().map(|w| winding_step(w, p)).sum::<i32>() != 0 || walls.iter().any(on_wall)
+            let walls = || ring.iter().map(|&id| &self.walls[id as usize]);
+            walls().map(|w| winding_step(w, p)).sum::<i32>() != 0 || walls().any(on_wall)
         };
         let rings = self.courtyards.iter();
         rings
-            .map(|ring| &self.walls[ring.start as usize..ring.end as usize])
-            .map(|walls| points.clone().any(|p| holds(walls, p)))
+            .map(|ring| points.clone().any(|p| holds(ring, p)))
             .collect()
     }
 

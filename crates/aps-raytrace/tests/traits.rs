@@ -1,0 +1,65 @@
+//! What every type of the face can do: checked by the compiler.
+
+use std::fmt::Debug;
+
+use aps_raytrace::scene::{CityConfig, Location, Repair, RepairReport, Tile, Tiling, TilingError};
+use aps_raytrace::*;
+
+fn is_shared<T: Debug + Clone + Send + Sync + 'static>() {}
+fn is_error<T: std::error::Error + Clone + Send + Sync + 'static>() {}
+
+#[test]
+fn types_can_be_shown_copied_and_shared() {
+    is_shared::<Scene>();
+    is_shared::<Footprint>();
+    is_shared::<Area>();
+    is_shared::<Wall>();
+    is_shared::<CityConfig>();
+    is_shared::<Location>();
+    is_shared::<Repair>();
+    is_shared::<RepairReport>();
+    is_shared::<Tiling>();
+    is_shared::<Tile>();
+    is_shared::<Material>();
+    is_shared::<Reflector>();
+    is_shared::<TraceConfig>();
+    is_shared::<Tracer<'static>>();
+    is_shared::<Transmitter>();
+    is_shared::<Receiver>();
+    is_shared::<Link>();
+    is_shared::<Omitted>();
+    is_shared::<PathRecord>();
+    is_shared::<Interaction>();
+    is_error::<SceneError>();
+    is_error::<ConfigError>();
+    is_error::<TerminalError>();
+    is_error::<TraceError>();
+    is_error::<TilingError>();
+}
+
+/// With `--features serde`.
+#[cfg(feature = "serde")]
+#[test]
+fn records_and_settings_survive_json() {
+    let scene = Scene::from_radiomapseer("[[[40, 40], [60, 40], [60, 60], [40, 60]]]").unwrap();
+    let config = TraceConfig {
+        material: Material::Dielectric {
+            relative_permittivity: 3.0,
+            conductivity_s_per_m: 0.5,
+        },
+        ..TraceConfig::default()
+    };
+    let tracer = Tracer::new(&scene, config.clone()).unwrap();
+    let (tx, rx) = (glam::DVec2::new(20.0, 70.0), glam::DVec2::new(50.0, 70.0));
+    let paths = tracer.trace(tx, rx).unwrap().paths;
+    assert!(paths.iter().any(|path| !path.interactions.is_empty()));
+    let text = serde_json::to_string(&(&config, &paths)).unwrap();
+    let read: (TraceConfig, Vec<PathRecord>) = serde_json::from_str(&text).unwrap();
+    assert_eq!(read.0, config);
+    // serde_json rounds the last bit of some numbers unless it is asked not to.
+    assert_eq!(read.1.len(), paths.len());
+    for (read, path) in read.1.iter().zip(&paths) {
+        assert_eq!(read.interactions, path.interactions);
+        assert!((read.gain - path.gain).norm() <= 1e-15 * path.gain.norm());
+    }
+}
