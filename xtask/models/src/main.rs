@@ -13,6 +13,7 @@ mod predict;
 mod run;
 mod score;
 mod settings;
+mod study;
 mod train;
 
 use std::process::ExitCode;
@@ -40,6 +41,8 @@ enum Command {
     Predict(predict::Args),
     /// Train, score and time models against each other, baselines and the tracer, and report.
     BenchModels(bench::Args),
+    /// Measure what precision, batches and image size cost, for the numerical report.
+    ReportModels(study::Args),
 }
 
 fn main() -> ExitCode {
@@ -47,5 +50,6 @@ fn main() -> ExitCode {
         Command::Train(args) => args.run(),
         Command::Predict(args) => args.run(),
         Command::BenchModels(args) => args.run(),
+        Command::ReportModels(args) => args.run(),
     })
 }

@@ -26,7 +26,7 @@ mod report;
 mod results;
 mod scores;
 mod tables;
-pub(crate) mod words;
+pub mod words;
 
 use std::path::{Path, PathBuf};
 

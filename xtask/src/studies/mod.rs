@@ -49,6 +49,7 @@ pub use document::{join, publish, studies_folder};
 pub use scenes::{MapChoice, NamedScene};
 pub use stopwatch::{Stopwatch, Timing, on_one_thread};
 pub use study::{Block, FORMAT, Study};
+pub use trade::{Choice, Marked, Trade, small};
 
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]

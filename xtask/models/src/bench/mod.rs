@@ -3,14 +3,14 @@
 mod answer;
 mod args;
 mod baselines;
-mod config;
-mod dataset;
+pub(crate) mod config;
+pub(crate) mod dataset;
 mod examples;
 mod latency;
-mod model;
+pub(crate) mod model;
 mod pace;
-mod stamp;
-mod test_set;
+pub(crate) mod stamp;
+pub(crate) mod test_set;
 
 use std::fs;
 use std::path::{Path, PathBuf};

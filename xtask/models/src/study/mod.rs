@@ -1,0 +1,77 @@
+//! The study of models in the numerical report: what precision, batches and image size cost.
+
+mod precision;
+mod resolution;
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use xtask::interrupt::interrupt_flag;
+use xtask::studies::{Conditions, Profile, Study, publish, studies_folder};
+
+/// Place in the report: behind the label and diffraction, before pruning.
+const PLACE: u32 = 35;
+
+/// Measure what precision, size of batch and size of image cost a model in error and in time.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// How much to measure: full takes about ten minutes, smoke seconds.
+    #[arg(long, value_enum, default_value_t = Profile::Full)]
+    profile: Profile,
+    /// Folder of RadioMapSeer files to learn from, or synthetic.
+    #[arg(long, default_value = "synthetic")]
+    maps: String,
+    /// Seed of weights, terminals and synthetic cities.
+    #[arg(long, default_value_t = 42)]
+    seed: u64,
+    /// Threads [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Folder of the report [default: docs/reports; data/report-smoke for smoke].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Folder of the data set and the trained models, reused where settings agree [default: data/report-models].
+    #[arg(long)]
+    work: Option<PathBuf>,
+}
+
+impl Args {
+    /// Runs the command.
+    pub fn run(self) -> Result<()> {
+        xtask::use_threads(self.threads)?;
+        let usual = self.profile.choose("data/report-smoke", "docs/reports");
+        let out = self.out.clone().unwrap_or_else(|| usual.into());
+        let conditions = Conditions::now(self.profile, self.seed, self.command());
+        let mut study = Study::new("models", "Models: precision, batches, images").at(PLACE);
+        let threads = rayon::current_num_threads();
+        study.text(format!(
+            "Times are of {threads} threads on the processor, unlike those of the other studies. They hold the pass alone; \
+             the images are there."
+        ));
+        precision::study(self.profile, self.seed, &mut study)?;
+        let work = self.work.clone();
+        resolution::study(
+            &resolution::Setup {
+                profile: self.profile,
+                maps: self.maps.clone(),
+                seed: self.seed,
+                work: work.unwrap_or_else(|| "data/report-models".into()),
+                interrupted: interrupt_flag()?,
+            },
+            &mut study,
+        )?;
+        study.write(&studies_folder(&out), conditions.ended())?;
+        println!("report '{}'", publish(&out)?.display());
+        Ok(())
+    }
+
+    /// The command that measures it again, as somebody else would type it.
+    fn command(&self) -> String {
+        let maps = match self.maps.as_str() {
+            "synthetic" => "",
+            _ => " --maps path/to/maps",
+        };
+        let (profile, seed) = (self.profile.name(), self.seed);
+        format!("cargo xtask report-models{maps} --profile {profile} --seed {seed}")
+    }
+}

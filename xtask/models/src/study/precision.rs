@@ -1,0 +1,189 @@
+//! Precision and size of batch: outputs against those in double precision.
+
+use anyhow::Result;
+use aps_model::candle_core::{DType, Device, Tensor};
+use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+use aps_model::{Mode, Model, ModelKind, Parameters, Preset};
+use serde::Serialize;
+use xtask::benchmark::words::three_digits;
+use xtask::studies::{Marked, Profile, Stopwatch, Study, Trade, small};
+
+/// Rows and columns of the images.
+const PIXELS: usize = 64;
+
+#[derive(Debug, Serialize)]
+struct Row {
+    model: &'static str,
+    precision: &'static str,
+    batch: usize,
+    ms_per_link: f64,
+    /// Root of the mean squared difference, relative to that of the outputs in double precision about their mean.
+    relative_error: f64,
+    /// Largest difference, in the unit of normalised spectra.
+    largest_error: f64,
+}
+
+/// Measures, and says what was found.
+pub fn study(profile: Profile, seed: u64, study: &mut Study) -> Result<()> {
+    let kinds: &[ModelKind] = profile.choose(
+        &[ModelKind::ResnetMlp],
+        &[
+            ModelKind::ResnetMlp,
+            ModelKind::MsAreg,
+            ModelKind::ResnetConv1d,
+            ModelKind::RadioUnet,
+            ModelKind::VitReg,
+        ],
+    );
+    let batches: &[usize] = profile.choose(&[1, 2], &[1, 8, 64]);
+    let (mut rows, mut refused) = (Vec::new(), Vec::new());
+    for &kind in kinds {
+        let exact = Network::new(kind, DType::F64, seed)?;
+        for (name, precision) in [("f32", DType::F32), ("bf16", DType::BF16)] {
+            let network = Network::new(kind, precision, seed)?;
+            for &batch in batches {
+                match measure(profile, &exact, &network, batch) {
+                    Ok([ms_per_link, relative_error, largest_error]) => rows.push(Row {
+                        model: kind.name(),
+                        precision: name,
+                        batch,
+                        ms_per_link,
+                        relative_error,
+                        largest_error,
+                    }),
+                    Err(error) => {
+                        let whole = format!("{error:#}");
+                        let reason = whole.lines().next().unwrap_or_default();
+                        refused.push(format!("{} in {name} does not run here: {reason}", kind.name()));
+                        break;
+                    }
+                }
+            }
+        }
+    }
+    describe(&rows, refused, batches, study)
+}
+
+fn describe(rows: &[Row], refused: Vec<String>, batches: &[usize], study: &mut Study) -> Result<()> {
+    study.heading("Precision and batches");
+    study.text(format!(
+        "Models of the small preset with their first weights, {PIXELS} x {PIXELS} images of a synthetic block of houses. The \
+         reference has the same weights and images in double precision. The error is the root mean square of the difference, \
+         relative to the deviation of the reference's outputs about their mean."
+    ));
+    let largest = *batches.last().expect("there is a batch");
+    let mut trade = Trade::default();
+    for row in rows.iter().filter(|row| row.batch == largest) {
+        let name = format!("{} {}", row.model, row.precision);
+        trade.add(row.precision, name, row.ms_per_link, row.relative_error);
+    }
+    let chart = trade.chart("time a link [ms]", "relative error", 1e-9, Marked::All);
+    let caption = format!("Error of the output against time a link, {largest} links at once. Grey: the front.");
+    study.figure("precision-time", caption, &chart.draw());
+    let mut points = Vec::new();
+    for row in rows.iter().filter(|row| row.batch == largest && row.precision == "f32") {
+        let same = |other: &&Row| other.model == row.model;
+        let one = rows.iter().filter(same).find(|r| r.batch == batches[0] && r.precision == "f32");
+        let half = rows.iter().filter(same).find(|r| r.batch == largest && r.precision == "bf16");
+        let mut text = format!(
+            "{} in f32 takes {} ms a link and is off by {} of the outputs' deviation",
+            row.model,
+            three_digits(row.ms_per_link),
+            small(row.relative_error)
+        );
+        if let Some(one) = one {
+            let times = one.ms_per_link / row.ms_per_link;
+            text += &format!("; one link at a time takes {} times as long a link", three_digits(times));
+        }
+        if let Some(half) = half {
+            text += &format!(
+                "; bf16 takes {} times the time of f32 for {} times the error",
+                three_digits(half.ms_per_link / row.ms_per_link),
+                small(half.relative_error / row.relative_error)
+            );
+        }
+        points.push(text + ".");
+    }
+    points.extend(refused.into_iter().map(|text| text + "."));
+    study.points(points);
+    let cells = |row: &Row| {
+        vec![
+            row.model.into(),
+            row.precision.into(),
+            row.batch.to_string(),
+            three_digits(row.ms_per_link),
+            small(row.relative_error),
+            small(row.largest_error),
+        ]
+    };
+    let head = ["model", "precision", "batch", "time a link [ms]", "relative error", "largest error"];
+    study.table("Precision and batches", &head, rows.iter().map(cells).collect());
+    study.data("precision", "Every model, precision and batch", rows)
+}
+
+/// A model with images to answer.
+struct Network {
+    model: Box<dyn Model>,
+    dtype: DType,
+}
+
+impl Network {
+    fn new(kind: ModelKind, dtype: DType, seed: u64) -> Result<Self> {
+        let parameters = Parameters::new(&Device::Cpu, dtype, seed);
+        kind.build(Preset::Small, &parameters)?;
+        Ok(Self {
+            model: kind.build(Preset::Small, &parameters.frozen())?,
+            dtype,
+        })
+    }
+
+    fn answer(&self, images: &Tensor) -> Result<Tensor> {
+        Ok(self.model.forward(images, Mode::Eval)?)
+    }
+}
+
+/// Time a link \[ms\], relative and largest error.
+fn measure(profile: Profile, exact: &Network, network: &Network, batch: usize) -> Result<[f64; 3]> {
+    let images = images(batch)?;
+    let values = |network: &Network| -> Result<Vec<f64>> {
+        let y = network.answer(&images.to_dtype(network.dtype)?)?;
+        Ok(y.to_dtype(DType::F64)?.flatten_all()?.to_vec1()?)
+    };
+    let (expected, found) = (values(exact)?, values(network)?);
+    let n = expected.len() as f64;
+    let mean = expected.iter().sum::<f64>() / n;
+    let spread = expected.iter().map(|e| (e - mean).powi(2)).sum::<f64>();
+    let differences = || expected.iter().zip(&found).map(|(e, f)| e - f);
+    let relative = (differences().map(|d| d * d).sum::<f64>() / spread).sqrt();
+    let largest = differences().fold(0.0, |worst: f64, d| worst.max(d.abs()));
+    let images = images.to_dtype(network.dtype)?;
+    let timing = Stopwatch::of(profile).time(|| {
+        // It ran above.
+        let _ = std::hint::black_box(network.answer(&images));
+    });
+    Ok([1e3 * timing.per(batch).median_s, relative, largest])
+}
+
+/// Links across a block of houses.
+fn images(batch: usize) -> Result<Tensor> {
+    let is_house = |at: usize| at % 64 > 16 && at / 256 % 64 > 16;
+    let pixels: Vec<f32> = (0..256 * 256).map(|at| f32::from(is_house(at))).collect();
+    let rasters = Rasters {
+        pixels: &pixels,
+        height: 256,
+        width: 256,
+        metres_per_pixel: 1.0,
+    };
+    let config = ConditionConfig {
+        image_size: PIXELS,
+        ..ConditionConfig::default()
+    };
+    let place = |i: usize, k: usize| (i * k * 37 + 8 * k) as f64 % 256.0;
+    let link = |i: usize| Link {
+        map: 0,
+        tx_m: [place(i, 1), place(i, 3)],
+        rx_m: [place(i, 5), place(i, 7)],
+    };
+    let links: Vec<Link> = (0..batch).map(link).collect();
+    Ok(Conditions::new(rasters, config, &Device::Cpu)?.images(&links)?)
+}

@@ -1,0 +1,184 @@
+//! Size of the images: the same model, trained alike on images of another size.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, Result};
+use aps_metrics::{Metric, Protocol};
+use aps_model::{ModelKind, candle_core};
+use serde::Serialize;
+use serde_json::json;
+use xtask::benchmark::words::three_digits;
+use xtask::studies::{Marked, Profile, Study, Trade};
+
+use crate::bench::config::{self, Config};
+use crate::bench::stamp::{Part, State};
+use crate::bench::test_set::TestSet;
+use crate::bench::{dataset, model};
+use crate::data;
+
+/// The model under study: the simplest.
+const MODEL: ModelKind = ModelKind::ResnetMlp;
+
+/// What is measured.
+pub struct Setup {
+    /// How much.
+    pub profile: Profile,
+    /// Maps to learn from.
+    pub maps: String,
+    /// Seed of everything drawn.
+    pub seed: u64,
+    /// Where data and weights are kept.
+    pub work: PathBuf,
+    /// Set by Ctrl-C.
+    pub interrupted: Arc<AtomicBool>,
+}
+
+#[derive(Debug, Serialize)]
+struct Row {
+    pixels: usize,
+    metres_per_pixel: f64,
+    train_s: f64,
+    ms_per_link: f64,
+    cosine: f64,
+    ple_deg: f64,
+    recall_4deg: f64,
+    mse: f64,
+}
+
+/// Measures, and says what was found.
+pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
+    let sizes: &[usize] = setup.profile.choose(&[32, 64], &[32, 64, 128, 256]);
+    let mut config = Config::resolve(
+        setup.profile.choose(config::Profile::Smoke, config::Profile::Quick),
+        None,
+        toml::Table::new(),
+    )?;
+    config.seed = setup.seed;
+    config.data.maps.clone_from(&setup.maps);
+    config.model.clear();
+    config.training.links = Some(setup.profile.choose(64, 1500));
+    config.training.epochs = setup.profile.choose(1, 2);
+    config.data.test_links = Some(setup.profile.choose(40, 1000));
+    config.latency.batches = vec![setup.profile.choose(8, 64)];
+
+    let (plan, split) = dataset::plan(&config)?;
+    let settings = json!({ "maps": setup.maps, "split": split, "seed": setup.seed, "settings": plan.config().configuration });
+    let part = Part::new(setup.work.join("data"), settings);
+    let folder = part.folder().join("dataset");
+    if part.open(false)? != State::Finished {
+        plan.make(&folder, &split)?;
+        part.finish()?;
+    }
+    let dataset = data::open(&folder)?;
+    let test = TestSet::load(&dataset, config.data.test_links, setup.seed)?;
+    let device = config.device.open()?;
+    let mut rows = Vec::new();
+    for &pixels in sizes {
+        config.training.image_size = pixels;
+        eprintln!("{MODEL} on images of {pixels} x {pixels}");
+        rows.push(row(setup, &config, &part, &dataset, &test, &device)?);
+    }
+    describe(&config, test.len(), &rows, study)
+}
+
+fn row(
+    setup: &Setup,
+    config: &Config,
+    data: &Part,
+    dataset: &aps_data::Dataset,
+    test: &TestSet,
+    device: &candle_core::Device,
+) -> Result<Row> {
+    let pixels = config.training.image_size;
+    let plan = model::plan(config, MODEL, &data.folder().join("dataset"))?;
+    let settings = model::settings(&plan, data.hash());
+    let part = Part::new(setup.work.join(format!("{MODEL}-{pixels}")), settings);
+    let training = model::train(&part, &plan, false, &setup.interrupted)?;
+    let train_s = training.seconds;
+    let asked = model::Question {
+        dataset,
+        test,
+        latency: &config.latency,
+        device,
+        interrupted: &setup.interrupted,
+    };
+    let answer = model::ask(&plan, training, &part.folder().join("best.safetensors"), &asked)?;
+    let scores = test.score(&answer.predictions, Protocol::Paper)?;
+    let mean = |metric: Metric| -> Result<f64> {
+        let column = scores.column(metric).context("the metric was scored")?;
+        Ok(column.iter().sum::<f64>() / column.len() as f64)
+    };
+    Ok(Row {
+        pixels,
+        metres_per_pixel: 256.0 / pixels as f64,
+        train_s,
+        ms_per_link: answer.latency.first().context("a time was taken")?.median_ms_per_link,
+        cosine: mean(Metric::Cosine)?,
+        ple_deg: mean(Metric::PleDeg)?,
+        recall_4deg: mean(Metric::Recall4Deg)?,
+        mse: mean(Metric::Mse)?,
+    })
+}
+
+fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> Result<()> {
+    study.heading("Size of the images");
+    study.text(format!(
+        "{MODEL} of the small preset, trained from scratch for {} epochs on {} links, and scored on {tested} links of maps it \
+         has not seen, by the paper's definitions. So short a training ranks sizes by how fast they are learnt from, not by \
+         what they could reach.",
+        config.training.epochs,
+        config.training.links.unwrap_or_default(),
+    ));
+    let mut trade = Trade::default();
+    for row in rows {
+        trade.add(
+            MODEL.name(),
+            format!("{} px", row.pixels),
+            row.ms_per_link,
+            1.0 - row.cosine,
+        );
+    }
+    let chart = trade.chart("time a link [ms]", "1 \u{2212} CosSim", 1e-4, Marked::All);
+    study.figure("images-time", "Error of the prediction against time a link. Grey: the front.", &chart.draw());
+    let mut points = vec![trade.front_in_words("ms", "1 \u{2212} CosSim")];
+    points.extend(trade.dominated_in_words());
+    for pair in rows.windows(2) {
+        let [small, large] = pair else { continue };
+        points.push(format!(
+            "From {} to {} pixels a pass takes {} times as long, a training {} times; CosSim goes from {} to {}.",
+            small.pixels,
+            large.pixels,
+            three_digits(large.ms_per_link / small.ms_per_link),
+            three_digits(large.train_s / small.train_s),
+            three_digits(small.cosine),
+            three_digits(large.cosine),
+        ));
+    }
+    study.points(points);
+    let cells = |row: &Row| {
+        vec![
+            row.pixels.to_string(),
+            three_digits(row.metres_per_pixel),
+            three_digits(row.train_s),
+            three_digits(row.ms_per_link),
+            three_digits(row.cosine),
+            three_digits(row.ple_deg),
+            three_digits(row.recall_4deg),
+            three_digits(row.mse),
+        ]
+    };
+    let head = [
+        "pixels",
+        "a pixel [m]",
+        "training [s]",
+        "time a link [ms]",
+        "CosSim",
+        "PLE [deg]",
+        "Recall@4",
+        "MSE",
+    ];
+    study.table("Size of the images", &head, rows.iter().map(cells).collect());
+    study.data("images", "Every size of image", rows)
+}
