@@ -157,15 +157,6 @@ fn closed_courtyard_is_a_lattice_of_images() {
             for &(dy, ny) in line(tx.y, rx.y, h).iter().filter(|i| nx + i.1 <= ORDERS) {
                 let length_m = DoubleDouble::hypot(dd(dx), dd(dy));
                 let length = length_m.to_f64();
-                let path = paths
-                    .iter()
-                    .filter(|p| p.interactions.len() as i32 == nx + ny)
-                    .min_by(|p, q| {
-                        (p.length_m - length)
-                            .abs()
-                            .total_cmp(&(q.length_m - length).abs())
-                    })
-                    .unwrap();
                 let gamma = radio.reflection((dx.abs() / length).acos()).powi(nx)
                     * radio.reflection((dy.abs() / length).acos()).powi(ny);
                 let [re, im] = spherical_wave(length_m);
@@ -173,7 +164,14 @@ fn closed_courtyard_is_a_lattice_of_images() {
                     re * dd(gamma.re) - im * dd(gamma.im),
                     re * dd(gamma.im) + im * dd(gamma.re),
                 ];
-                let found = errors(path, length_m, gain);
+                // Among paths of one order and nearly one length, the one with this gain.
+                let (found, path) = paths
+                    .iter()
+                    .filter(|p| p.interactions.len() as i32 == nx + ny)
+                    .filter(|p| (p.length_m / length - 1.0).abs() < 1e-12)
+                    .map(|p| (errors(p, length_m, gain), p))
+                    .min_by(|p, q| p.0[1].total_cmp(&q.0[1]))
+                    .unwrap();
                 worst = [worst[0].max(found[0]), worst[1].max(found[1])];
                 by_order[(nx + ny) as usize] += path.power();
             }

@@ -37,7 +37,7 @@ fn stored(row: &[f64], dtype: Precision) -> Vec<f64> {
 /// A link of every depth down to -60,000 dB below a maximum that single precision cannot hold.
 /// The stated errors (2^(k-11) dB at 2^k dB below the maximum) and the rounding of the maximum
 /// itself are all that is lost; as powers relative to the maximum, which metrics act on, it is
-/// 6e-5 at most.
+/// 2e-4 at most.
 #[test]
 fn half_precision_loses_what_the_format_states() {
     let peak = -87.123_456_789;

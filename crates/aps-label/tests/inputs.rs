@@ -121,7 +121,7 @@ fn a_bad_configuration_says_what_is_allowed() {
     assert_eq!(error, ConfigError::Elements { elements: 0 });
     assert_eq!(
         error.to_string(),
-        "array of 0 elements: must be between 1 and 1024"
+        "array of 0 elements: must be between 1 and 4096"
     );
 }
 
