@@ -13,7 +13,8 @@ use crate::whole_files;
 const LEAD: &str = "\
 Error against run time, measured. Every number below was written by the program that measured it, and can be measured again by \
 the commands at the end; times are medians on one thread after a warm-up. \"On the front\" means: nothing else in the \
-comparison is both as fast and as accurate; what is off the front is dominated, and there is no reason to use it.";
+comparison is both as fast and as accurate, errors within a hundredth of each other being equal; what is off the front is \
+dominated, and there is no reason to use it.";
 
 /// Name of the document without `.md`, and of the folder of its studies beside it.
 const DOCUMENT: &str = "numerics";

@@ -126,92 +126,157 @@ impl<'s> Links<'s> {
         })
     }
 
-    /// Traces and labels on one thread, and times every part.
-    pub fn measure(&self, config: &TraceConfig, stopwatch: Stopwatch) -> Result<Traced> {
-        on_one_thread(|| self.measure_here(config, stopwatch))?
+    /// Traces and labels with each setting on one thread, and times every part. Settings to be compared are best given at once:
+    /// their samples take turns.
+    pub fn measure(&self, configs: &[&TraceConfig], stopwatch: Stopwatch) -> Result<Vec<Traced>> {
+        on_one_thread(|| self.measure_here(configs, stopwatch))?
     }
 
-    fn measure_here(&self, config: &TraceConfig, stopwatch: Stopwatch) -> Result<Traced> {
-        let began = Instant::now();
-        let tracer = Tracer::new(self.scene, config.clone())?;
-        let map = stopwatch.time_again(began.elapsed(), || {
+    fn measure_here(&self, configs: &[&TraceConfig], stopwatch: Stopwatch) -> Result<Vec<Traced>> {
+        let (tracers, began) = timed(configs, |&config| {
+            Ok(Tracer::new(self.scene, config.clone())?)
+        })?;
+        let map = stopwatch.compare_again(&began, configs, |&config| {
             let _ = black_box(Tracer::new(self.scene, config.clone()));
         });
-        let began = Instant::now();
-        let tx: Vec<Transmitter> = prepare(&self.tx, |p| tracer.transmitter(p))?;
-        let transmitter = stopwatch.time_again(began.elapsed(), || {
+        let (tx, began) = timed(&tracers, |tracer| {
+            prepare(&self.tx, |p| tracer.transmitter(p))
+        })?;
+        let transmitter = stopwatch.compare_again(&began, &tracers, |tracer| {
             for &p in &self.tx {
                 let _ = black_box(tracer.transmitter(p));
             }
         });
-        let began = Instant::now();
-        let rx: Vec<Receiver> = prepare(&self.rx, |p| tracer.receiver(p))?;
-        let receiver = stopwatch.time_again(began.elapsed(), || {
+        let (rx, began) = timed(&tracers, |tracer| prepare(&self.rx, |p| tracer.receiver(p)))?;
+        let receiver = stopwatch.compare_again(&began, &tracers, |tracer| {
             for &p in &self.rx {
                 let _ = black_box(tracer.receiver(p));
             }
         });
-        let mut traced = Traced {
-            spectra: Vec::with_capacity(self.len()),
-            time: LinkTime::default(),
-            paths: 0,
-            omitted: Omitted::default(),
-            corners: tracer.corner_count(),
-            images: tx.iter().map(Transmitter::image_count).sum(),
-            cut_links: 0,
+        let ready: Vec<Ready<'_>> = (0..configs.len())
+            .map(|i| Ready {
+                tracer: &tracers[i],
+                tx: &tx[i],
+                rx: &rx[i],
+            })
+            .collect();
+        let mut found: Vec<Found> = ready.iter().map(Ready::find).collect::<Result<_>>()?;
+        let cold: Vec<Duration> = found.iter().map(|f| f.cold).collect();
+        let join = stopwatch.compare_again(&cold, &ready, Ready::join);
+        let mut began = Vec::with_capacity(found.len());
+        for found in &mut found {
+            let started = Instant::now();
+            found.traced.spectra = self.label(&found.samples)?;
+            began.push(started.elapsed());
+        }
+        let label = stopwatch.compare_again(&began, &found, |found| {
+            let _ = black_box(self.label(&found.samples));
+        });
+        let traced = found.into_iter().enumerate().map(|(i, found)| {
+            // Chains beyond the limits are made when a link first asks for them.
+            let first_us = match found.beyond {
+                0 => 0.0,
+                _ => {
+                    1e6 * (found.cold.as_secs_f64() - join[i].median_s).max(0.0)
+                        / self.tx.len() as f64
+                }
+            };
+            Traced {
+                time: LinkTime {
+                    map_s: map[i].median_s,
+                    transmitter_us: transmitter[i].per(self.tx.len()).us() + first_us,
+                    receiver_us: receiver[i].per(self.rx.len()).us(),
+                    join_us: join[i].per(self.len()).us(),
+                    label_us: label[i].per(self.len()).us(),
+                },
+                ..found.traced
+            }
+        });
+        Ok(traced.collect())
+    }
+
+    /// Spectra of all links \[dB\].
+    fn label(&self, samples: &[Vec<PathSample>]) -> Result<Spectra> {
+        let (mut scratch, mut label) = (Scratch::default(), Label::default());
+        let of_link = |samples: &Vec<PathSample>| {
+            let status = self.labeler.label_into(samples, &mut scratch, &mut label)?;
+            Ok((status == Status::Labelled).then(|| label.aps_db.clone()))
         };
-        let mut samples: Vec<Vec<PathSample>> = Vec::with_capacity(self.len());
+        samples.iter().map(of_link).collect()
+    }
+}
+
+/// One setting with its terminals prepared.
+struct Ready<'r> {
+    tracer: &'r Tracer<'r>,
+    tx: &'r [Transmitter],
+    rx: &'r [Receiver],
+}
+
+/// What a first pass over its links found.
+struct Found {
+    traced: Traced,
+    samples: Vec<Vec<PathSample>>,
+    /// Links reached only by chains beyond the limits.
+    beyond: usize,
+    /// Time of the pass.
+    cold: Duration,
+}
+
+impl Ready<'_> {
+    fn find(&self) -> Result<Found> {
+        let mut found = Found {
+            traced: Traced {
+                spectra: Vec::new(),
+                time: LinkTime::default(),
+                paths: 0,
+                omitted: Omitted::default(),
+                corners: self.tracer.corner_count(),
+                images: self.tx.iter().map(Transmitter::image_count).sum(),
+                cut_links: 0,
+            },
+            samples: Vec::with_capacity(self.tx.len() * self.rx.len()),
+            beyond: 0,
+            cold: Duration::ZERO,
+        };
         let mut link = Link::default();
-        let mut cold = Duration::ZERO;
-        for tx in &tx {
-            for rx in &rx {
+        for tx in self.tx {
+            for rx in self.rx {
                 let began = Instant::now();
-                tracer.link(tx, rx, &mut link)?;
-                cold += began.elapsed();
+                self.tracer.link(tx, rx, &mut link)?;
+                found.cold += began.elapsed();
+                let traced = &mut found.traced;
                 traced.paths += link.paths.len();
                 traced.omitted.by_bound += link.omitted.by_bound;
                 traced.omitted.by_gain += link.omitted.by_gain;
                 traced.cut_links += usize::from(link.paths.len() > MAX_PATHS);
-                samples.push(labelled(&mut link.paths));
+                found.beyond += usize::from(link.fallback_diffractions.is_some());
+                found.samples.push(labelled(&mut link.paths));
             }
         }
-        let join = stopwatch.time_again(cold, || {
-            for tx in &tx {
-                for rx in &rx {
-                    let _ = black_box(tracer.link(tx, rx, &mut link));
-                }
-            }
-        });
-        let (mut scratch, mut label) = (Scratch::default(), Label::default());
-        let began = Instant::now();
-        for samples in &samples {
-            let status = self.labeler.label_into(samples, &mut scratch, &mut label)?;
-            let is_labelled = status == Status::Labelled;
-            traced
-                .spectra
-                .push(is_labelled.then(|| label.aps_db.clone()));
-        }
-        let labels = stopwatch.time_again(began.elapsed(), || {
-            for samples in &samples {
-                let _ = black_box(self.labeler.label_into(samples, &mut scratch, &mut label));
-            }
-        });
-        // Chains beyond the limits are made when a link first asks for them.
-        let first_us = 1e6 * (cold.as_secs_f64() - join.median_s).max(0.0) / tx.len() as f64;
-        let first_us = if config.max_fallback_diffractions > 0 {
-            first_us
-        } else {
-            0.0
-        };
-        traced.time = LinkTime {
-            map_s: map.median_s,
-            transmitter_us: transmitter.per(tx.len()).us() + first_us,
-            receiver_us: receiver.per(rx.len()).us(),
-            join_us: join.per(self.len()).us(),
-            label_us: labels.per(self.len()).us(),
-        };
-        Ok(traced)
+        Ok(found)
     }
+
+    fn join(&self) {
+        let mut link = Link::default();
+        for tx in self.tx {
+            for rx in self.rx {
+                let _ = black_box(self.tracer.link(tx, rx, &mut link));
+            }
+        }
+    }
+}
+
+/// What each setting makes of something, and how long it took.
+fn timed<A, B>(settings: &[A], make: impl Fn(&A) -> Result<B>) -> Result<(Vec<B>, Vec<Duration>)> {
+    let mut made = Vec::with_capacity(settings.len());
+    let mut times = Vec::with_capacity(settings.len());
+    for setting in settings {
+        let started = Instant::now();
+        made.push(make(setting)?);
+        times.push(started.elapsed());
+    }
+    Ok((made, times))
 }
 
 fn prepare<T: Send, E: Into<anyhow::Error> + Send>(

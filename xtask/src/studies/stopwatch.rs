@@ -43,29 +43,63 @@ impl Stopwatch {
     pub fn time(&self, mut work: impl FnMut()) -> Timing {
         let started = Instant::now();
         work();
-        self.time_again(started.elapsed(), work)
+        self.time_again(&[started.elapsed()], &mut [&mut work])[0]
+    }
+
+    /// Times the same work for several settings that are to be compared: their samples take turns, so that a machine that slows
+    /// down for a while slows all of them.
+    pub fn compare<A>(&self, settings: &[A], work: impl Fn(&A)) -> Vec<Timing> {
+        let once = |setting: &A| {
+            let started = Instant::now();
+            work(setting);
+            started.elapsed()
+        };
+        let warm_up: Vec<Duration> = settings.iter().map(once).collect();
+        self.compare_again(&warm_up, settings, work)
     }
 
     /// The same for work that ran already and took `once`.
-    pub fn time_again(&self, once: Duration, mut work: impl FnMut()) -> Timing {
-        let (started, once) = (Instant::now(), once.max(Duration::from_nanos(1)));
-        if once >= self.most {
-            return Timing::of(vec![once.as_secs_f64()]);
-        }
-        let repeats = (self.least_sample.as_secs_f64() / once.as_secs_f64())
-            .ceil()
-            .max(1.0) as u32;
-        let mut samples = Vec::with_capacity(self.samples);
-        while samples.len() < self.samples.max(1)
-            && (samples.is_empty() || started.elapsed() < self.most)
-        {
-            let started = Instant::now();
-            for _ in 0..repeats {
-                work();
+    ///
+    /// # Panics
+    /// If there are not as many times as settings.
+    pub fn compare_again<A>(
+        &self,
+        once: &[Duration],
+        settings: &[A],
+        work: impl Fn(&A),
+    ) -> Vec<Timing> {
+        let work = &work;
+        let mut works: Vec<_> = settings
+            .iter()
+            .map(|setting| move || work(setting))
+            .collect();
+        let mut works: Vec<&mut dyn FnMut()> =
+            works.iter_mut().map(|w| w as &mut dyn FnMut()).collect();
+        self.time_again(once, &mut works)
+    }
+
+    fn time_again(&self, once: &[Duration], works: &mut [&mut dyn FnMut()]) -> Vec<Timing> {
+        assert_eq!(once.len(), works.len(), "a time for every piece of work");
+        let mut samples: Vec<Vec<f64>> = once.iter().map(|_| Vec::new()).collect();
+        let mut spent = vec![Duration::ZERO; once.len()];
+        for _ in 0..self.samples.max(1) {
+            for (i, work) in works.iter_mut().enumerate() {
+                let first = once[i].as_secs_f64().max(1e-9);
+                if once[i] >= self.most {
+                    samples[i] = vec![first];
+                } else if samples[i].is_empty() || spent[i] < self.most {
+                    let repeats = (self.least_sample.as_secs_f64() / first).ceil().max(1.0);
+                    let started = Instant::now();
+                    for _ in 0..repeats as u32 {
+                        work();
+                    }
+                    let took = started.elapsed();
+                    spent[i] += took;
+                    samples[i].push(took.as_secs_f64() / repeats);
+                }
             }
-            samples.push(started.elapsed().as_secs_f64() / f64::from(repeats));
         }
-        Timing::of(samples)
+        samples.into_iter().map(Timing::of).collect()
     }
 }
 
@@ -139,6 +173,19 @@ mod tests {
         let mut runs = 0;
         stopwatch.time(|| runs += 1);
         assert_eq!(runs, 1);
+    }
+
+    #[test]
+    fn samples_of_compared_work_take_turns() {
+        let stopwatch = Stopwatch {
+            samples: 3,
+            least_sample: Duration::ZERO,
+            most: Duration::from_secs(60),
+        };
+        let order = std::cell::RefCell::new(String::new());
+        let timings = stopwatch.compare(&['a', 'b'], |&name| order.borrow_mut().push(name));
+        assert_eq!(timings.len(), 2);
+        assert_eq!(*order.borrow(), "abababab");
     }
 
     #[test]

@@ -68,9 +68,10 @@ impl Trade {
         sorted
     }
 
-    /// The fastest setting that is clearly faster than this one (by a tenth) and no less accurate.
+    /// The fastest setting that is clearly faster than this one (by a tenth) and no less accurate (but for a hundredth).
     pub fn better_than(&self, choice: &Choice) -> Option<&Choice> {
-        let beats = |other: &&Choice| other.time < 0.9 * choice.time && other.error <= choice.error;
+        let beats =
+            |other: &&Choice| other.time < 0.9 * choice.time && other.error <= 1.01 * choice.error;
         let faster = |p: &&Choice, q: &&Choice| p.time.total_cmp(&q.time);
         self.choices.iter().filter(beats).min_by(faster)
     }

@@ -1,6 +1,7 @@
 //! The transition function by itself.
 
 use anyhow::Result;
+use aps_raytrace::Complex64;
 use aps_tests::utd::transition_table;
 use serde::Serialize;
 
@@ -20,8 +21,14 @@ struct Row {
 pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let table = transition_table();
     let mut rows = Vec::new();
+    let work = |&(_, f): &(&str, fn(f64) -> Complex64)| {
+        for &(x, _) in &table {
+            std::hint::black_box(f(std::hint::black_box(x)));
+        }
+    };
+    let timings = on_one_thread(|| Stopwatch::of(setup.profile).compare(&TRANSITIONS, work))?;
     let (mut trade, mut cells) = (Trade::default(), Vec::new());
-    for (way, f) in TRANSITIONS {
+    for ((way, f), timing) in TRANSITIONS.into_iter().zip(timings) {
         let errors = table.iter().map(|&(x, exact)| Row {
             way,
             x,
@@ -32,14 +39,6 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
             .iter()
             .max_by(|p, q| p.relative_error.total_cmp(&q.relative_error));
         let Some(worst) = worst else { continue };
-        let stopwatch = Stopwatch::of(setup.profile);
-        let timing = on_one_thread(|| {
-            stopwatch.time(|| {
-                for &(x, _) in &table {
-                    std::hint::black_box(f(std::hint::black_box(x)));
-                }
-            })
-        })?;
         let ns = timing.per(table.len()).ns();
         trade.add(way, way, ns, worst.relative_error);
         cells.push(vec![

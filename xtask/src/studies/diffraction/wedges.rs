@@ -198,16 +198,17 @@ fn compare(interior_deg: u32, k_rho: f64, count: usize) -> Vec<Row> {
 fn times(setup: &Setup, count: usize) -> Result<Vec<f64>> {
     let stopwatch = Stopwatch::of(setup.profile);
     let places = directions(1.5, count);
-    let time = |method: Method| {
-        let timing = stopwatch.time(|| {
-            for &(incident, phi) in &places {
-                let (n, k_rho) = std::hint::black_box((1.5, COMPARED_AT));
-                std::hint::black_box(method.field(n, k_rho, incident, phi));
-            }
-        });
-        timing.per(places.len()).ns()
+    let work = |method: &Method| {
+        for &(incident, phi) in &places {
+            let (n, k_rho) = std::hint::black_box((1.5, COMPARED_AT));
+            std::hint::black_box(method.field(n, k_rho, incident, phi));
+        }
     };
-    on_one_thread(|| Method::ALL.into_iter().map(time).collect())
+    let timings = on_one_thread(|| stopwatch.compare(&Method::ALL, work))?;
+    Ok(timings
+        .into_iter()
+        .map(|t| t.per(places.len()).ns())
+        .collect())
 }
 
 fn findings(rows: &[Row]) -> Vec<String> {

@@ -28,28 +28,35 @@ struct Row {
 }
 
 pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Result<()> {
-    let stopwatch = Stopwatch::of(setup.profile);
+    let axis = |points: usize| LabelConfig {
+        delay_axis: DelayAxis {
+            points,
+            ..DelayAxis::RELEASED
+        },
+        ..LabelConfig::released()
+    };
+    let sampled = POINTS.iter().map(|&points| Labeler::new(&axis(points)));
+    let labelers = sampled.chain([Labeler::new(&LabelConfig::paper())]);
+    let labelers: Vec<Labeler> = labelers.collect::<Result<_, _>>()?;
+    let times = times(setup, &labelers, links)?;
+    // The reference depends on the protocol, not on the axis.
+    let released = references(&labelers[0], links);
     let mut rows = Vec::new();
-    let released = references(&LabelConfig::released(), links)?;
-    for points in POINTS {
-        let config = LabelConfig {
-            delay_axis: DelayAxis {
-                points,
-                ..DelayAxis::RELEASED
-            },
-            ..LabelConfig::released()
-        };
+    for ((labeler, &points), &us_per_label) in labelers.iter().zip(&POINTS).zip(&times) {
+        let last_s = labeler.config().delay_axis.last_s;
         rows.push(Row {
             axis: format!("{points} points"),
             points: Some(points),
-            spacing_ns: Some(1e9 * config.delay_axis.last_s / (points - 1) as f64),
-            ..measure(&config, links, &released, stopwatch)?
+            spacing_ns: Some(1e9 * last_s / (points - 1) as f64),
+            us_per_label,
+            ..errors(labeler, links, &released)?
         });
     }
-    let paper = LabelConfig::paper();
+    let (continuous, us_per_label) = (&labelers[POINTS.len()], times[POINTS.len()]);
     rows.push(Row {
         axis: "continuous".into(),
-        ..measure(&paper, links, &references(&paper, links)?, stopwatch)?
+        us_per_label,
+        ..errors(continuous, links, &references(continuous, links))?
     });
     let mut trade = Trade::default();
     for row in &rows {
@@ -89,13 +96,23 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     study.data("axis", "Every delay axis", &rows)
 }
 
-fn measure(
-    config: &LabelConfig,
-    links: &[Vec<PathSample>],
-    truth: &[Vec<f64>],
-    stopwatch: Stopwatch,
-) -> Result<Row> {
-    let labeler = Labeler::new(config)?;
+/// Time of a label by each of the labelers [us].
+fn times(setup: &Setup, labelers: &[Labeler], links: &[Vec<PathSample>]) -> Result<Vec<f64>> {
+    let work = |labeler: &Labeler| {
+        let (mut scratch, mut label) = (Scratch::default(), Label::default());
+        for paths in links {
+            let status = labeler.label_into(paths, &mut scratch, &mut label);
+            let _ = std::hint::black_box(status);
+        }
+    };
+    let timings = on_one_thread(|| Stopwatch::of(setup.profile).compare(labelers, work))?;
+    Ok(timings
+        .into_iter()
+        .map(|t| t.per(links.len()).us())
+        .collect())
+}
+
+fn errors(labeler: &Labeler, links: &[Vec<PathSample>], truth: &[Vec<f64>]) -> Result<Row> {
     let (mut mean, mut worst) = (0.0, 0.0_f64);
     for (paths, truth) in links.iter().zip(truth) {
         let label = labeler.label(paths)?.unwrap_or_default();
@@ -103,20 +120,11 @@ fn measure(
         mean += error.mean_db / links.len() as f64;
         worst = worst.max(error.worst_db);
     }
-    let timing = on_one_thread(|| {
-        let (mut scratch, mut label) = (Scratch::default(), Label::default());
-        stopwatch.time(|| {
-            for paths in links {
-                let status = labeler.label_into(paths, &mut scratch, &mut label);
-                let _ = std::hint::black_box(status);
-            }
-        })
-    })?;
     Ok(Row {
         axis: String::new(),
         points: None,
         spacing_ns: None,
-        us_per_label: timing.per(links.len()).us(),
+        us_per_label: 0.0,
         mean_error_db: mean,
         worst_error_db: worst,
     })
@@ -170,10 +178,11 @@ fn findings(rows: &[Row]) -> Vec<String> {
 }
 
 /// The continuous maximum in every bin \[dB, in the protocol's unit\].
-fn references(config: &LabelConfig, links: &[Vec<PathSample>]) -> Result<Vec<Vec<f64>>> {
-    let labeler = Labeler::new(config)?;
-    let of_link = |paths: &Vec<PathSample>| reference(&labeler, paths);
-    Ok(links.par_iter().map(of_link).collect())
+fn references(labeler: &Labeler, links: &[Vec<PathSample>]) -> Vec<Vec<f64>> {
+    links
+        .par_iter()
+        .map(|paths| reference(labeler, paths))
+        .collect()
 }
 
 fn reference(labeler: &Labeler, paths: &[PathSample]) -> Vec<f64> {

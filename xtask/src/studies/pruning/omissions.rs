@@ -172,10 +172,17 @@ fn of_scene(setup: &Setup, place: &NamedScene) -> Result<Vec<Row>> {
     let (tx, rx) = ends(setup);
     let links = Links::draw(place, setup.seed, tx, rx)?;
     let stopwatch = Stopwatch::of(setup.profile);
+    let omissions = omissions();
+    let configs: Vec<&TraceConfig> = omissions
+        .iter()
+        .flat_map(|o| [&o.without, &o.with])
+        .collect();
+    let mut measured = links.measure(&configs, stopwatch)?.into_iter();
     let mut rows = Vec::new();
-    for omission in omissions() {
-        let without = links.measure(&omission.without, stopwatch)?;
-        let with = links.measure(&omission.with, stopwatch)?;
+    for omission in &omissions {
+        let (Some(without), Some(with)) = (measured.next(), measured.next()) else {
+            break;
+        };
         let judge = Judge::new(without.spectra)?;
         let scores = judge.score(&with.spectra)?;
         let per_link = |count: usize| count as f64 / links.len() as f64;
@@ -217,16 +224,24 @@ fn findings(rows: &[Row]) -> Vec<String> {
             .map(|r| &*r.scene)
             .collect();
         let lost: usize = own.iter().map(|r| r.lost_links).sum();
+        let saved = 1.0 - saving.time_ratio;
+        let saves = match saved {
+            s if s < 0.1 => "saves less than a tenth of the time anywhere".to_owned(),
+            s => format!(
+                "saves {} % of the time in the scene \"{}\", at best",
+                fixed(100.0 * s, 0),
+                saving.scene
+            ),
+        };
         let mut text = format!(
-            "{name}: saves {} % of the time in the scene \"{}\", at best; costs {} dB in the mean in the scene \"{}\", at worst",
-            fixed(100.0 * (1.0 - saving.time_ratio), 0),
-            saving.scene,
+            "{name}: {saves}; costs {} dB in the mean in the scene \"{}\", at worst, and {} dB in the worst bin of any link",
             small(cost.mean_error_db),
-            cost.scene
+            cost.scene,
+            small(own.iter().map(|r| r.worst_error_db).fold(0.0, f64::max))
         );
         if lost > 0 {
             let links: usize = own.iter().map(|r| r.compared).sum();
-            text += &format!(", where {lost} of all {links} links lose their only paths");
+            text += &format!("; {lost} of all {links} links lose their only paths");
         }
         if !slower.is_empty() {
             text += &format!(

@@ -4,6 +4,7 @@ mod reading;
 mod settings;
 
 use anyhow::Result;
+use aps_raytrace::TraceConfig;
 use serde::Serialize;
 
 use super::errors::{Judge, Scores};
@@ -94,16 +95,22 @@ pub fn run(setup: &Setup) -> Result<Study> {
         });
         let judge = Judge::new(compared)?;
         bar.inc(1);
-        for setting in &settings {
-            let traced = links.measure(&setting.config, Stopwatch::of(setup.profile))?;
-            let scores = judge.score(&traced.spectra)?;
-            let last = references.last().expect("one was pushed");
-            rows.push(Row {
-                paths_per_link: traced.paths as f64 / links.len() as f64,
-                cut_links: traced.cut_links,
-                ..Row::new(last, setting, &traced.time, &scores)
-            });
-            bar.inc(1);
+        // Waves of two diffractions take much memory: one setting at a time.
+        for together in
+            settings.chunk_by(|p, q| p.config.max_diffractions.max(q.config.max_diffractions) < 2)
+        {
+            let configs: Vec<&TraceConfig> = together.iter().map(|s| &s.config).collect();
+            let measured = links.measure(&configs, Stopwatch::of(setup.profile))?;
+            for (setting, traced) in together.iter().zip(measured) {
+                let scores = judge.score(&traced.spectra)?;
+                let last = references.last().expect("one was pushed");
+                rows.push(Row {
+                    paths_per_link: traced.paths as f64 / links.len() as f64,
+                    cut_links: traced.cut_links,
+                    ..Row::new(last, setting, &traced.time, &scores)
+                });
+                bar.inc(1);
+            }
         }
     }
     bar.finish_and_clear();

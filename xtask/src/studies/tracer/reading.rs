@@ -225,6 +225,14 @@ fn findings(all: &[Overall<'_>], by_db: &Trade) -> Vec<String> {
             ));
         }
     }
+    if let Some(last) = all.iter().rfind(|o| LIMITS.contains(&o.first.group)) {
+        points.push(format!(
+            "{}, one reflection short of the reference, is still {} dB off: the reference is not the end either, and what is said \
+             here about errors is a lower bound.",
+            last.first.setting,
+            small(last.mean_db)
+        ));
+    }
     points.extend(accuracy_in_words(all));
     let cut: Vec<&str> = all
         .iter()
@@ -282,9 +290,7 @@ fn default_in_words(default: &Overall<'_>, choice: &Choice, by_db: &Trade) -> St
     match by_db.better_than(choice) {
         Some(better) => format!("{cost}. It is dominated by {}.", better.name),
         None if front.contains(&choice) => format!("{cost}. It is on the front."),
-        None => format!(
-            "{cost}. It lies beside the front, within a tenth of the time of what beats it."
-        ),
+        None => format!("{cost}. It lies beside the front, by less than a tenth of its time."),
     }
 }
 
@@ -351,4 +357,20 @@ fn by_map(study: &mut Study, references: &[ReferenceRow], rows: &[Row]) {
         &head,
         references.iter().map(cells).collect(),
     );
+    let of_default = || rows.iter().filter(|r| r.setting == DEFAULT && r.links > 0);
+    let by_error = |p: &&Row, q: &&Row| p.mean_error_db.total_cmp(&q.mean_error_db);
+    if let (Some(best), Some(worst)) =
+        (of_default().min_by(by_error), of_default().max_by(by_error))
+    {
+        study.text(format!(
+            "At {DEFAULT} the error is smallest on {} ({} walls, {} dB) and largest on {} ({} walls, {} dB): how far to go depends on \
+             the map.",
+            best.map,
+            best.walls,
+            small(best.mean_error_db),
+            worst.map,
+            worst.walls,
+            small(worst.mean_error_db)
+        ));
+    }
 }
