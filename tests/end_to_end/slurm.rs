@@ -90,7 +90,7 @@ fn a_failing_task_goes_back_alone_until_it_is_given_up() {
     let maps = folder.maps(3);
     campaign(&folder, &maps, "--tasks 3 --retries 2");
     stand_in(&folder, "scontrol", "");
-    fs::write(folder.path("maps/1.json"), "no map").unwrap();
+    fs::remove_file(folder.path("maps/1.json")).unwrap();
     for restarts in [0, 1] {
         assert!(run(&folder, "array.sh", 2, restarts).status.success());
     }
@@ -98,6 +98,7 @@ fn a_failing_task_goes_back_alone_until_it_is_given_up() {
     let output = run(&folder, "array.sh", 2, 2);
     assert!(!output.status.success());
     let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("maps [1] are not there"), "{said}");
     assert!(said.contains("shard 2/3: exit code 1; given up"), "{said}");
     assert_eq!(called(&folder), "scontrol requeue 70_2\n".repeat(2));
 }

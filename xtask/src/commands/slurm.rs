@@ -20,8 +20,9 @@ mod scripts;
 use scripts::{ARRAY, Job, MERGE, PROGRAM, SUBMIT};
 
 /// Options of this command that the tasks are not given, and their values.
-const OWN_OPTIONS: [&str; 7] = [
+const OWN_OPTIONS: [&str; 8] = [
     "--out",
+    "--map-ids",
     "--nodes",
     "--tasks",
     "--cpus",
@@ -90,7 +91,7 @@ impl Args {
             here: text(&here)?,
             folder: text(&folder)?,
             out: text(&order.out)?,
-            dataset: dataset_words(),
+            dataset: dataset_words(&ids),
             maps: maps_words(&order),
             tasks,
             shards: ranges(&shards),
@@ -146,10 +147,13 @@ fn text(path: &Path) -> Result<&str> {
 }
 
 /// The arguments of this process that make the data set, without its folder.
-fn dataset_words() -> Vec<String> {
+///
+/// All maps are named, so that no task takes one that came later for a part, or does without one that went.
+fn dataset_words(ids: &[u32]) -> Vec<String> {
     let mut words = command_line::own_without(&OWN_OPTIONS);
     words.retain(|word| word != "--submit");
     words[0] = "dataset".into();
+    words.extend(["--map-ids".into(), ranges(ids)]);
     words
 }
 
