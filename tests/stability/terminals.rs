@@ -187,7 +187,7 @@ fn receiver_at_an_outer_corner_has_a_finite_level() {
             for tx in [(-30.0, -40.0), (30.0, -8.0), (-7.0, 25.0)].map(DVec2::from) {
                 let link = both_ways(&tracer, tx, rx, &format!("{material:?} {d}"));
                 let level = total_field(&link.paths).norm() * 2.0 * K * tx.distance(rx);
-                // FIXME: nearer than about 1e-16 m the wave of this corner is missing; the level is
+                // Known limit: nearer than about 1e-16 m the wave of this corner is missing; the level is
                 // finite, but that of the direct ray alone.
                 if (1e-15..1e-9).contains(&d) {
                     let before: f64 = levels[levels.len() - 3];
