@@ -5,7 +5,7 @@
 #     sudo tests/slurm.sh                  # builds the runner; XTASK=path/to/xtask takes one that is built
 #
 # Needs root: installs Debian's slurm-wlm, munge and shellcheck if they are not there, and starts munged, slurmctld and slurmd
-# with settings, ports and folders of their own, which end and vanish with the script. Takes three minutes on two cores.
+# with settings, ports and folders of their own, which end and vanish with the script. Takes four minutes on two cores.
 set -euo pipefail
 repository=$(cd "$(dirname "$0")/.." && pwd)
 
