@@ -60,7 +60,7 @@ impl Tracer<'_> {
         let max_order = self.config().reflection_limit();
         tx.images
             .for_each_candidate(&rx.sights, max_order, |image| {
-                let length_m = tx.images.images[image as usize].point.distance(rx.position);
+                let length_m = tx.images.images[image as usize].point.distance(rx.place);
                 let bound = self.friis_amplitude(length_m).powi(2);
                 let order = tx.images.order_of(image);
                 found.push((order, bound, Candidate::Reflection(image)));

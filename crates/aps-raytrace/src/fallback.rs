@@ -192,7 +192,7 @@ impl Tracer<'_> {
         for d in first.max(2)..=longest {
             if chains.bytes(graph, d) > limit {
                 return Err(TraceError::TooManyChains {
-                    position: tx.given,
+                    position: tx.position,
                     diffractions: d,
                     limit,
                 });
@@ -284,8 +284,8 @@ impl Tracer<'_> {
             })
             .collect();
         link.paths.push(PathRecord::new(
-            tx.position,
-            rx.position,
+            tx.place,
+            rx.place,
             interactions,
             length_m,
             gain,

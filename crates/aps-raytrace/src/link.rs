@@ -86,9 +86,11 @@ impl Tracer<'_> {
         link.omitted = Omitted::default();
         link.fallback_diffractions = None;
         link.is_enclosed = false;
-        let (from, to) = (tx.position, rx.position);
+        let (from, to) = (tx.place, rx.place);
         if from.distance(to) < NEAREST_M {
-            return Err(TraceError::Coincident { position: tx.given });
+            return Err(TraceError::Coincident {
+                position: tx.position,
+            });
         }
         link.stopped_at = None;
         link.is_enclosed = tx.courtyard != rx.courtyard;
@@ -125,7 +127,7 @@ impl Tracer<'_> {
 
     /// The line of sight, if it is free.
     pub(crate) fn direct(&self, tx: &Transmitter, rx: &Receiver) -> Option<PathRecord> {
-        let (from, to) = (tx.position, rx.position);
+        let (from, to) = (tx.place, rx.place);
         let is_free = !self.local().is_blocked(from, to, [None; 2]);
         is_free.then(|| self.record(from, to, Chain::direct(from, to)))
     }
@@ -137,7 +139,7 @@ impl Tracer<'_> {
         rx: &Receiver,
         image: u32,
     ) -> Option<PathRecord> {
-        let (from, to) = (tx.position, rx.position);
+        let (from, to) = (tx.place, rx.place);
         chain::resolve(self.local(), self.reflectors(), &tx.images, image, from, to)
             .map(|chain| self.record(from, to, chain))
     }
@@ -267,8 +269,7 @@ impl Tracer<'_> {
                     p.front,
                     (&rx.legs, leg),
                 );
-                let path =
-                    PathRecord::new(tx.position, rx.position, interactions, p.length_m, p.gain);
+                let path = PathRecord::new(tx.place, rx.place, interactions, p.length_m, p.gain);
                 link.paths.push(path);
             }
         }

@@ -58,8 +58,8 @@ pub struct Tracer<'s> {
 #[derive(Debug, Clone)]
 pub struct Transmitter {
     /// In the scene's coordinates, and in the tracer's own.
-    pub(crate) given: DVec2,
     pub(crate) position: DVec2,
+    pub(crate) place: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) images: ImageTree,
     pub(crate) legs: Legs,
@@ -72,8 +72,8 @@ pub struct Transmitter {
 #[derive(Debug, Clone)]
 pub struct Receiver {
     /// In the scene's coordinates, and in the tracer's own.
-    given: DVec2,
-    pub(crate) position: DVec2,
+    position: DVec2,
+    pub(crate) place: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) sights: Vec<Sight>,
     pub(crate) legs: Legs,
@@ -85,7 +85,7 @@ impl Transmitter {
     /// Where it is \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
-        self.given
+        self.position
     }
 
     /// How many images it has, over all orders.
@@ -111,7 +111,7 @@ impl Receiver {
     /// Where it is \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
-        self.given
+        self.position
     }
 }
 
@@ -239,8 +239,8 @@ impl<'s> Tracer<'s> {
         let limits = self.config.limits();
         let fronts = Fronts::extend(&self.corners, &legs, &self.between, &limits);
         Ok(Transmitter {
-            given,
-            position,
+            position: given,
+            place: position,
             courtyard,
             fronts: fronts.ok_or_else(too_many)?,
             images,
@@ -276,8 +276,8 @@ impl<'s> Tracer<'s> {
             Legs::default()
         };
         Ok(Receiver {
-            given,
-            position,
+            position: given,
+            place: position,
             courtyard,
             sights,
             legs,

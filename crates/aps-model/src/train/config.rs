@@ -92,8 +92,7 @@ impl TrainConfig {
             .or_else(|| {
                 let x = self.clip_norm;
                 let text = || format!("clip_norm is {x}: must be positive (infinity clips nothing)");
-                // Also true of NaN.
-                (!(x > 0.0)).then(text)
+                (x.is_nan() || x <= 0.0).then(text)
             })
             .or_else(|| positive("largest_loss", self.largest_loss))
             .or_else(|| positive("epsilon", epsilon))

@@ -54,7 +54,10 @@ pub fn study(profile: Profile, seed: u64, study: &mut Study) -> Result<()> {
                     Err(error) => {
                         let whole = format!("{error:#}");
                         let reason = whole.lines().next().unwrap_or_default();
-                        refused.push(format!("{} in {name} does not run here: {reason}", kind.name()));
+                        refused.push(format!(
+                            "{} in {name} does not run here: {reason}",
+                            kind.name()
+                        ));
                         break;
                     }
                 }
@@ -64,7 +67,12 @@ pub fn study(profile: Profile, seed: u64, study: &mut Study) -> Result<()> {
     describe(&rows, refused, batches, study)
 }
 
-fn describe(rows: &[Row], refused: Vec<String>, batches: &[usize], study: &mut Study) -> Result<()> {
+fn describe(
+    rows: &[Row],
+    refused: Vec<String>,
+    batches: &[usize],
+    study: &mut Study,
+) -> Result<()> {
     study.heading("Precision and batches");
     study.text(format!(
         "Models of the small preset with their first weights, {PIXELS} x {PIXELS} images of a synthetic block of houses. The \
@@ -78,13 +86,24 @@ fn describe(rows: &[Row], refused: Vec<String>, batches: &[usize], study: &mut S
         trade.add(row.precision, name, row.ms_per_link, row.relative_error);
     }
     let chart = trade.chart("time a link [ms]", "relative error", 1e-9, Marked::All);
-    let caption = format!("Error of the output against time a link, {largest} links at once. Grey: the front.");
+    let caption = format!(
+        "Error of the output against time a link, {largest} links at once. Grey: the front."
+    );
     study.figure("precision-time", caption, &chart.draw());
     let mut points = Vec::new();
-    for row in rows.iter().filter(|row| row.batch == largest && row.precision == "f32") {
+    for row in rows
+        .iter()
+        .filter(|row| row.batch == largest && row.precision == "f32")
+    {
         let same = |other: &&Row| other.model == row.model;
-        let one = rows.iter().filter(same).find(|r| r.batch == batches[0] && r.precision == "f32");
-        let half = rows.iter().filter(same).find(|r| r.batch == largest && r.precision == "bf16");
+        let one = rows
+            .iter()
+            .filter(same)
+            .find(|r| r.batch == batches[0] && r.precision == "f32");
+        let half = rows
+            .iter()
+            .filter(same)
+            .find(|r| r.batch == largest && r.precision == "bf16");
         let mut text = format!(
             "{} in f32 takes {} ms a link and is off by {} of the outputs' deviation",
             row.model,
@@ -93,7 +112,10 @@ fn describe(rows: &[Row], refused: Vec<String>, batches: &[usize], study: &mut S
         );
         if let Some(one) = one {
             let times = one.ms_per_link / row.ms_per_link;
-            text += &format!("; one link at a time takes {} times as long a link", three_digits(times));
+            text += &format!(
+                "; one link at a time takes {} times as long a link",
+                three_digits(times)
+            );
         }
         if let Some(half) = half {
             text += &format!(
@@ -116,8 +138,19 @@ fn describe(rows: &[Row], refused: Vec<String>, batches: &[usize], study: &mut S
             small(row.largest_error),
         ]
     };
-    let head = ["model", "precision", "batch", "time a link [ms]", "relative error", "largest error"];
-    study.table("Precision and batches", &head, rows.iter().map(cells).collect());
+    let head = [
+        "model",
+        "precision",
+        "batch",
+        "time a link [ms]",
+        "relative error",
+        "largest error",
+    ];
+    study.table(
+        "Precision and batches",
+        &head,
+        rows.iter().map(cells).collect(),
+    );
     study.data("precision", "Every model, precision and batch", rows)
 }
 

@@ -51,7 +51,9 @@ struct Row {
 pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let sizes: &[usize] = setup.profile.choose(&[32, 64], &[32, 64, 128, 256]);
     let mut config = Config::resolve(
-        setup.profile.choose(config::Profile::Smoke, config::Profile::Quick),
+        setup
+            .profile
+            .choose(config::Profile::Smoke, config::Profile::Quick),
         None,
         toml::Table::new(),
     )?;
@@ -104,7 +106,12 @@ fn row(
         device,
         interrupted: &setup.interrupted,
     };
-    let answer = model::ask(&plan, training, &part.folder().join("best.safetensors"), &asked)?;
+    let answer = model::ask(
+        &plan,
+        training,
+        &part.folder().join("best.safetensors"),
+        &asked,
+    )?;
     let scores = test.score(&answer.predictions, Protocol::Paper)?;
     let mean = |metric: Metric| -> Result<f64> {
         let column = scores.column(metric).context("the metric was scored")?;
@@ -114,7 +121,11 @@ fn row(
         pixels,
         metres_per_pixel: 256.0 / pixels as f64,
         train_s,
-        ms_per_link: answer.latency.first().context("a time was taken")?.median_ms_per_link,
+        ms_per_link: answer
+            .latency
+            .first()
+            .context("a time was taken")?
+            .median_ms_per_link,
         cosine: mean(Metric::Cosine)?,
         ple_deg: mean(Metric::PleDeg)?,
         recall_4deg: mean(Metric::Recall4Deg)?,
@@ -141,7 +152,11 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
         );
     }
     let chart = trade.chart("time a link [ms]", "1 \u{2212} CosSim", 1e-4, Marked::All);
-    study.figure("images-time", "Error of the prediction against time a link. Grey: the front.", &chart.draw());
+    study.figure(
+        "images-time",
+        "Error of the prediction against time a link. Grey: the front.",
+        &chart.draw(),
+    );
     let mut points = vec![trade.front_in_words("ms", "1 \u{2212} CosSim")];
     points.extend(trade.dominated_in_words());
     for pair in rows.windows(2) {
@@ -179,6 +194,10 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
         "Recall@4",
         "MSE",
     ];
-    study.table("Size of the images", &head, rows.iter().map(cells).collect());
+    study.table(
+        "Size of the images",
+        &head,
+        rows.iter().map(cells).collect(),
+    );
     study.data("images", "Every size of image", rows)
 }

@@ -119,8 +119,11 @@ pub fn three_pieces(x: f64) -> Complex64 {
     }
 }
 
-/// Ways to the transition function.
-pub const TRANSITIONS: [(&str, fn(f64) -> Complex64); 3] = [
+/// A transition function.
+pub type Transition = fn(f64) -> Complex64;
+
+/// Ways to it.
+pub const TRANSITIONS: [(&str, Transition); 3] = [
     ("aps-raytrace", transition),
     ("three pieces", three_pieces),
     ("quadrature", aps_tests::utd::transition),

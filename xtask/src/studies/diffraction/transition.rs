@@ -1,11 +1,10 @@
 //! The transition function by itself.
 
 use anyhow::Result;
-use aps_raytrace::Complex64;
 use aps_tests::utd::transition_table;
 use serde::Serialize;
 
-use super::methods::TRANSITIONS;
+use super::methods::{TRANSITIONS, Transition};
 use crate::benchmark::words::three_digits;
 use crate::chart::{Axis, Chart};
 use crate::studies::trade::{Marked, Trade, small};
@@ -21,7 +20,7 @@ struct Row {
 pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let table = transition_table();
     let mut rows = Vec::new();
-    let work = |&(_, f): &(&str, fn(f64) -> Complex64)| {
+    let work = |&(_, f): &(&str, Transition)| {
         for &(x, _) in &table {
             std::hint::black_box(f(std::hint::black_box(x)));
         }

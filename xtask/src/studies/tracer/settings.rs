@@ -30,10 +30,11 @@ impl Setting {
     /// The sweep: limits, then the dynamic range at the default limits, then the accuracy inside far ones.
     pub fn sweep(profile: Profile) -> Vec<Self> {
         let mut sweep = Vec::new();
-        for diffractions in 0..=profile.choose(1, 2) {
+        let most = profile.choose(1, 2);
+        for (diffractions, group) in LIMITS.into_iter().enumerate().take(most + 1) {
             for reflections in 0..=profile.choose(2, 5) {
                 sweep.push(Self {
-                    group: LIMITS[diffractions],
+                    group,
                     name: format!("R{reflections} D{diffractions}"),
                     config: limits(reflections, diffractions),
                 });
