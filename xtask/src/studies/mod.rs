@@ -34,6 +34,7 @@ mod errors;
 mod label;
 mod links;
 mod pruning;
+mod rounding;
 mod scenes;
 mod stopwatch;
 mod study;
@@ -90,6 +91,8 @@ pub enum StudyName {
     Diffraction,
     /// What leaving out saves, and what it costs.
     Pruning,
+    /// Worst errors of the kernels in ulps.
+    Rounding,
 }
 
 /// What all studies are given.
@@ -105,7 +108,13 @@ pub struct Setup {
 
 impl StudyName {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Tracer, Self::Label, Self::Diffraction, Self::Pruning];
+    pub const ALL: [Self; 5] = [
+        Self::Tracer,
+        Self::Label,
+        Self::Diffraction,
+        Self::Pruning,
+        Self::Rounding,
+    ];
 
     /// As the command line and the files have it.
     pub fn name(self) -> &'static str {
@@ -114,6 +123,7 @@ impl StudyName {
             Self::Label => "label",
             Self::Diffraction => "diffraction",
             Self::Pruning => "pruning",
+            Self::Rounding => "rounding",
         }
     }
 
@@ -127,6 +137,7 @@ impl StudyName {
             Self::Label => label::run(setup),
             Self::Diffraction => diffraction::run(setup),
             Self::Pruning => pruning::run(setup),
+            Self::Rounding => rounding::run(),
         }
     }
 }

@@ -9,8 +9,8 @@ use anyhow::Result;
 use xtask::interrupt::interrupt_flag;
 use xtask::studies::{Conditions, Profile, Study, publish, studies_folder};
 
-/// Place in the report: behind the label and diffraction, before pruning.
-const PLACE: u32 = 35;
+/// Place in the report: behind diffraction, before pruning.
+const PLACE: u32 = 4;
 
 /// Measure what precision, size of batch and size of image cost a model in error and in time.
 #[derive(Debug, clap::Args)]
