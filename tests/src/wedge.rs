@@ -109,7 +109,8 @@ pub fn by_rays(n: f64, k_rho: f64, incident: f64, phi: f64, d: Complex64) -> Com
 /// Backwards from an order where J is nothing, which is stable, and scaled by Neumann's series
 /// (x/2)^f = sum_k (f + 2k) Gamma(f + k) / k! J_{f+2k}(x) (Digital Library of Mathematical Functions, 10.23.15).
 fn bessel_chain(fraction: f64, x: f64, last: usize) -> Vec<f64> {
-    let start = last + 40;
+    // J falls off beyond the order x, over a width of the cubic root of x.
+    let start = last.max((x + 8.0 * x.cbrt()) as usize) + 40;
     let mut orders = vec![0.0; start + 2];
     orders[start] = 1e-290;
     for i in (1..=start).rev() {
