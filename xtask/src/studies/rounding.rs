@@ -34,7 +34,11 @@ impl From<KernelError> for Row {
 pub fn run() -> Result<Study> {
     let mut rows: Vec<Row> = worst_errors().into_iter().map(Row::from).collect();
     rows.sort_by(|p, q| q.absolute_ulps.total_cmp(&p.absolute_ulps));
-    let mut study = Study::new(StudyName::Rounding.name(), "Rounding: the worst of each kernel").at(6);
+    let mut study = Study::new(
+        StudyName::Rounding.name(),
+        "Rounding: the worst of each kernel",
+    )
+    .at(6);
     study.text(
         "Fixed arguments over each kernel's range, against the same formula in double-double arithmetic (32 digits), so that \
          rounding and approximations inside a kernel show, not the physics it stands for. An ulp is 2.2e\u{2212}16: of the value \
@@ -76,7 +80,11 @@ pub fn run() -> Result<Study> {
         "the former at",
         "points",
     ];
-    study.table("Kernels, the worst first", &head, rows.iter().map(cells).collect());
+    study.table(
+        "Kernels, the worst first",
+        &head,
+        rows.iter().map(cells).collect(),
+    );
     study.data("kernels", "Every kernel", &rows)?;
     Ok(study)
 }
