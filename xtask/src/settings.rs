@@ -85,7 +85,7 @@ pub fn tracing_of(configuration: &Value) -> Result<Option<(Sampling, TraceConfig
     Ok(Some((sampling, trace.config()?)))
 }
 
-/// [`TraceConfig`] without `max_images`, which decides whether a map can be traced, not what comes out.
+/// [`TraceConfig`] without `max_images` and `max_wave_bytes`, which decide whether a map can be traced, not what comes out.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TraceSettings {
