@@ -2,7 +2,7 @@
 //! threads.
 
 use aps_model::candle_core::{DType, Device, Tensor, Var};
-use aps_model::ops::BatchNormTensors;
+use aps_model::ops::{After, BatchNormTensors, ConvTensors};
 use aps_model::{Mode, Result, ops, portable};
 use proptest::prelude::*;
 use rand::{Rng, SeedableRng};
@@ -114,6 +114,7 @@ fn convolutions_of_the_models() {
         (12, 17, 5, 7, 16, (3, 3), 1, (1, 1)),
         (16, 18, 6, 4, 19, (3, 3), 1, (0, 2)),
         (9, 130, 7, 9, 140, (3, 3), 1, (2, 1)),
+        (70, 120, 6, 6, 110, (3, 3), 1, (1, 1)),
         (2, 80, 66, 70, 90, (3, 3), 1, (1, 1)),
         // one image, large enough for more than one tile
         (1, 3, 40, 48, 65, (3, 3), 1, (1, 1)),
@@ -209,6 +210,80 @@ fn batch_normalisation_in_training_and_use() {
                     assert!((a - b).abs() < 1e-5, "running statistics {a} and {b}");
                 }
             }
+        }
+    }
+}
+
+/// Where nothing is learnt, a convolution, its normalisation and what follows are one operation.
+#[test]
+fn normalised_convolution_in_use() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(6);
+    for (n, i, h, w, o, kernel, stride) in [
+        // image by image, all together, one image, by minimal filtering of both sizes, one pixel
+        (5, 3, 20, 24, 16, 7, 2),
+        (8, 30, 4, 4, 20, 3, 2),
+        (1, 20, 9, 7, 18, 3, 1),
+        (13, 16, 8, 8, 40, 3, 1),
+        (12, 17, 5, 7, 16, 3, 1),
+        (6, 10, 1, 1, 12, 1, 1),
+    ] {
+        let side = |s: usize| (s - 1) / stride + 1;
+        let tensors = [
+            values(rng, &[n, i, h, w]),
+            values(rng, &[o, i, kernel, kernel]),
+            values(rng, &[n, o, side(h), side(w)]),
+            values(rng, &[o]),
+            values(rng, &[o]),
+            // A mean far above the deviation.
+            (values(rng, &[o]) + 30.0).unwrap(),
+            (values(rng, &[o]) + 1.5).unwrap(),
+        ];
+        for (after, has_bias) in [(0, false), (1, true), (2, false), (2, true)] {
+            let run = |dtype: DType, at_once: bool| -> Vec<f64> {
+                let t: Vec<Tensor> = tensors.iter().map(|t| t.to_dtype(dtype).unwrap()).collect();
+                let running = |t: &Tensor| Var::from_tensor(t).unwrap();
+                let (running_mean, running_var) = (&running(&t[5]), &running(&t[6]));
+                let norm = BatchNormTensors {
+                    weight: &t[3],
+                    bias: &t[4],
+                    running_mean,
+                    running_var,
+                };
+                let bias = has_bias.then_some(&t[4]);
+                let padding = (kernel / 2, kernel / 2);
+                let y = if at_once {
+                    let conv = ConvTensors {
+                        weight: &t[1],
+                        bias,
+                        stride,
+                        padding,
+                    };
+                    let after = match after {
+                        0 => After::Nothing,
+                        1 => After::Relu,
+                        _ => After::AddRelu(&t[2]),
+                    };
+                    ops::normed_conv2d(&t[0], conv, norm, after, Mode::Eval).unwrap()
+                } else {
+                    let y = portable::conv2d(&t[0], &t[1], bias, stride, padding).unwrap();
+                    let y = portable::batch_norm(&y, norm, Mode::Eval).unwrap();
+                    match after {
+                        0 => y,
+                        1 => portable::relu(&y).unwrap(),
+                        _ => portable::relu(&(y + &t[2]).unwrap()).unwrap(),
+                    }
+                };
+                let flat = y.flatten_all().unwrap().to_dtype(DType::F64).unwrap();
+                flat.to_vec1().unwrap()
+            };
+            let expected = run(DType::F64, false);
+            let found = run(DType::F32, true);
+            let scale = expected.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
+            for (f, e) in found.iter().zip(&expected) {
+                assert!((f - e).abs() < 3e-6 * scale, "{f}, expected {e}");
+            }
+            let on = |threads| pool_of(threads).install(|| run(DType::F32, true));
+            assert_eq!(on(1), on(3));
         }
     }
 }

@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 
 use super::ConvShape;
+use super::buffer::Buffer;
+use super::finish::Finish;
 use super::matmul::{Matrix, multiply};
 use super::regroup::apart;
 use super::unfold::Frame;
@@ -13,23 +15,24 @@ const TILE_VALUES: usize = 1 << 18;
 /// Most values unfolded at once where all threads share them.
 const SHARED_VALUES: usize = 1 << 22;
 
-/// `x` (batch, in, height, width) convolved with `weight` (out, in, kh, kw) into `out` (batch, out, oh, ow), plus `bias`.
+/// `x` (batch, in, height, width) convolved with `weight` (out, in, kh, kw) into `out` (batch, out, oh, ow), and
+/// finished.
 pub(crate) fn convolve(
     shape: &ConvShape,
     x: &[f32],
     weight: &[f32],
-    bias: Option<&[f32]>,
+    finish: Finish<'_>,
     out: &mut [f32],
 ) {
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(weight.len(), shape.weight_len());
     assert_eq!(out.len(), shape.output_len());
-    if winograd::suits(shape) {
-        winograd::convolve(shape, x, weight, bias, out);
+    if let Some(size) = winograd::suits(shape) {
+        winograd::convolve(size, shape, x, weight, finish, out);
     } else if shape.is_by_image() {
-        by_image(shape, x, weight, bias, out);
+        by_image(shape, x, weight, finish, out);
     } else {
-        together(shape, x, weight, bias, out);
+        together(shape, x, weight, finish, out);
     }
 }
 
@@ -43,14 +46,14 @@ pub(super) fn tile_pixels(taps: usize, pixels: usize) -> usize {
 }
 
 /// Each image by one thread, tile by tile.
-fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, out: &mut [f32]) {
+fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, out: &mut [f32]) {
     let (taps, pixels) = (shape.taps(), shape.out_pixels());
     let tile = tile_pixels(taps, pixels);
     let frame = Frame::of(shape);
     x.par_chunks(shape.in_channels * shape.in_pixels())
         .zip(out.par_chunks_mut(shape.out_channels * pixels))
-        .for_each_init(Scratch::default, |scratch, (image, out)| {
-            fill_bias(bias, pixels, out);
+        .enumerate()
+        .for_each_init(Scratch::default, |scratch, (number, (image, out))| {
             if !shape.is_pointwise() {
                 scratch.framed.resize(frame.len(), 0.0);
                 scratch.columns.resize(taps * tile, 0.0);
@@ -71,15 +74,12 @@ fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, 
                     col_stride,
                 };
                 let sizes = (count, shape.out_channels, taps);
-                let accumulate = bias.is_some();
-                multiply(
-                    sizes,
-                    a,
-                    by_rows(weight, taps),
-                    &mut out[first..],
-                    pixels,
-                    accumulate,
-                );
+                let weight = by_rows(weight, taps);
+                multiply(sizes, a, weight, &mut out[first..], pixels, false);
+            }
+            for (channel, plane) in out.chunks_exact_mut(pixels).enumerate() {
+                let place = (number * shape.out_channels + channel) * pixels;
+                finish.apply(channel, place, plane);
             }
         });
 }
@@ -92,12 +92,12 @@ struct Scratch {
 }
 
 /// All images side by side, unfolded once by all threads; each then makes some of the output channels.
-fn together(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, out: &mut [f32]) {
+fn together(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, out: &mut [f32]) {
     let (taps, pixels, batch) = (shape.taps(), shape.out_pixels(), shape.batch);
-    let mut planes = vec![0.0; shape.output_len()];
+    let mut planes = Buffer::of(shape.output_len());
     let all = batch * pixels;
     let step = (SHARED_VALUES / taps).clamp(1, all);
-    let mut columns = vec![0.0; taps * step];
+    let mut columns = Buffer::of(taps * step);
     let frame = Frame::of(shape);
     let framed = framed_images(shape, &frame, x);
     // Columns that do not stay in cache are read as seldom as sharing the work allows.
@@ -111,10 +111,6 @@ fn together(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, 
             .for_each(|(block, planes)| {
                 let c = block * channel_block;
                 let channels = planes.len() / all;
-                let bias = bias.map(|b| &b[c..c + channels]);
-                for (plane, &b) in planes.chunks_exact_mut(all).zip(bias.unwrap_or_default()) {
-                    plane[first..first + count].fill(b);
-                }
                 let a = Matrix {
                     data: &columns,
                     row_stride: 1,
@@ -122,13 +118,12 @@ fn together(shape: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>, 
                 };
                 let weight = by_rows(&weight[c * taps..], taps);
                 let sizes = (count, channels, taps);
-                multiply(sizes, a, weight, &mut planes[first..], all, bias.is_some());
+                multiply(sizes, a, weight, &mut planes[first..], all, false);
             });
     }
-    if batch == 1 {
-        out.copy_from_slice(&planes);
-    } else {
-        apart(&planes, shape.out_channels, pixels, out);
+    apart(&planes, shape.out_channels, pixels, out);
+    for (place, plane) in out.chunks_exact_mut(pixels).enumerate() {
+        finish.apply(place % shape.out_channels, place * pixels, plane);
     }
 }
 
@@ -170,13 +165,5 @@ fn by_rows(weight: &[f32], taps: usize) -> Matrix<'_> {
         data: weight,
         row_stride: 1,
         col_stride: taps,
-    }
-}
-
-fn fill_bias(bias: Option<&[f32]>, pixels: usize, out: &mut [f32]) {
-    if let Some(bias) = bias {
-        for (plane, &b) in out.chunks_exact_mut(pixels).zip(bias) {
-            plane.fill(b);
-        }
     }
 }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::ConvShape;
 use super::convolution::{convolve, tile_pixels};
+use super::finish::Finish;
 use super::matmul::{Matrix, multiply};
 use super::regroup::{apart, side_by_side};
 use super::unfold::Frame;
@@ -26,7 +27,8 @@ pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32], ou
             padding: (kh - 1 - shape.padding.0, kw - 1 - shape.padding.1),
             ..*shape
         };
-        convolve(&flipped, grad, &turn(shape, weight), None, out);
+        let weight = turn(shape, weight);
+        convolve(&flipped, grad, &weight, Finish::default(), out);
     } else {
         fold_together(shape, grad, weight, out);
     }

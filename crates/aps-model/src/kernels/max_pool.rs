@@ -13,20 +13,54 @@ pub(crate) fn max_pool(shape: &ConvShape, x: &[f32]) -> Vec<f32> {
     out.par_chunks_mut(shape.out_pixels())
         .zip(x.par_chunks(shape.in_pixels()))
         .with_min_len(8)
-        .for_each(|(out, plane)| {
-            for (oy, out) in out.chunks_exact_mut(shape.out_width()).enumerate() {
-                out.fill(f32::NEG_INFINITY);
-                for_each_tap(shape, oy, |windows, first| {
-                    let pixels = &plane[first as usize..];
-                    match shape.stride {
-                        1 => largest::<1>(pixels, &mut out[windows]),
-                        2 => largest::<2>(pixels, &mut out[windows]),
-                        step => largest_apart(pixels, step, &mut out[windows]),
-                    }
-                });
-            }
+        .for_each_init(Vec::new, |column, (out, plane)| match shape.stride {
+            1 => largest::<1>(shape, 1, plane, out, column),
+            2 => largest::<2>(shape, 2, plane, out, column),
+            step => largest::<0>(shape, step, plane, out, column),
         });
     out
+}
+
+/// The largest of each column of pixels that a row of windows holds, then the largest of those in each window. `STEP` is
+/// the stride where the compiler may know it, else 0.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn largest<const STEP: usize>(
+    shape: &ConvShape,
+    step: usize,
+    plane: &[f32],
+    out: &mut [f32],
+    columns: &mut Vec<f32>,
+) {
+    let step = if STEP == 0 { step } else { STEP };
+    let ((kh, kw), (ph, pw)) = (shape.kernel, shape.padding);
+    for (oy, out) in out.chunks_exact_mut(shape.out_width()).enumerate() {
+        // Below every number, left and right of the plane.
+        columns.clear();
+        columns.resize(shape.width + 2 * pw, f32::NEG_INFINITY);
+        let inside = &mut columns[pw..pw + shape.width];
+        for y in (oy * step).saturating_sub(ph)..(oy * step + kh - ph).min(shape.height) {
+            for (column, &pixel) in inside.iter_mut().zip(&plane[y * shape.width..]) {
+                *column = larger(*column, pixel);
+            }
+        }
+        out.fill(f32::NEG_INFINITY);
+        for kx in 0..kw {
+            let seen = &columns[kx..][..(out.len() - 1) * step + 1];
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = larger(*out, seen[i * step]);
+            }
+        }
+    }
+}
+
+/// A NaN is larger than all, as in PyTorch: it must not be hidden.
+#[inline(always)]
+fn larger(value: f32, pixel: f32) -> f32 {
+    if pixel > value || pixel.is_nan() {
+        pixel
+    } else {
+        value
+    }
 }
 
 /// The gradient by the input.
@@ -90,26 +124,6 @@ impl Winners {
 
 /// The place of a winner not found yet.
 const NOWHERE: u32 = u32::MAX;
-
-/// Each window's largest value so far against every `STEP`th pixel.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn largest<const STEP: usize>(pixels: &[f32], values: &mut [f32]) {
-    largest_apart(pixels, STEP, values);
-}
-
-#[inline(always)]
-fn largest_apart(pixels: &[f32], step: usize, values: &mut [f32]) {
-    let pixels = &pixels[..(values.len() - 1) * step + 1];
-    for (i, value) in values.iter_mut().enumerate() {
-        let pixel = pixels[i * step];
-        // A NaN wins, as in PyTorch: it must not be hidden.
-        *value = if pixel > *value || pixel.is_nan() {
-            pixel
-        } else {
-            *value
-        };
-    }
-}
 
 /// Each window's winner so far against every `STEP`th pixel from place `first` on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]

@@ -6,6 +6,7 @@
 pub(crate) mod batch_norm;
 mod buffer;
 pub(crate) mod convolution;
+pub(crate) mod finish;
 mod input_gradient;
 mod matmul;
 pub(crate) mod max_pool;

@@ -64,9 +64,15 @@ impl Frame {
         for (remainder, phase) in row.chunks_exact_mut(self.phase).enumerate() {
             // The first pixel whose padded column has this remainder.
             let first = (remainder + step - pad % step) % step;
-            let targets = phase[(first + pad) / step..].iter_mut();
-            for (t, p) in targets.zip(pixels[first.min(pixels.len())..].iter().step_by(step)) {
-                *t = *p;
+            let targets = &mut phase[(first + pad) / step..];
+            let pixels = &pixels[first.min(pixels.len())..];
+            match step {
+                2 => every::<2>(pixels, targets),
+                _ => {
+                    for (t, p) in targets.iter_mut().zip(pixels.iter().step_by(step)) {
+                        *t = *p;
+                    }
+                }
             }
         }
     }
@@ -185,5 +191,17 @@ impl Frame {
                 }
             }
         }
+    }
+}
+
+/// Every `STEP`th of `values`.
+fn every<const STEP: usize>(values: &[f32], out: &mut [f32]) {
+    let (whole, rest) = values.as_chunks::<STEP>();
+    let n = whole.len().min(out.len());
+    for (out, values) in out[..n].iter_mut().zip(whole) {
+        *out = values[0];
+    }
+    if let (Some(last), Some(&value)) = (out.get_mut(n), rest.first()) {
+        *last = value;
     }
 }

@@ -25,8 +25,8 @@ pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(grad.len(), shape.output_len());
     assert_eq!(out.len(), shape.weight_len());
-    if winograd::suits(shape) {
-        winograd::weight_gradient(shape, x, grad, out);
+    if let Some(size) = winograd::suits(shape) {
+        winograd::weight_gradient(size, shape, x, grad, out);
         return;
     }
     let (taps, outs) = (shape.taps(), shape.out_channels);

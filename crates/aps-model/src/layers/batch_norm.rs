@@ -39,7 +39,8 @@ impl BatchNorm {
         ops::batch_norm_relu(x, self.tensors(), mode)
     }
 
-    fn count(&self, mode: Mode<'_>) -> Result<()> {
+    /// Counts a training pass.
+    pub(super) fn count(&self, mode: Mode<'_>) -> Result<()> {
         if mode.is_training() {
             let next = (self.passes.as_detached_tensor() + 1.0)?;
             self.passes.set(&next)?;
@@ -47,7 +48,7 @@ impl BatchNorm {
         Ok(())
     }
 
-    fn tensors(&self) -> ops::BatchNormTensors<'_> {
+    pub(super) fn tensors(&self) -> ops::BatchNormTensors<'_> {
         ops::BatchNormTensors {
             weight: &self.weight,
             bias: &self.bias,

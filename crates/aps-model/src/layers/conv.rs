@@ -61,8 +61,17 @@ impl Conv2d {
 
     /// (batch, in, height, width) to (batch, out, height', width').
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        let padding = (self.padding, self.padding);
-        ops::conv2d(x, &self.weight, self.bias.as_ref(), self.stride, padding)
+        let t = self.tensors();
+        ops::conv2d(x, t.weight, t.bias, t.stride, t.padding)
+    }
+
+    pub(super) fn tensors(&self) -> ops::ConvTensors<'_> {
+        ops::ConvTensors {
+            weight: &self.weight,
+            bias: self.bias.as_ref(),
+            stride: self.stride,
+            padding: (self.padding, self.padding),
+        }
     }
 }
 

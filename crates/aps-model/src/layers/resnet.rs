@@ -2,67 +2,60 @@
 
 use candle_core::Tensor;
 
-use super::{BatchNorm, Conv2d};
+use super::{BatchNorm, Conv2d, NormedConv};
+use crate::ops::After;
 use crate::{Mode, Result, Scope, ops};
 
 /// Two 3 x 3 convolutions beside a shortcut: `conv1`, `bn1`, `conv2`, `bn2`, `downsample.0` and `.1`.
 #[derive(Debug, Clone)]
 struct BasicBlock {
-    conv1: Conv2d,
-    bn1: BatchNorm,
-    conv2: Conv2d,
-    bn2: BatchNorm,
+    first: NormedConv,
+    second: NormedConv,
     /// A 1 x 1 convolution where size or channels change.
-    downsample: Option<(Conv2d, BatchNorm)>,
+    downsample: Option<NormedConv>,
 }
 
 impl BasicBlock {
     fn new(scope: &Scope, inputs: usize, outputs: usize, stride: usize) -> Result<Self> {
+        let normed = |conv: &Scope, norm: &Scope, inputs, kernel, stride| -> Result<_> {
+            let conv = Conv2d::residual(conv, inputs, outputs, kernel, stride)?;
+            Ok(NormedConv::new(conv, BatchNorm::new(norm, outputs)?))
+        };
         let downsample = if stride != 1 || inputs != outputs {
             let scope = scope.at("downsample");
-            let conv = Conv2d::residual(&scope.at(0), inputs, outputs, 1, stride)?;
-            Some((conv, BatchNorm::new(&scope.at(1), outputs)?))
+            Some(normed(&scope.at(0), &scope.at(1), inputs, 1, stride)?)
         } else {
             None
         };
         Ok(Self {
-            conv1: Conv2d::residual(&scope.at("conv1"), inputs, outputs, 3, stride)?,
-            bn1: BatchNorm::new(&scope.at("bn1"), outputs)?,
-            conv2: Conv2d::residual(&scope.at("conv2"), outputs, outputs, 3, 1)?,
-            bn2: BatchNorm::new(&scope.at("bn2"), outputs)?,
+            first: normed(&scope.at("conv1"), &scope.at("bn1"), inputs, 3, stride)?,
+            second: normed(&scope.at("conv2"), &scope.at("bn2"), outputs, 3, 1)?,
             downsample,
         })
     }
 
     fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        let y = self.bn1.forward_relu(&self.conv1.forward(x)?, mode)?;
-        let y = self.bn2.forward(&self.conv2.forward(&y)?, mode)?;
+        let y = self.first.forward(x, After::Relu, mode)?;
         let shortcut = match &self.downsample {
             None => x.clone(),
-            Some((conv, bn)) => bn.forward(&conv.forward(x)?, mode)?,
+            Some(downsample) => downsample.forward(x, After::Nothing, mode)?,
         };
-        ops::add_relu(&y, &shortcut)
+        self.second.forward(&y, After::AddRelu(&shortcut), mode)
     }
 }
 
 /// The first layers: 7 x 7 convolution with stride 2, batch normalisation, ReLU, maximum over 3 x 3 with stride 2.
 #[derive(Debug, Clone)]
-pub(super) struct Stem {
-    conv: Conv2d,
-    bn: BatchNorm,
-}
+pub(super) struct Stem(NormedConv);
 
 impl Stem {
     pub(super) fn new(conv: &Scope, bn: &Scope, width: usize) -> Result<Self> {
-        Ok(Self {
-            conv: Conv2d::residual(conv, 3, width, 7, 2)?,
-            bn: BatchNorm::new(bn, width)?,
-        })
+        let conv = Conv2d::residual(conv, 3, width, 7, 2)?;
+        Ok(Self(NormedConv::new(conv, BatchNorm::new(bn, width)?)))
     }
 
     pub(super) fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        let y = self.bn.forward_relu(&self.conv.forward(images)?, mode)?;
-        ops::max_pool_3x3_s2_p1(&y)
+        ops::max_pool_3x3_s2_p1(&self.0.forward(images, After::Relu, mode)?)
     }
 }
 

@@ -2,14 +2,15 @@
 
 use candle_core::Tensor;
 
-use super::{BatchNorm, Conv2d};
+use super::{BatchNorm, Conv2d, NormedConv};
+use crate::ops::After;
 use crate::{Mode, Result, Scope};
 
 /// Twice a 3 x 3 convolution, batch normalisation and ReLU: `block.0`, `block.1`, `block.3`, `block.4`.
 #[derive(Debug, Clone)]
 pub struct DoubleConv {
-    first: (Conv2d, BatchNorm),
-    second: (Conv2d, BatchNorm),
+    first: NormedConv,
+    second: NormedConv,
 }
 
 impl DoubleConv {
@@ -18,7 +19,8 @@ impl DoubleConv {
         let block = scope.at("block");
         let half = |at: usize, inputs| -> Result<_> {
             let conv = Conv2d::same(&block.at(at), inputs, outputs, 3)?;
-            Ok((conv, BatchNorm::new(&block.at(at + 1), outputs)?))
+            let norm = BatchNorm::new(&block.at(at + 1), outputs)?;
+            Ok(NormedConv::new(conv, norm))
         };
         Ok(Self {
             first: half(0, inputs)?,
@@ -28,10 +30,7 @@ impl DoubleConv {
 
     /// (batch, inputs, height, width) to (batch, outputs, height, width).
     pub fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        let mut x = x.clone();
-        for (conv, bn) in [&self.first, &self.second] {
-            x = bn.forward_relu(&conv.forward(&x)?, mode)?;
-        }
-        Ok(x)
+        let x = self.first.forward(x, After::Relu, mode)?;
+        self.second.forward(&x, After::Relu, mode)
     }
 }

@@ -4,6 +4,7 @@ use candle_core::{CpuStorage, CustomOp2, CustomOp3, Layout, Result, Shape, Tenso
 use rayon::prelude::*;
 
 use super::storage::{are_fast, made, slice, with_slices};
+use crate::kernels::finish::Finish;
 use crate::kernels::{ConvShape, convolution::convolve, input_gradient, weight_gradient};
 use crate::portable;
 
@@ -48,7 +49,12 @@ pub fn conv_transpose2x2(
 }
 
 /// The sizes, if the fast path knows the tensors and they fit together.
-fn shape_of(x: &Tensor, w: &Tensor, stride: usize, padding: (usize, usize)) -> Option<ConvShape> {
+pub(super) fn shape_of(
+    x: &Tensor,
+    w: &Tensor,
+    stride: usize,
+    padding: (usize, usize),
+) -> Option<ConvShape> {
     let (batch, in_channels, height, width) = x.dims4().ok()?;
     let (out_channels, channels, kh, kw) = w.dims4().ok()?;
     (are_fast(&[x, w]) && channels == in_channels).then_some(ConvShape {
@@ -90,7 +96,7 @@ impl Conv {
     ) -> Result<(CpuStorage, Shape)> {
         let s = &self.0;
         let mut out = vec![0.0; s.output_len()];
-        convolve(s, x, weight, bias, &mut out);
+        convolve(s, x, weight, Finish::bias(bias), &mut out);
         made(
             out,
             (s.batch, s.out_channels, s.out_height(), s.out_width()),
@@ -232,7 +238,7 @@ impl CustomOp2 for Transposed {
         let grad = grad.contiguous()?;
         let (by_input, by_weight) = with_slices([x, weight, &grad], |[x, w, g]| {
             let mut by_input = vec![0.0; s.output_len()];
-            convolve(s, g, w, None, &mut by_input);
+            convolve(s, g, w, Finish::default(), &mut by_input);
             let mut by_weight = vec![0.0; s.weight_len()];
             weight_gradient(s, g, x, &mut by_weight);
             (by_input, by_weight)

@@ -61,13 +61,9 @@ fn fast(
     } else {
         (mean.to_vec1()?, var.to_vec1()?)
     };
-    let inverse_std = variance
-        .iter()
-        .map(|&v| (1.0 / (f64::from(v) + EPSILON).sqrt()) as f32)
-        .collect();
     let op = BatchNorm {
         mean,
-        inverse_std,
+        inverse_std: inverse_std(&variance),
         pixels,
         relu,
         is_training: mode.is_training(),
@@ -77,6 +73,11 @@ fn fast(
         &t.bias.contiguous()?,
         op,
     )?))
+}
+
+pub(super) fn inverse_std(variance: &[f32]) -> Vec<f32> {
+    let of = |&v| (1.0 / (f64::from(v) + EPSILON).sqrt()) as f32;
+    variance.iter().map(of).collect()
 }
 
 fn move_towards(running: &Var, batch: &[f32], factor: f64) -> Result<()> {

@@ -2,22 +2,22 @@
 
 use std::ops::Range;
 
+use super::transform::LANES;
 use crate::kernels::ConvShape;
 
 /// Most transformed values, of inputs and outputs together, at once: 4 MB, what two cores' second-level caches hold.
 const CHUNK_VALUES: usize = 1 << 20;
-/// Values between rows of transformed tiles, so that rows do not fall on the same cache lines.
-const GAP: usize = 16;
 
-/// The tiles of 2 x 2 outputs of every image.
+/// The tiles of M x M outputs of every image.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Tiles {
+pub(super) struct Tiles<const M: usize> {
     pub shape: ConvShape,
     /// Tiles in a row.
     pub across: usize,
     /// Rows of tiles.
     pub down: usize,
-    /// From one row of transformed values, which has a value a tile of a chunk, to the next.
+    /// From one row of transformed values, which has a value a tile of a chunk, to the next: never without a gap, so that
+    /// whole vectors may reach beyond the last tile and rows do not fall on the same cache lines.
     pub stride: usize,
     images_a_chunk: usize,
     rows_a_chunk: usize,
@@ -30,13 +30,14 @@ pub(super) struct Chunk {
     pub rows: Range<usize>,
 }
 
-impl Tiles {
+impl<const M: usize> Tiles<M> {
     pub fn of(shape: &ConvShape) -> Self {
         let (down, across) = (
-            shape.out_height().div_ceil(2),
-            shape.out_width().div_ceil(2),
+            shape.out_height().div_ceil(M),
+            shape.out_width().div_ceil(M),
         );
-        let most = CHUNK_VALUES / (16 * (shape.in_channels + shape.out_channels));
+        let values = (M + 2) * (M + 2);
+        let most = CHUNK_VALUES / (values * (shape.in_channels + shape.out_channels));
         // Equal chunks rather than a small last one.
         let evenly = |all: usize, most: usize| all.div_ceil(all.div_ceil(most.max(1)));
         let images_a_chunk = evenly(shape.batch, most / (down * across));
@@ -48,7 +49,7 @@ impl Tiles {
             shape: *shape,
             across,
             down,
-            stride: images_a_chunk * rows_a_chunk * across + GAP,
+            stride: images_a_chunk * rows_a_chunk * across + LANES,
             images_a_chunk,
             rows_a_chunk,
         }

@@ -1,298 +1,354 @@
-//! The transforms of Winograd's F(2 x 2, 3 x 3), each over many tiles or many channels side by side:
+//! The two-dimensional transforms, each over many tiles or many channels side by side.
 //!
-//! ```text
-//!        1  0 -1  0          1   0   0
-//! B' =   0  1  1  0     G =  1/2 1/2 1/2    A' =  1  1  1  0
-//!        0 -1  1  0          1/2 -1/2 1/2         0  1 -1 -1
-//!        0  1  0 -1          0   0   1
-//! ```
+//! An input tile d (N x N, overlapping its neighbours by two) becomes B' d B, a kernel g becomes G g G', and their product,
+//! value by value and summed over channels, becomes the outputs A' m A (M x M). Gradients go the transposed way.
 //!
-//! An input tile d (4 x 4, overlapping its neighbours by two) becomes B' d B, a kernel g becomes G g G', and their product,
-//! value by value and summed over channels, becomes the outputs A' m A (2 x 2). Gradients go the transposed way.
+//! Tiles of a chunk are counted row of tiles by row of tiles, in it image by image, in it column by column: so a tile and
+//! the one below it are the same distance apart all over the chunk. Pixels are first sorted by their place in the tile;
+//! then all transforms work on [`LANES`] neighbouring tiles at once. What lies behind the last tile of a row of values is
+//! worked on with the rest and read by nobody.
 //!
-//! Widths that occur in the models are known to the compiler (`W`; 0 is any other), so that short rows move in registers.
-
-use std::ops::Range;
+//! Widths that occur in the models are known to the compiler (`W` tiles across; 0 is any other), so that short rows move in
+//! registers.
 
 use multiversion::multiversion;
 
-/// Values of a transformed tile.
-pub(super) const VALUES: usize = 16;
+use super::filter::Filter;
+use super::tiles::{Chunk, Tiles};
 
-/// Sizes of a plane and of its tiles.
+/// Tiles or channels worked on at once.
+pub(super) const LANES: usize = 16;
+
+type Lanes = [f32; LANES];
+
+/// The planes of one channel in a batch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Plane {
+pub(super) struct Planes<'a> {
+    /// From the channel's plane in the first image on.
+    pub data: &'a [f32],
+    /// Values from one image to the next.
+    pub apart: usize,
     pub height: usize,
     pub width: usize,
     /// Zeros above and left of the plane; as many as needed lie below and right.
     pub padding: (usize, usize),
-    /// Tiles in a row.
-    pub across: usize,
 }
 
-/// Calls `$function::<W>` with the width of tile rows as `W` where it is among the usual ones.
+/// Calls `$function::<F, M, N, W>` with the width of tile rows as `W` where it is among the usual ones.
 macro_rules! by_width {
     ($width:expr, $function:ident($($argument:expr),* $(,)?)) => {
         match $width {
-            2 => $function::<2>($($argument),*),
-            4 => $function::<4>($($argument),*),
-            8 => $function::<8>($($argument),*),
-            16 => $function::<16>($($argument),*),
-            32 => $function::<32>($($argument),*),
-            _ => $function::<0>($($argument),*),
+            1 => $function::<F, M, N, 1>($($argument),*),
+            2 => $function::<F, M, N, 2>($($argument),*),
+            4 => $function::<F, M, N, 4>($($argument),*),
+            8 => $function::<F, M, N, 8>($($argument),*),
+            16 => $function::<F, M, N, 16>($($argument),*),
+            32 => $function::<F, M, N, 32>($($argument),*),
+            _ => $function::<F, M, N, 0>($($argument),*),
         }
     };
 }
 
-/// B' d B of the tiles in `rows` of `image`: value f of tile t at `out[f * stride + t]`. `lines` is working memory.
-pub(super) fn inputs(
-    image: &[f32],
-    plane: Plane,
-    rows: Range<usize>,
+/// B' d B of a chunk's tiles: value f of tile t at `out[f * stride + t]`. `sorted` is working memory.
+pub(super) fn inputs<F: Filter<M, N>, const M: usize, const N: usize>(
+    planes: Planes<'_>,
+    tiles: &Tiles<M>,
+    chunk: &Chunk,
     out: &mut [f32],
-    stride: usize,
-    lines: &mut Vec<f32>,
+    sorted: &mut Vec<f32>,
+) {
+    by_width!(tiles.across, inputs_of(planes, tiles, chunk, out, sorted));
+}
+
+/// A y A' of a chunk's tiles, laid out like [`inputs`].
+pub(super) fn output_gradients<F: Filter<M, N>, const M: usize, const N: usize>(
+    planes: Planes<'_>,
+    tiles: &Tiles<M>,
+    chunk: &Chunk,
+    out: &mut [f32],
+    sorted: &mut Vec<f32>,
 ) {
     by_width!(
-        plane.across,
-        inputs_of(image, plane, rows, out, stride, lines)
+        tiles.across,
+        output_gradients_of(planes, tiles, chunk, out, sorted)
     );
 }
 
-/// A y A' of the tiles in `rows` of `image`, laid out like [`inputs`].
-pub(super) fn output_gradients(
-    image: &[f32],
-    plane: Plane,
-    rows: Range<usize>,
-    out: &mut [f32],
-    stride: usize,
-    lines: &mut Vec<f32>,
-) {
-    by_width!(
-        plane.across,
-        output_gradients_of(image, plane, rows, out, stride, lines)
-    );
-}
-
-/// A' m A + bias of tiles, into `rows` of `image`: value f of tile t is `products[f * apart + t]`.
-pub(super) fn outputs(
+/// A' m A of a chunk's tiles, into the plane of each of its images: value f of tile t is `products[f * apart + t]`.
+pub(super) fn outputs<F: Filter<M, N>, const M: usize, const N: usize>(
     products: &[f32],
     apart: usize,
-    bias: f32,
-    image: &mut [f32],
-    plane: Plane,
-    rows: Range<usize>,
-    lines: &mut Vec<f32>,
+    tiles: &Tiles<M>,
+    chunk: &Chunk,
+    planes: &mut [&mut [f32]],
+    sorted: &mut Vec<f32>,
 ) {
     by_width!(
-        plane.across,
-        outputs_of(products, apart, bias, image, plane, rows, lines)
+        tiles.across,
+        outputs_of(products, apart, tiles, chunk, planes, sorted)
     );
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn inputs_of<const W: usize>(
-    image: &[f32],
-    plane: Plane,
-    rows: Range<usize>,
+fn inputs_of<F: Filter<M, N>, const M: usize, const N: usize, const W: usize>(
+    planes: Planes<'_>,
+    tiles: &Tiles<M>,
+    chunk: &Chunk,
     out: &mut [f32],
-    stride: usize,
-    lines: &mut Vec<f32>,
+    sorted: &mut Vec<f32>,
 ) {
-    let n = if W == 0 { plane.across } else { W };
-    let count = 2 * rows.len() + 2;
-    lines.resize((count + 1) * 4 * n, 0.0);
-    let (padded, lines) = lines.split_at_mut(4 * n);
+    let n = if W == 0 { tiles.across } else { W };
+    let images = chunk.images.len();
+    let (row, count) = (images * n, tiles.count(chunk));
+    // Pixel (k, l) of each tile at (k N + l) * apart; of the tiles one row beyond the chunk as well, whose first two rows
+    // of pixels are the last two of the tiles above.
+    let apart = count + row + LANES;
+    sorted.resize(M * N * apart + M * n + N, 0.0);
+    let (padded, sorted) = sorted.split_at_mut(M * n + N);
     padded.fill(0.0);
-    // Left to right, once a row of pixels.
-    for (k, line) in lines.chunks_exact_mut(4 * n).enumerate() {
-        let row = (2 * rows.start + k).checked_sub(plane.padding.0);
-        let Some(row) = row.filter(|&r| r < plane.height) else {
-            line.fill(0.0);
-            continue;
+    let left = planes.padding.1;
+    let seen = planes.width.min(M * n + 2 - left);
+    for (i, tile_row) in (chunk.rows.start..chunk.rows.end + 1).enumerate() {
+        let last = i == chunk.rows.len();
+        for k in 0..if last { N - M } else { M } {
+            let y = (M * tile_row + k).checked_sub(planes.padding.0);
+            let y = y.filter(|&y| y < planes.height);
+            for (image, number) in chunk.images.clone().enumerate() {
+                let place = i * row + image * n;
+                let target = |l: usize| (k * N + l) * apart + place;
+                let Some(y) = y else {
+                    for l in 0..N {
+                        sorted[target(l)..][..n].fill(0.0);
+                    }
+                    continue;
+                };
+                let pixels = &planes.data[number * planes.apart + y * planes.width..];
+                copy(&mut padded[left..], pixels, seen, M * n);
+                let p = &padded[..M * n + N];
+                for l in 0..N {
+                    let target = &mut sorted[target(l)..][..n];
+                    for (j, target) in target.iter_mut().enumerate() {
+                        *target = p[M * j + l];
+                    }
+                }
+            }
+        }
+    }
+    for first in (0..count).step_by(LANES) {
+        let pixel = |k: usize, l: usize| {
+            let place = (k % M * N + l) * apart + k / M * row + first;
+            lanes(sorted, place)
         };
-        let pixels = &image[row * plane.width..][..plane.width];
-        let left = plane.padding.1;
-        let seen = pixels.len().min(2 * n + 2 - left);
-        padded[left..left + seen].copy_from_slice(&pixels[..seen]);
-        let (l0, rest) = line.split_at_mut(n);
-        let (l1, rest) = rest.split_at_mut(n);
-        let (l2, l3) = rest.split_at_mut(n);
-        let p = &padded[..2 * n + 2];
-        for j in 0..n {
-            let [d0, d1, d2, d3] = [p[2 * j], p[2 * j + 1], p[2 * j + 2], p[2 * j + 3]];
-            l0[j] = d0 - d2;
-            l1[j] = d1 + d2;
-            l2[j] = d2 - d1;
-            l3[j] = d1 - d3;
-        }
-    }
-    // Top to bottom.
-    for i in 0..rows.len() {
-        let four = &lines[2 * i * 4 * n..][..16 * n];
-        for b in 0..4 {
-            let line = |k: usize| &four[(4 * k + b) * n..][..n];
-            let [d0, d1, d2, d3] = [line(0), line(1), line(2), line(3)];
-            let row = |a: usize| (4 * a + b) * stride + i * n;
-            fill(&mut out[row(0)..][..n], |j| d0[j] - d2[j]);
-            fill(&mut out[row(1)..][..n], |j| d1[j] + d2[j]);
-            fill(&mut out[row(2)..][..n], |j| d2[j] - d1[j]);
-            fill(&mut out[row(3)..][..n], |j| d1[j] - d3[j]);
+        for (f, &values) in both_ways(F::input, pixel).as_flattened().iter().enumerate() {
+            store(out, f * tiles.stride + first, values);
         }
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn output_gradients_of<const W: usize>(
-    image: &[f32],
-    plane: Plane,
-    rows: Range<usize>,
+fn output_gradients_of<F: Filter<M, N>, const M: usize, const N: usize, const W: usize>(
+    planes: Planes<'_>,
+    tiles: &Tiles<M>,
+    chunk: &Chunk,
     out: &mut [f32],
-    stride: usize,
-    lines: &mut Vec<f32>,
+    sorted: &mut Vec<f32>,
 ) {
-    let n = if W == 0 { plane.across } else { W };
-    lines.resize(2 * 4 * n + 2 * n, 0.0);
-    let (padded, lines) = lines.split_at_mut(2 * n);
+    let n = if W == 0 { tiles.across } else { W };
+    let (row, count) = (chunk.images.len() * n, tiles.count(chunk));
+    let apart = count + LANES;
+    sorted.resize(M * M * apart + M * n, 0.0);
+    let (padded, sorted) = sorted.split_at_mut(M * n);
     padded.fill(0.0);
-    for (i, tile_row) in rows.enumerate() {
-        for (k, line) in lines.chunks_exact_mut(4 * n).enumerate() {
-            let row = 2 * tile_row + k;
-            if row >= plane.height {
-                line.fill(0.0);
-                continue;
-            }
-            padded[..plane.width].copy_from_slice(&image[row * plane.width..][..plane.width]);
-            let (l0, rest) = line.split_at_mut(n);
-            let (l1, rest) = rest.split_at_mut(n);
-            let (l2, l3) = rest.split_at_mut(n);
-            let p = &padded[..2 * n];
-            for j in 0..n {
-                let [y0, y1] = [p[2 * j], p[2 * j + 1]];
-                l0[j] = y0;
-                l1[j] = y0 + y1;
-                l2[j] = y0 - y1;
-                l3[j] = -y1;
+    for (i, tile_row) in chunk.rows.clone().enumerate() {
+        for k in 0..M {
+            let y = M * tile_row + k;
+            for (image, number) in chunk.images.clone().enumerate() {
+                let place = i * row + image * n;
+                let target = |l: usize| (k * M + l) * apart + place;
+                if y >= planes.height {
+                    for l in 0..M {
+                        sorted[target(l)..][..n].fill(0.0);
+                    }
+                    continue;
+                }
+                let pixels = &planes.data[number * planes.apart + y * planes.width..];
+                copy(padded, pixels, planes.width, M * n);
+                let p = &padded[..M * n];
+                for l in 0..M {
+                    let target = &mut sorted[target(l)..][..n];
+                    for (j, target) in target.iter_mut().enumerate() {
+                        *target = p[M * j + l];
+                    }
+                }
             }
         }
-        for b in 0..4 {
-            let (y0, y1) = (&lines[b * n..][..n], &lines[(4 + b) * n..][..n]);
-            let row = |a: usize| (4 * a + b) * stride + i * n;
-            fill(&mut out[row(0)..][..n], |j| y0[j]);
-            fill(&mut out[row(1)..][..n], |j| y0[j] + y1[j]);
-            fill(&mut out[row(2)..][..n], |j| y0[j] - y1[j]);
-            fill(&mut out[row(3)..][..n], |j| -y1[j]);
+    }
+    for first in (0..count).step_by(LANES) {
+        let pixel = |k: usize, l: usize| lanes(sorted, (k * M + l) * apart + first);
+        let values = both_ways(F::output_gradient, pixel);
+        for (f, &values) in values.as_flattened().iter().enumerate() {
+            store(out, f * tiles.stride + first, values);
         }
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn outputs_of<const W: usize>(
+fn outputs_of<F: Filter<M, N>, const M: usize, const N: usize, const W: usize>(
     products: &[f32],
-    apart: usize,
-    bias: f32,
-    image: &mut [f32],
-    plane: Plane,
-    rows: Range<usize>,
-    lines: &mut Vec<f32>,
+    product_stride: usize,
+    tiles: &Tiles<M>,
+    chunk: &Chunk,
+    planes: &mut [&mut [f32]],
+    sorted: &mut Vec<f32>,
 ) {
-    let n = if W == 0 { plane.across } else { W };
-    lines.resize(2 * 4 * n + 2 * n, 0.0);
-    let (pixels, lines) = lines.split_at_mut(2 * n);
-    for (i, tile_row) in rows.enumerate() {
-        let (above, below) = lines.split_at_mut(4 * n);
-        for b in 0..4 {
-            let value = |a: usize| &products[(4 * a + b) * apart + i * n..][..n];
-            let [m0, m1, m2, m3] = [value(0), value(1), value(2), value(3)];
-            let (s0, s1) = (&mut above[b * n..][..n], &mut below[b * n..][..n]);
-            for j in 0..n {
-                s0[j] = m0[j] + m1[j] + m2[j];
-                s1[j] = m1[j] - m2[j] - m3[j];
-            }
+    let n = if W == 0 { tiles.across } else { W };
+    let (height, width) = (tiles.shape.out_height(), tiles.shape.out_width());
+    let (row, count) = (chunk.images.len() * n, tiles.count(chunk));
+    let apart = count + LANES;
+    sorted.resize(M * M * apart + M * n, 0.0);
+    let (line, sorted) = sorted.split_at_mut(M * n);
+    for first in (0..count).step_by(LANES) {
+        let value = |a: usize, b: usize| lanes(products, (N * a + b) * product_stride + first);
+        for (pixel, &values) in both_ways(F::output, value)
+            .as_flattened()
+            .iter()
+            .enumerate()
+        {
+            store(sorted, pixel * apart + first, values);
         }
-        for (k, line) in lines.chunks_exact(4 * n).enumerate() {
-            let row = 2 * tile_row + k;
-            if row >= plane.height {
-                break;
+    }
+    for (i, tile_row) in chunk.rows.clone().enumerate() {
+        for (image, plane) in planes.iter_mut().enumerate() {
+            let place = i * row + image * n;
+            for k in 0..M.min(height - M * tile_row) {
+                let line = &mut line[..M * n];
+                for l in 0..M {
+                    let source = &sorted[(M * k + l) * apart + place..][..n];
+                    for (j, &source) in source.iter().enumerate() {
+                        line[M * j + l] = source;
+                    }
+                }
+                copy(&mut plane[(M * tile_row + k) * width..], line, width, M * n);
             }
-            let part = |b: usize| &line[b * n..][..n];
-            let [s0, s1, s2, s3] = [part(0), part(1), part(2), part(3)];
-            let pixels = &mut pixels[..2 * n];
-            for j in 0..n {
-                pixels[2 * j] = s0[j] + s1[j] + s2[j] + bias;
-                pixels[2 * j + 1] = s1[j] - s2[j] - s3[j] + bias;
-            }
-            image[row * plane.width..][..plane.width].copy_from_slice(&pixels[..plane.width]);
         }
     }
 }
 
-/// G g G' of kernels (channels, 3, 3): value f of channel c at `out[f * channels + c]`. `taps` is working memory.
+/// G g G' of kernels (channels, 3, 3): value f of channel c at `out[f * channels + c]`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-pub(super) fn kernels(weights: &[f32], out: &mut [f32], taps: &mut Vec<f32>) {
+pub(super) fn kernels<F: Filter<M, N>, const M: usize, const N: usize>(
+    weights: &[f32],
+    out: &mut [f32],
+) {
     let n = weights.len() / 9;
-    taps.resize(9 * n, 0.0);
-    for (c, kernel) in weights.as_chunks::<9>().0.iter().enumerate() {
-        for (k, &w) in kernel.iter().enumerate() {
-            taps[k * n + c] = w;
+    let mut taps = [[0.0; LANES]; 9];
+    for first in (0..n).step_by(LANES) {
+        let here = LANES.min(n - first);
+        let weights = weights[9 * first..].as_chunks::<9>().0;
+        for (c, weights) in weights.iter().take(here).enumerate() {
+            for (tap, &w) in taps.iter_mut().zip(weights) {
+                tap[c] = w;
+            }
         }
-    }
-    let tap = |row: usize, column: usize| &taps[(3 * row + column) * n..][..n];
-    // Rows of G g, each then times G'.
-    let [t0, t1, t2] = [0, 1, 2].map(|column| [tap(0, column), tap(1, column), tap(2, column)]);
-    for (a, out) in out[..16 * n].chunks_exact_mut(4 * n).enumerate() {
-        let (o0, rest) = out.split_at_mut(n);
-        let (o1, rest) = rest.split_at_mut(n);
-        let (o2, o3) = rest.split_at_mut(n);
-        // Row `a` of G as three factors.
-        let [f0, f1, f2] = [
-            [1.0, 0.0, 0.0],
-            [0.5, 0.5, 0.5],
-            [0.5, -0.5, 0.5],
-            [0.0, 0.0, 1.0],
-        ][a];
-        for c in 0..n {
-            let column = |t: [&[f32]; 3]| f0 * t[0][c] + f1 * t[1][c] + f2 * t[2][c];
-            let [k0, k1, k2] = [column(t0), column(t1), column(t2)];
-            let (sum, middle) = (0.5 * (k0 + k2), 0.5 * k1);
-            o0[c] = k0;
-            o1[c] = sum + middle;
-            o2[c] = sum - middle;
-            o3[c] = k2;
+        let values = both_ways(F::kernel, |k, l| taps[3 * k + l]);
+        for (f, values) in values.as_flattened().iter().enumerate() {
+            copy(&mut out[f * n + first..], values, here, LANES);
         }
     }
 }
 
 /// G' u G, the way back for gradients: kernels (channels, 3, 3) from value f of channel c at `values[f * apart + c]`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-pub(super) fn kernel_gradients(values: &[f32], apart: usize, out: &mut [f32], taps: &mut Vec<f32>) {
+pub(super) fn kernel_gradients<F: Filter<M, N>, const M: usize, const N: usize>(
+    values: &[f32],
+    apart: usize,
+    out: &mut [f32],
+) {
     let n = out.len() / 9;
-    taps.resize(12 * n, 0.0);
-    // G' u: three rows of four columns.
-    for b in 0..4 {
-        let value = |a: usize| &values[(4 * a + b) * apart..][..n];
-        let [u0, u1, u2, u3] = [value(0), value(1), value(2), value(3)];
-        for c in 0..n {
-            let sum = 0.5 * (u1[c] + u2[c]);
-            taps[b * n + c] = u0[c] + sum;
-            taps[(4 + b) * n + c] = 0.5 * (u1[c] - u2[c]);
-            taps[(8 + b) * n + c] = sum + u3[c];
-        }
-    }
-    for (c, kernel) in out.as_chunks_mut::<9>().0.iter_mut().enumerate() {
-        for row in 0..3 {
-            let u = |b: usize| taps[(4 * row + b) * n + c];
-            let sum = 0.5 * (u(1) + u(2));
-            kernel[3 * row] = u(0) + sum;
-            kernel[3 * row + 1] = 0.5 * (u(1) - u(2));
-            kernel[3 * row + 2] = sum + u(3);
+    for first in (0..n).step_by(LANES) {
+        let here = LANES.min(n - first);
+        let value = |a: usize, b: usize| {
+            let mut lanes = [0.0; LANES];
+            copy(
+                &mut lanes,
+                &values[(N * a + b) * apart + first..],
+                here,
+                LANES,
+            );
+            lanes
+        };
+        let taps = both_ways(F::kernel_gradient, value);
+        let out = out[9 * first..].as_chunks_mut::<9>().0;
+        for (c, out) in out.iter_mut().take(here).enumerate() {
+            for (out, tap) in out.iter_mut().zip(taps.as_flattened()) {
+                *out = tap[c];
+            }
         }
     }
 }
 
+/// `f` down every column and then along every row of A x A values, which `value` gives by row and column.
 #[inline(always)]
-fn fill(out: &mut [f32], value: impl Fn(usize) -> f32) {
-    for (j, out) in out.iter_mut().enumerate() {
-        *out = value(j);
+fn both_ways<const A: usize, const B: usize>(
+    f: impl Fn([f32; A]) -> [f32; B],
+    value: impl Fn(usize, usize) -> Lanes,
+) -> [[Lanes; B]; B] {
+    let mut columns = [[[0.0; LANES]; B]; A];
+    for (l, column) in columns.iter_mut().enumerate() {
+        let mut line = [[0.0; LANES]; A];
+        for (k, pixel) in line.iter_mut().enumerate() {
+            *pixel = value(k, l);
+        }
+        *column = map(&f, &line);
     }
+    let mut out = [[[0.0; LANES]; B]; B];
+    for (a, out) in out.iter_mut().enumerate() {
+        let mut line = [[0.0; LANES]; A];
+        for (pixel, column) in line.iter_mut().zip(&columns) {
+            *pixel = column[a];
+        }
+        *out = map(&f, &line);
+    }
+    out
+}
+
+/// `f` of each lane.
+#[inline(always)]
+fn map<const A: usize, const B: usize>(
+    f: impl Fn([f32; A]) -> [f32; B],
+    values: &[Lanes; A],
+) -> [Lanes; B] {
+    let mut out = [[0.0; LANES]; B];
+    for lane in 0..LANES {
+        let mut from = [0.0; A];
+        for (from, values) in from.iter_mut().zip(values) {
+            *from = values[lane];
+        }
+        for (out, made) in out.iter_mut().zip(f(from)) {
+            out[lane] = made;
+        }
+    }
+    out
+}
+
+/// The first `count` values; `usual` of them, which the compiler may know, without a call.
+#[inline(always)]
+fn copy(to: &mut [f32], from: &[f32], count: usize, usual: usize) {
+    if count == usual {
+        to[..usual].copy_from_slice(&from[..usual]);
+    } else {
+        to[..count].copy_from_slice(&from[..count]);
+    }
+}
+
+#[inline(always)]
+fn lanes(values: &[f32], place: usize) -> Lanes {
+    *values[place..].first_chunk().expect("rows end with a gap")
+}
+
+#[inline(always)]
+fn store(values: &mut [f32], place: usize, lanes: Lanes) {
+    *values[place..]
+        .first_chunk_mut()
+        .expect("rows end with a gap") = lanes;
 }

@@ -1,0 +1,191 @@
+//! A convolution with the batch normalisation behind it.
+
+use candle_core::{CpuStorage, CustomOp2, CustomOp3, Layout, Result, Shape, Tensor};
+
+use super::conv2d::shape_of;
+use super::norm::inverse_std;
+use super::storage::{are_fast, made, slice};
+use super::{BatchNormTensors, add_relu, batch_norm, batch_norm_relu, conv2d};
+use crate::Mode;
+use crate::kernels::finish::Finish;
+use crate::kernels::{ConvShape, convolution::convolve};
+
+/// The tensors and sizes of a convolution, as [`conv2d`] takes them.
+#[derive(Debug, Clone, Copy)]
+pub struct ConvTensors<'a> {
+    /// (out, in, height, width)
+    pub weight: &'a Tensor,
+    /// (out)
+    pub bias: Option<&'a Tensor>,
+    /// Pixels from one output to the next.
+    pub stride: usize,
+    /// Zeros on each side: (vertical, horizontal).
+    pub padding: (usize, usize),
+}
+
+/// What follows a normalised convolution.
+#[derive(Debug, Clone, Copy)]
+pub enum After<'a> {
+    /// Nothing.
+    Nothing,
+    /// ReLU.
+    Relu,
+    /// ReLU of the sum with a tensor of the result's shape.
+    AddRelu(&'a Tensor),
+}
+
+/// [`conv2d`], then [`batch_norm`], then what follows: one operation, because where nothing is learnt (in
+/// [`Mode::Eval`], with tensors no gradient is asked of) f32 on the CPU does it all while the sums are in cache.
+pub fn normed_conv2d(
+    x: &Tensor,
+    conv: ConvTensors<'_>,
+    norm: BatchNormTensors<'_>,
+    after: After<'_>,
+    mode: Mode<'_>,
+) -> crate::Result<Tensor> {
+    if let Some(op) = at_once(x, conv, norm, after, mode)? {
+        let (x, weight) = (x.contiguous()?, conv.weight.contiguous()?);
+        return Ok(match after {
+            After::AddRelu(shortcut) => {
+                x.apply_op3_no_bwd(&weight, &shortcut.contiguous()?, &op)?
+            }
+            _ => x.apply_op2_no_bwd(&weight, &op)?,
+        });
+    }
+    let y = conv2d(x, conv.weight, conv.bias, conv.stride, conv.padding)?;
+    match after {
+        After::Nothing => batch_norm(&y, norm, mode),
+        After::Relu => batch_norm_relu(&y, norm, mode),
+        After::AddRelu(shortcut) => add_relu(&batch_norm(&y, norm, mode)?, shortcut),
+    }
+}
+
+/// The operation that does all of it, where there is one.
+fn at_once(
+    x: &Tensor,
+    conv: ConvTensors<'_>,
+    norm: BatchNormTensors<'_>,
+    after: After<'_>,
+    mode: Mode<'_>,
+) -> crate::Result<Option<NormedConv>> {
+    let (mean, variance) = (norm.running_mean.as_tensor(), norm.running_var.as_tensor());
+    let mut read = vec![x, conv.weight, norm.weight, norm.bias];
+    read.extend(conv.bias);
+    if let After::AddRelu(shortcut) = after {
+        read.push(shortcut);
+    }
+    let shape = shape_of(x, conv.weight, conv.stride, conv.padding).filter(|s| s.is_valid());
+    let Some(shape) = shape else {
+        return Ok(None);
+    };
+    let outputs = [shape.out_channels];
+    let fits = [norm.weight, norm.bias, mean, variance]
+        .into_iter()
+        .chain(conv.bias)
+        .all(|t| t.dims() == outputs);
+    let out_dims = [
+        shape.batch,
+        shape.out_channels,
+        shape.out_height(),
+        shape.out_width(),
+    ];
+    let adds = match after {
+        After::AddRelu(shortcut) => shortcut.dims() == out_dims,
+        _ => true,
+    };
+    let is_final = !mode.is_training() && !read.iter().any(|t| t.track_op());
+    read.extend([mean, variance]);
+    if !is_final || !fits || !adds || !are_fast(&read) {
+        return Ok(None);
+    }
+    let [weight, bias, mean, variance] = [norm.weight, norm.bias, mean, variance];
+    let mut shift: Vec<f32> = bias.to_vec1()?;
+    let mut scale: Vec<f32> = weight.to_vec1()?;
+    let mean: Vec<f32> = mean.to_vec1()?;
+    let convolved: Vec<f32> = match conv.bias {
+        Some(bias) => bias.to_vec1()?,
+        None => vec![0.0; scale.len()],
+    };
+    let inverse_std = inverse_std(&variance.to_vec1()?);
+    for (c, scale) in scale.iter_mut().enumerate() {
+        *scale *= inverse_std[c];
+        // Of one product in f64: the mean may be large against the deviation.
+        let moved = f64::from(convolved[c]) - f64::from(mean[c]);
+        shift[c] = (f64::from(shift[c]) + moved * f64::from(*scale)) as f32;
+    }
+    Ok(Some(NormedConv {
+        shape,
+        scale,
+        shift,
+        relu: !matches!(after, After::Nothing),
+    }))
+}
+
+struct NormedConv {
+    shape: ConvShape,
+    scale: Vec<f32>,
+    shift: Vec<f32>,
+    relu: bool,
+}
+
+impl NormedConv {
+    fn forward(
+        &self,
+        x: &[f32],
+        weight: &[f32],
+        shortcut: Option<&[f32]>,
+    ) -> Result<(CpuStorage, Shape)> {
+        let s = &self.shape;
+        let finish = Finish {
+            scale: Some(&self.scale),
+            shift: Some(&self.shift),
+            shortcut,
+            relu: self.relu,
+        };
+        let mut out = vec![0.0; s.output_len()];
+        convolve(s, x, weight, finish, &mut out);
+        made(
+            out,
+            (s.batch, s.out_channels, s.out_height(), s.out_width()),
+        )
+    }
+}
+
+impl CustomOp2 for NormedConv {
+    fn name(&self) -> &'static str {
+        "normalised conv2d"
+    }
+
+    fn cpu_fwd(
+        &self,
+        x: &CpuStorage,
+        x_layout: &Layout,
+        weight: &CpuStorage,
+        weight_layout: &Layout,
+    ) -> Result<(CpuStorage, Shape)> {
+        self.forward(slice(x, x_layout)?, slice(weight, weight_layout)?, None)
+    }
+}
+
+impl CustomOp3 for NormedConv {
+    fn name(&self) -> &'static str {
+        "normalised conv2d with shortcut"
+    }
+
+    fn cpu_fwd(
+        &self,
+        x: &CpuStorage,
+        x_layout: &Layout,
+        weight: &CpuStorage,
+        weight_layout: &Layout,
+        shortcut: &CpuStorage,
+        shortcut_layout: &Layout,
+    ) -> Result<(CpuStorage, Shape)> {
+        let shortcut = slice(shortcut, shortcut_layout)?;
+        self.forward(
+            slice(x, x_layout)?,
+            slice(weight, weight_layout)?,
+            Some(shortcut),
+        )
+    }
+}
