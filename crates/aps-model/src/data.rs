@@ -4,11 +4,13 @@
 //! them decides how they are kept: all in memory as f32 ([`Samples`], 720 bytes a link), or in a shorter form that is
 //! turned into the target when a batch is put together.
 
+use std::fmt::Debug;
+
 use crate::condition::Link;
 use crate::{ANGLE_BINS, Error, Result};
 
 /// A numbered set of links with target spectra. A number always gives the same link and target.
-pub trait Examples: Send + Sync {
+pub trait Examples: Debug + Send + Sync {
     /// How many there are.
     fn len(&self) -> usize;
 

@@ -3,13 +3,16 @@
 use std::fmt;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use crate::models::{
     AdvMlp, MsAreg, MsMlp, RadioUnet, Regularizer, ResnetConv1d, ResnetMlp, VitReg, VitRegConfig,
 };
 use crate::{Error, Model, Parameters, Result};
 
-/// The models of the benchmark.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// The models of the benchmark. Serialized, one is its [`name`](ModelKind::name).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ModelKind {
     /// [`MsAreg`], the paper's reference.
     MsAreg,
@@ -20,10 +23,12 @@ pub enum ModelKind {
     /// [`ResnetMlp`].
     ResnetMlp,
     /// [`RadioUnet`].
+    #[serde(rename = "radiounet")]
     RadioUnet,
     /// [`VitReg`].
     VitReg,
     /// [`ResnetConv1d`].
+    #[serde(rename = "resnet_conv1d")]
     ResnetConv1d,
 }
 
@@ -98,8 +103,9 @@ impl FromStr for ModelKind {
     }
 }
 
-/// Sizes of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// Sizes of a model. Serialized: `paper` or `small`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Preset {
     /// The paper's.
     #[default]

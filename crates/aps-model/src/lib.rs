@@ -66,13 +66,15 @@ pub use mode::Mode;
 pub use models::Regularizer;
 pub use parameters::{Kind, Parameter, Parameters, Scope};
 
+use std::fmt::Debug;
+
 use candle_core::Tensor;
 
 /// Angle bins of a spectrum.
 pub const ANGLE_BINS: usize = 180;
 
 /// What every predictor of spectra is.
-pub trait Model: Send + Sync {
+pub trait Model: Debug + Send + Sync {
     /// Spectra (batch, [`ANGLE_BINS`]) of condition images (batch, 3, height, width).
     ///
     /// In [`Mode::Train`] batch statistics are used and the running ones moved, and dropout drops.

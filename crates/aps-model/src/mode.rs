@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rand_chacha::ChaCha8Rng;
 
 /// How layers behave that differ between training and use: batch normalisation and dropout.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub enum Mode<'a> {
     /// Running statistics, no dropout: the same input gives the same output.
     Eval,

@@ -276,6 +276,7 @@ fn distance(a: &Tensor, b: &Tensor) -> f64 {
 }
 
 /// Examples of which one has a target that no label can have.
+#[derive(Debug)]
 struct Spoilt {
     samples: Samples,
     example: usize,

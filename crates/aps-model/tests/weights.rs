@@ -255,10 +255,7 @@ fn a_pretrained_backbone_fills_every_encoder_and_nothing_else() {
         }
     }
 
-    let regularizer = empty(3);
-    ModelKind::MsAreg
-        .build_regularizer(Preset::Small, &regularizer)
-        .unwrap();
+    let regularizer = regularizer();
     load_pretrained(&path, &regularizer).unwrap();
     let first = regularizer.get("cond_encoder.conv1.weight").unwrap().var;
     assert!(same(first.as_tensor(), of("conv1.weight").as_tensor()));
@@ -319,4 +316,66 @@ fn no_file_and_no_weights_say_so() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("neither safetensors"), "{error}");
+}
+
+fn regularizer() -> Parameters {
+    let parameters = empty(3);
+    ModelKind::MsAreg
+        .build_regularizer(Preset::Small, &parameters)
+        .unwrap();
+    parameters
+}
+
+/// An encoder goes from model to model: whole between those that look at several scales, its ResNet alone else.
+#[test]
+fn another_model_s_encoder_is_adopted() {
+    let folder = tempfile::tempdir().unwrap();
+    let trained = |kind: ModelKind| {
+        let parameters = empty(5);
+        kind.build(Preset::Small, &parameters).unwrap();
+        let path = folder.path().join(format!("{kind}.safetensors"));
+        save(&path, &parameters, None).unwrap();
+        (path, values(&parameters))
+    };
+    let moved = |path: &Path, into: &Parameters| -> Vec<(String, Vec<f64>)> {
+        let before = values(into);
+        let report = load_pretrained(path, into).unwrap();
+        assert!(
+            report.dropped.contains(&"decoder.net.0.weight".to_owned()),
+            "{report}"
+        );
+        let after = values(into).into_iter().zip(before);
+        after.filter(|(a, b)| a != b).map(|(a, _)| a).collect()
+    };
+    let random = |kind: ModelKind| {
+        let parameters = empty(6);
+        kind.build(Preset::Small, &parameters).unwrap();
+        parameters
+    };
+    let (scales, of_scales) = trained(ModelKind::MsMlp);
+    let (plain, of_plain) = trained(ModelKind::ResnetMlp);
+    let value = |all: &[(String, Vec<f64>)], name: &str| {
+        let found = all.iter().find(|(n, _)| n == name);
+        found.unwrap_or_else(|| panic!("no {name}")).1.clone()
+    };
+
+    // Whole: every tensor with drawn values in the encoder is the other's, and nothing else has moved.
+    let all = moved(&scales, &random(ModelKind::MsAreg));
+    assert!(all.iter().any(|(name, _)| name == "encoder.proj3.weight"));
+    for (name, found) in &all {
+        assert!(name.starts_with("encoder."), "{name}");
+        assert_eq!(found, &value(&of_scales, name), "{name}");
+    }
+    // From a plain one into one of several scales and the other way: the ResNet, under other names.
+    let all = moved(&plain, &random(ModelKind::MsAreg));
+    assert!(all.iter().all(|(name, _)| !name.contains("proj")));
+    let stem = value(&all, "encoder.stem.0.weight");
+    assert_eq!(stem, value(&of_plain, "encoder.conv1.weight"));
+    let all = moved(&scales, &random(ModelKind::ResnetMlp));
+    let stem = value(&all, "encoder.conv1.weight");
+    assert_eq!(stem, value(&of_scales, "encoder.stem.0.weight"));
+    // And into a regularizer.
+    let all = moved(&scales, &regularizer());
+    let deep = value(&all, "cond_encoder.layer4.1.conv2.weight");
+    assert_eq!(deep, value(&of_scales, "encoder.layer4.1.conv2.weight"));
 }

@@ -31,6 +31,7 @@ pub struct Row {
 ///
 /// Labels are kept as they are stored, in dB and half precision, and made into targets when they are asked for: a few
 /// microseconds each.
+#[derive(Debug)]
 pub struct Labels {
     rows: Vec<Row>,
     links: Vec<Link>,

@@ -68,7 +68,7 @@ pub struct Args {
     /// Where to compute.
     #[arg(long, value_enum, default_value_t = Device::Cpu)]
     device: Device,
-    /// torchvision weights the backbone begins with: ResNet-18, or ViT-B/16 for vit_reg.
+    /// Weights the backbone begins with: torchvision's ResNet-18, or ViT-B/16 for vit_reg, or those of another model of the same preset, whose encoder is taken.
     #[arg(long)]
     pretrained: Option<PathBuf>,
     /// Threads [default: all cores].

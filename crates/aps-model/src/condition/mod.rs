@@ -16,11 +16,12 @@ mod area;
 
 use candle_core::{D, DType, Device, Tensor};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
 /// Settings of condition images.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ConditionConfig {
     /// Rows and columns of an image \[pixels\]; 256 in the paper.
     pub image_size: usize,
@@ -51,7 +52,7 @@ pub struct Rasters<'a> {
 }
 
 /// A transmitter and a receiver on a map.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Link {
     /// Index of the map among the [`Rasters`].
     pub map: u32,

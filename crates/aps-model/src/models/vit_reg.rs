@@ -1,13 +1,14 @@
 //! ViT-Reg: a vision transformer whose class token becomes the spectrum.
 
 use candle_core::Tensor;
+use serde::{Deserialize, Serialize};
 
 use super::{CHANNELS, check_images};
 use crate::layers::{Conv2d, EncoderBlock, LayerNorm, Linear};
 use crate::{ANGLE_BINS, Error, Init, Mode, Model, Parameters, Result, ops};
 
 /// Sizes of a [`VitReg`]. [`Default`] is the paper's: ViT-B/16.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VitRegConfig {
     /// Side to which images are resized in pixels; a multiple of `patch`.
     pub image_size: usize,

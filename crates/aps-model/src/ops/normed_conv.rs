@@ -68,57 +68,68 @@ fn at_once(
     after: After<'_>,
     mode: Mode<'_>,
 ) -> crate::Result<Option<NormedConv>> {
-    let (mean, variance) = (norm.running_mean.as_tensor(), norm.running_var.as_tensor());
-    let mut read = vec![x, conv.weight, norm.weight, norm.bias];
-    read.extend(conv.bias);
-    if let After::AddRelu(shortcut) = after {
-        read.push(shortcut);
-    }
     let shape = shape_of(x, conv.weight, conv.stride, conv.padding).filter(|s| s.is_valid());
     let Some(shape) = shape else {
         return Ok(None);
     };
-    let outputs = [shape.out_channels];
-    let fits = [norm.weight, norm.bias, mean, variance]
-        .into_iter()
-        .chain(conv.bias)
-        .all(|t| t.dims() == outputs);
+    let of_channels = [
+        Some(norm.weight),
+        Some(norm.bias),
+        Some(norm.running_mean.as_tensor()),
+        Some(norm.running_var.as_tensor()),
+        conv.bias,
+    ];
+    let shortcut = match after {
+        After::AddRelu(shortcut) => Some(shortcut),
+        After::Nothing | After::Relu => None,
+    };
     let out_dims = [
         shape.batch,
         shape.out_channels,
         shape.out_height(),
         shape.out_width(),
     ];
-    let adds = match after {
-        After::AddRelu(shortcut) => shortcut.dims() == out_dims,
-        _ => true,
-    };
-    let is_final = !mode.is_training() && !read.iter().any(|t| t.track_op());
-    read.extend([mean, variance]);
-    if !is_final || !fits || !adds || !are_fast(&read) {
+    let fits = of_channels
+        .iter()
+        .flatten()
+        .all(|t| t.dims() == [shape.out_channels])
+        && shortcut.is_none_or(|s| s.dims() == out_dims);
+    let learns = [x, conv.weight, norm.weight, norm.bias]
+        .into_iter()
+        .chain(conv.bias)
+        .chain(shortcut)
+        .any(|t| t.track_op());
+    let mut read: Vec<&Tensor> = of_channels.into_iter().flatten().collect();
+    read.extend(shortcut);
+    if mode.is_training() || learns || !fits || !are_fast(&read) {
         return Ok(None);
     }
-    let [weight, bias, mean, variance] = [norm.weight, norm.bias, mean, variance];
-    let mut shift: Vec<f32> = bias.to_vec1()?;
-    let mut scale: Vec<f32> = weight.to_vec1()?;
-    let mean: Vec<f32> = mean.to_vec1()?;
-    let convolved: Vec<f32> = match conv.bias {
-        Some(bias) => bias.to_vec1()?,
-        None => vec![0.0; scale.len()],
-    };
-    let inverse_std = inverse_std(&variance.to_vec1()?);
-    for (c, scale) in scale.iter_mut().enumerate() {
-        *scale *= inverse_std[c];
-        // Of one product in f64: the mean may be large against the deviation.
-        let moved = f64::from(convolved[c]) - f64::from(mean[c]);
-        shift[c] = (f64::from(shift[c]) + moved * f64::from(*scale)) as f32;
-    }
+    let (scale, shift) = folded(norm, conv.bias)?;
     Ok(Some(NormedConv {
         shape,
         scale,
         shift,
         relu: !matches!(after, After::Nothing),
     }))
+}
+
+/// Batch normalisation with the running statistics, a bias before it included, as a factor and a summand a channel.
+fn folded(norm: BatchNormTensors<'_>, bias: Option<&Tensor>) -> Result<(Vec<f32>, Vec<f32>)> {
+    let mut scale: Vec<f32> = norm.weight.to_vec1()?;
+    let mut shift: Vec<f32> = norm.bias.to_vec1()?;
+    let mean: Vec<f32> = norm.running_mean.to_vec1()?;
+    let inverse_std = inverse_std(&norm.running_var.to_vec1()?);
+    let bias: Vec<f32> = match bias {
+        Some(bias) => bias.to_vec1()?,
+        None => vec![0.0; scale.len()],
+    };
+    for (c, scale) in scale.iter_mut().enumerate() {
+        *scale *= inverse_std[c];
+        // One sum in f64: the mean may be large against the deviation.
+        let moved = f64::from(bias[c]) - f64::from(mean[c]);
+        shift[c] = (f64::from(shift[c]) + moved * f64::from(*scale)) as f32;
+    }
+    Ok((scale, shift))
 }
 
 struct NormedConv {

@@ -7,6 +7,7 @@
 //! # use aps_model::{Init, Mode, Model, Parameters, Result, candle_core::{DType, Device, Tensor}};
 //! # use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
 //! # use aps_model::data::Samples;
+//! # #[derive(Debug)]
 //! # struct Tiny { parameters: Parameters, weight: Tensor }
 //! # impl Model for Tiny {
 //! #     fn forward(&self, images: &Tensor, _: Mode<'_>) -> Result<Tensor> {

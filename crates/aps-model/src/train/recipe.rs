@@ -1,5 +1,6 @@
 //! One step of learning.
 
+use std::fmt::Debug;
 use std::result::Result as StdResult;
 use std::sync::Mutex;
 
@@ -11,7 +12,7 @@ use crate::optim::{Adam, clip_factor, gradient_norm};
 use crate::{Mode, Model, Parameters, Regularizer, Result, loss};
 
 /// A network that scores how well a spectrum suits a condition image, used in training only.
-pub trait Regularize: Send + Sync {
+pub trait Regularize: Debug + Send + Sync {
     /// What the scores need to know of condition images (batch, 3, height, width): (batch, features).
     fn encode(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor>;
 
@@ -37,6 +38,7 @@ impl Regularize for Regularizer {
 }
 
 /// The networks of a training.
+#[derive(Debug)]
 pub struct Trainees {
     /// What is to be trained.
     pub predictor: Box<dyn Model>,
@@ -45,6 +47,7 @@ pub struct Trainees {
 }
 
 /// Networks with their optimizers.
+#[derive(Debug)]
 pub struct Learner {
     trainees: Trainees,
     predictor: Adam,

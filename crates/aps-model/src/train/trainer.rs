@@ -19,6 +19,7 @@ use crate::{ANGLE_BINS, Model};
 ///
 /// Memory beside the networks, three times their weights, and what a step's gradients take: the examples, and at most
 /// four batches of targets.
+#[derive(Debug)]
 pub struct Trainer {
     learner: Learner,
     conditions: Conditions,

@@ -19,6 +19,7 @@ use std::fs;
 use std::path::Path;
 
 use candle_core::Device;
+use serde::{Deserialize, Serialize};
 
 use crate::{Error, ModelKind, Parameters, Preset, Result};
 use matching::assign;
@@ -37,7 +38,7 @@ pub struct Label {
 }
 
 /// What loading did besides filling every tensor from the file.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LoadReport {
     /// Tensors filled.
     pub loaded: usize,
@@ -120,24 +121,31 @@ pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
 }
 
 /// Fills the backbone from weights of torchvision: of a `resnet18` for the ResNet models and the regularizer, of a
-/// `vit_b_16` for ViT-Reg. The classifier (`fc`, `heads`) is left out, which the report lists; what is not part of the
-/// backbone keeps its values.
+/// `vit_b_16` for ViT-Reg; or from weights of another model of the same preset, as MS-MLP's for MS-AReg, of which the encoder
+/// is taken, the projections of a multi-scale one included where both have them. What else the file holds (torchvision's
+/// classifier, the other model's decoder) is left out, which the report lists; what is not part of the backbone keeps its
+/// values.
 ///
 /// # Errors
-/// As [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. Narrower presets fit no such file.
+/// As [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. torchvision's fit no preset but the paper's.
 pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
     let backbone = pretrained::Backbone::of(parameters).ok_or(Error::NoBackbone)?;
     let source = Source::open(path)?;
+    let adopts = pretrained::is_of_a_model(source.names());
     let mut found = Vec::new();
     let mut dropped = Vec::new();
     for name in source.names() {
-        match backbone.rename(name) {
+        let renamed = match adopts {
+            true => backbone.adopt(name),
+            false => backbone.rename(name),
+        };
+        match renamed {
             Some(renamed) => found.push((renamed, name.to_owned())),
             None => dropped.push(name.to_owned()),
         }
     }
     let mut wanted = parameters.all();
-    wanted.retain(|(name, _)| backbone.contains(name));
+    wanted.retain(|(name, _)| backbone.contains(name) || found.iter().any(|(f, _)| f == name));
     let report = assign(path, &source, found, &wanted)?;
     Ok(LoadReport { dropped, ..report })
 }

@@ -1,6 +1,14 @@
-//! Which tensors of a model are a backbone of torchvision, and what they are called there.
+//! Which tensors of a model are a backbone, and what they are called in torchvision and in other models.
 
 use crate::Parameters;
+
+/// Where the models keep their ResNet.
+const ENCODER: &str = "encoder.";
+
+/// Whether a file with these names is of a model, not of torchvision.
+pub(super) fn is_of_a_model<'a>(mut names: impl Iterator<Item = &'a str>) -> bool {
+    names.any(|name| name.starts_with(ENCODER) || name.starts_with("vit."))
+}
 
 /// The backbone of a model, told by the names of its tensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +59,24 @@ impl Backbone {
             _ => None,
         };
         Some(renamed.unwrap_or_else(|| format!("{prefix}{name}")))
+    }
+
+    /// The model's name of the tensor `name` of another model's; `None` for what is not part of an encoder, or of another
+    /// one: the projections of a multi-scale encoder, where this model has none.
+    pub(super) fn adopt(self, name: &str) -> Option<String> {
+        let (Self::ResNet(_) | Self::ResNetWithStem(_)) = self else {
+            return name.starts_with("vit.").then(|| name.to_owned());
+        };
+        let inside = name.strip_prefix(ENCODER)?;
+        match inside.split_once('.')? {
+            ("stem", rest) => {
+                let (at, rest) = rest.split_once('.')?;
+                let first = ["conv1", "bn1"].get(at.parse::<usize>().ok()?)?;
+                self.rename(&format!("{first}.{rest}"))
+            }
+            ("conv1" | "bn1" | "layer1" | "layer2" | "layer3" | "layer4", _) => self.rename(inside),
+            _ => matches!(self, Self::ResNetWithStem(_)).then(|| name.to_owned()),
+        }
     }
 
     /// Whether the model's tensor `name` belongs to it.

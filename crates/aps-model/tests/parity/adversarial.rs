@@ -33,7 +33,7 @@ fn training_is_pytorch_s(
     let (images, targets) = (images(64).to_dtype(dtype)?, targets().to_dtype(dtype)?);
     let generator = Mutex::new(ChaCha8Rng::seed_from_u64(0));
     let train = Mode::Train(&generator);
-    let adam = || Adam::new(2e-4, (0.5, 0.999), 0.0);
+    let adam = || Adam::new(2e-4, [0.5, 0.999], 0.0);
     let (mut optimizer, mut critic_optimizer) = (adam(), adam());
     for step in 0..rigour.steps {
         let output = model.forward(&images, train)?;

@@ -4,18 +4,20 @@
 use std::collections::HashMap;
 
 use aps_model::Parameters;
-use aps_model::candle_core::Tensor;
 use aps_model::candle_core::backprop::GradStore;
+use aps_model::candle_core::{Tensor, Var};
+use rayon::prelude::*;
 
 use crate::golden::flat;
 
 pub struct Adam {
     pub lr: f64,
-    pub betas: (f64, f64),
+    pub betas: [f64; 2],
     /// Decoupled, as in AdamW.
     pub weight_decay: f64,
     step: i32,
-    moments: HashMap<String, (Tensor, Tensor)>,
+    /// Of each tensor: means of gradients and of their squares.
+    moments: HashMap<String, Vec<(f64, f64)>>,
 }
 
 /// Gradients by name, in the order of the names.
@@ -33,12 +35,8 @@ pub fn gradients(parameters: &Parameters, store: &GradStore) -> Vec<(String, Ten
         .collect()
 }
 
-fn norm(tensor: &Tensor) -> f64 {
-    flat(tensor).iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
 impl Adam {
-    pub fn new(lr: f64, betas: (f64, f64), weight_decay: f64) -> Self {
+    pub fn new(lr: f64, betas: [f64; 2], weight_decay: f64) -> Self {
         Self {
             lr,
             betas,
@@ -51,37 +49,32 @@ impl Adam {
     /// Clips the gradients to norm 1 and moves the weights.
     pub fn step(&mut self, parameters: &Parameters, gradients: &[(String, Tensor)]) {
         self.step += 1;
-        let norm = gradients
-            .iter()
-            .map(|(_, g)| norm(g).powi(2))
-            .sum::<f64>()
-            .sqrt();
+        let squares = |(_, g): &(String, Tensor)| flat(g).iter().map(|v| v * v).sum::<f64>();
+        let norm = gradients.iter().map(squares).sum::<f64>().sqrt();
         let clip = (1.0 / (norm + 1e-6)).min(1.0);
         for (name, gradient) in gradients {
-            self.move_one(parameters, name, &(gradient * clip).unwrap())
-                .unwrap();
+            self.move_one(&parameters.get(name).unwrap().var, name, gradient, clip);
         }
     }
 
-    fn move_one(
-        &mut self,
-        parameters: &Parameters,
-        name: &str,
-        g: &Tensor,
-    ) -> aps_model::Result<()> {
-        let (beta1, beta2) = self.betas;
-        let var = parameters.get(name).unwrap().var;
-        let (m, v) = match self.moments.remove(name) {
-            Some(moments) => moments,
-            None => (g.zeros_like()?, g.zeros_like()?),
-        };
-        let m = ((m * beta1)? + (g * (1.0 - beta1))?)?;
-        let v = ((v * beta2)? + (g.sqr()? * (1.0 - beta2))?)?;
-        let root = (&v / (1.0 - beta2.powi(self.step)))?.sqrt()?;
-        let change = (&m / (1.0 - beta1.powi(self.step)))?.div(&(root + 1e-8)?)?;
-        let kept = (var.as_detached_tensor() * (1.0 - self.lr * self.weight_decay))?;
-        var.set(&(kept - (change * self.lr)?)?)?;
-        self.moments.insert(name.to_owned(), (m, v));
-        Ok(())
+    /// On plain numbers: whole tensors a term would take most of the tests' time.
+    fn move_one(&mut self, var: &Var, name: &str, gradient: &Tensor, clip: f64) {
+        let [beta1, beta2] = self.betas;
+        let [done1, done2] = self.betas.map(|beta| 1.0 - beta.powi(self.step));
+        let kept = 1.0 - self.lr * self.weight_decay;
+        let mut weights = flat(var.as_tensor());
+        let moments = self.moments.entry(name.to_owned());
+        let moments = moments.or_insert_with(|| vec![(0.0, 0.0); weights.len()]);
+        let gradients = flat(gradient);
+        let work = weights.par_iter_mut().zip(moments).zip(gradients);
+        work.for_each(|((weight, (m, v)), g)| {
+            let g = clip * g;
+            *m = beta1 * *m + (1.0 - beta1) * g;
+            *v = beta2 * *v + (1.0 - beta2) * g * g;
+            let change = (*m / done1) / ((*v / done2).sqrt() + 1e-8);
+            *weight = kept * *weight - self.lr * change;
+        });
+        let moved = Tensor::from_vec(weights, var.shape(), var.device()).unwrap();
+        var.set(&moved.to_dtype(var.dtype()).unwrap()).unwrap();
     }
 }

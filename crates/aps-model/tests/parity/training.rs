@@ -150,7 +150,7 @@ fn training_is_pytorch_s(
     let (golden, rigour) = (Golden::of(name), Rigour::of(dtype));
     let (images, targets) = (images(64).to_dtype(dtype)?, targets().to_dtype(dtype)?);
     let generator = Mutex::new(ChaCha8Rng::seed_from_u64(0));
-    let mut optimizer = Adam::new(3e-4, (0.9, 0.999), 0.01);
+    let mut optimizer = Adam::new(3e-4, [0.9, 0.999], 0.01);
     for step in 0..rigour.steps {
         let output = model.forward(&images, Mode::Train(&generator))?;
         let loss = (&output - &targets)?.sqr()?.mean_all()?;
