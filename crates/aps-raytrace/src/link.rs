@@ -151,6 +151,9 @@ impl Tracer<'_> {
 
     /// Every pair of a front and a leg at the same corner is a path.
     fn diffract(&self, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
+        if rx.legs.all().is_empty() {
+            return;
+        }
         let mut floor = self.floor(link);
         self.for_each_pair(tx, rx, |pair| self.consider(&pair, &mut floor, link));
     }

@@ -43,6 +43,8 @@ pub struct Tracer<'s> {
     origin: DVec2,
     config: TraceConfig,
     wavelength_m: f64,
+    /// The dynamic range as a ratio of amplitudes: 0 keeps everything.
+    range: f64,
     /// By wall.
     reflectors: Vec<Reflector>,
     /// Empty without diffraction.
@@ -154,6 +156,9 @@ impl<'s> Tracer<'s> {
             local,
             origin,
             wavelength_m,
+            range: config
+                .dynamic_range_db
+                .map_or(0.0, |db| 10.0_f64.powf(-db / 20.0)),
             reflectors,
             corners,
             between: Vec::new(),
@@ -372,9 +377,7 @@ impl<'s> Tracer<'s> {
 
     /// The dynamic range as a ratio of amplitudes: 0 keeps everything.
     pub(crate) fn range(&self) -> f64 {
-        self.config
-            .dynamic_range_db
-            .map_or(0.0, |db| 10.0_f64.powf(-db / 20.0))
+        self.range
     }
 
     /// lambda / (4 pi L): the amplitude between isotropic antennas (Friis).
