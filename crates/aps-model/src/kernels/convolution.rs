@@ -122,9 +122,12 @@ fn together(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, ou
             });
     }
     apart(&planes, shape.out_channels, pixels, out);
-    for (place, plane) in out.chunks_exact_mut(pixels).enumerate() {
-        finish.apply(place % shape.out_channels, place * pixels, plane);
-    }
+    out.par_chunks_mut(pixels)
+        .with_min_len(64)
+        .enumerate()
+        .for_each(|(place, plane)| {
+            finish.apply(place % shape.out_channels, place * pixels, plane);
+        });
 }
 
 /// All images in frames.
