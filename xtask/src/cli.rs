@@ -51,9 +51,6 @@ enum Command {
     /// Train, score and time models against each other, baselines and the tracer, and report.
     #[command(disable_help_flag = true)]
     BenchModels(commands::models::Args),
-    /// Measure what precision, batches and image size cost a model, for the numerical report.
-    #[command(disable_help_flag = true)]
-    ReportModels(commands::models::Args),
     /// Run the checks that every change must pass.
     Ci(commands::ci::Args),
 }
@@ -77,7 +74,6 @@ pub fn run() -> ExitCode {
         Command::Train(args) => args.run("train"),
         Command::Predict(args) => args.run("predict"),
         Command::BenchModels(args) => args.run("bench-models"),
-        Command::ReportModels(args) => args.run("report-models"),
         Command::Ci(args) => args.run(),
     };
     exit_code(result)

@@ -41,8 +41,8 @@ enum Command {
     Predict(predict::Args),
     /// Train, score and time models against each other, baselines and the tracer, and report.
     BenchModels(bench::Args),
-    /// Measure what precision, batches and image size cost, for the numerical report.
-    ReportModels(study::Args),
+    /// Measure what precision, batches and image size cost: the study of models of the numerical report.
+    Report(study::Args),
 }
 
 fn main() -> ExitCode {
@@ -50,6 +50,6 @@ fn main() -> ExitCode {
         Command::Train(args) => args.run(),
         Command::Predict(args) => args.run(),
         Command::BenchModels(args) => args.run(),
-        Command::ReportModels(args) => args.run(),
+        Command::Report(args) => args.run(),
     })
 }

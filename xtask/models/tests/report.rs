@@ -11,7 +11,7 @@ fn study_of_models_is_whole_and_joins_the_report() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("report");
     let output = Command::new(env!("CARGO_BIN_EXE_xtask-models"))
-        .args(["report-models", "--profile", "smoke", "--out"])
+        .args(["report", "--profile", "smoke", "--out"])
         .arg(&out)
         .arg("--work")
         .arg(folder.path().join("work"))
@@ -21,7 +21,7 @@ fn study_of_models_is_whole_and_joins_the_report() {
     assert!(output.status.success(), "{stderr}");
 
     let text = fs::read_to_string(out.join("numerics.md")).unwrap();
-    assert!(text.contains("cargo xtask report-models --profile smoke --seed 42"));
+    assert!(text.contains("cargo xtask report --study models --profile smoke --seed 42"));
     assert!(!text.contains("NaN"), "{text}");
     let study = Study::read(&out.join("numerics/models.json")).unwrap();
     let figures = study.blocks.iter();

@@ -1,5 +1,6 @@
 //! Commands that need candle: built and started as a child, so that the others need not wait for its build.
 
+use std::env;
 use std::ffi::OsString;
 use std::process::Command;
 
@@ -16,45 +17,66 @@ pub struct Args {
 impl Args {
     /// Runs `command` of the package `xtask-models`; its failure, which it has told, is this process's too.
     pub fn run(self, command: &str) -> Result<()> {
-        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
-        cargo.args(["run", "--quiet", "--release", "--package", "xtask-models"]);
-        if let Some(device) = self.device_feature() {
-            cargo.args(["--features", device]);
-        }
-        if let Some(threads) = self.value_of("--threads") {
-            // candle counts its threads by this variable alone.
-            cargo.env("RAYON_NUM_THREADS", threads);
-        }
-        cargo.arg("--").arg(command).args(&self.rest);
-        hand_over(cargo)
-    }
-
-    /// The feature of candle that the device named in `--device` needs.
-    fn device_feature(&self) -> Option<&'static str> {
-        let device = self.value_of("--device")?;
-        ["cuda", "metal"].into_iter().find(|&name| device == name)
-    }
-
-    /// The value given to an option as `NAME VALUE` or `NAME=VALUE`.
-    fn value_of(&self, name: &str) -> Option<&str> {
-        let rest: Vec<&str> = self.rest.iter().filter_map(|arg| arg.to_str()).collect();
-        (0..rest.len()).find_map(|i| match rest[i].strip_prefix(name)? {
-            "" => rest.get(i + 1).copied(),
-            given => given.strip_prefix('='),
-        })
+        hand_over(child(command, &self.rest))
     }
 }
 
+/// The process that does `command` with `rest`, built first where it is not yet.
+pub fn child(command: &str, rest: &[OsString]) -> Command {
+    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or("cargo".into()));
+    cargo.args(["run", "--release", "--package", "xtask-models"]);
+    // The first build takes minutes, and cargo shows how far it is.
+    if was_built() {
+        cargo.arg("--quiet");
+    }
+    if let Some(device) = device_feature(rest) {
+        cargo.args(["--features", device]);
+    }
+    if let Some(threads) = value_of(rest, "--threads") {
+        // candle counts its threads by this variable alone.
+        cargo.env("RAYON_NUM_THREADS", threads);
+    }
+    cargo.arg("--").arg(command).args(rest);
+    cargo
+}
+
+/// Whether the child's program is there, if perhaps of an earlier version.
+fn was_built() -> bool {
+    let name = format!("xtask-models{}", env::consts::EXE_SUFFIX);
+    env::current_exe().is_ok_and(|own| own.with_file_name(name).is_file())
+}
+
+/// The feature of candle that the device named in `--device` needs.
+fn device_feature(rest: &[OsString]) -> Option<&'static str> {
+    let device = value_of(rest, "--device")?;
+    ["cuda", "metal"].into_iter().find(|&name| device == name)
+}
+
+/// The value given to an option as `NAME VALUE` or `NAME=VALUE`.
+fn value_of<'a>(rest: &'a [OsString], name: &str) -> Option<&'a str> {
+    let rest: Vec<&str> = rest.iter().filter_map(|arg| arg.to_str()).collect();
+    (0..rest.len()).find_map(|i| match rest[i].strip_prefix(name)? {
+        "" => rest.get(i + 1).copied(),
+        given => given.strip_prefix('='),
+    })
+}
+
 /// Becomes the command, so that Ctrl-C meets only the one that does the work.
+///
+/// # Errors
+/// The command cannot be started. Otherwise this does not return.
 #[cfg(unix)]
-fn hand_over(mut command: Command) -> Result<()> {
+pub fn hand_over(mut command: Command) -> Result<()> {
     use std::os::unix::process::CommandExt;
     Err(command.exec()).context("cannot start cargo")
 }
 
 /// Waits for the command and ends with its exit code.
+///
+/// # Errors
+/// The command cannot be started.
 #[cfg(not(unix))]
-fn hand_over(mut command: Command) -> Result<()> {
+pub fn hand_over(mut command: Command) -> Result<()> {
     let status = command.status().context("cannot start cargo")?;
     match status.code() {
         Some(0) => Ok(()),

@@ -61,7 +61,9 @@ fn conditions() -> Conditions {
 #[test]
 fn every_study_is_written_whole_and_joined() {
     let (folder, out) = folder();
-    succeed(&["--profile", "smoke", "--out", &out]);
+    let mut args = vec!["--profile", "smoke", "--out", &out];
+    args.extend(StudyName::ALL.iter().flat_map(|s| ["--study", s.name()]));
+    succeed(&args);
     let text = fs::read_to_string(folder.path().join("numerics.md")).unwrap();
     assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
     assert!(text.contains("`smoke`"), "a report of smoke says so");
@@ -141,6 +143,39 @@ fn a_study_from_elsewhere_keeps_its_place_beside_a_new_run() {
         !text.contains("## Tracer"),
         "a study that never ran is not there"
     );
+}
+
+/// The study of models is another program's: it is built and given what it needs, after the others are published.
+#[cfg(unix)]
+#[test]
+fn the_study_of_models_is_handed_over() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let (folder, out) = folder();
+    let cargo = folder.path().join("cargo");
+    fs::write(&cargo, "#!/bin/sh\nprintf '%s\\n' \"$@\"\n").unwrap();
+    fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
+    let run = |args: &[&str]| -> String {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+        command.env("CARGO", &cargo).arg("report").args(args);
+        let output = command.args(["--profile", "smoke", "--out", &out]).output();
+        let output = output.unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{stderr}");
+        String::from_utf8(output.stdout).unwrap().replace('\n', " ")
+    };
+    let own = ["run", "--release", "--package", "xtask-models"].join(" ");
+    let alone = run(&["--study", "models", "--seed", "7", "--work", "w"]);
+    assert!(alone.starts_with(&own), "{alone}");
+    let given = format!("-- report --profile smoke --seed 7 --out {out} --work w ");
+    assert!(alone.ends_with(&given), "{alone}");
+    assert!(!folder.path().join("numerics.md").exists());
+
+    let both = run(&["--study", "models", "--study", "rounding"]);
+    let report = folder.path().join("numerics.md");
+    let published = format!("report '{}' {own}", report.display());
+    assert!(both.starts_with(&published), "{both}");
+    assert!(report.is_file());
 }
 
 #[test]

@@ -72,6 +72,6 @@ impl Args {
             _ => " --maps path/to/maps",
         };
         let (profile, seed) = (self.profile.name(), self.seed);
-        format!("cargo xtask report-models{maps} --profile {profile} --seed {seed}")
+        format!("cargo xtask report --study models{maps} --profile {profile} --seed {seed}")
     }
 }
