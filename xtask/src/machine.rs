@@ -30,22 +30,30 @@ pub fn describe() -> Machine {
     }
 }
 
-/// The commit of the sources this was built from, marked if they were changed since.
+/// The commit of the sources this was built from, marked if they were changed since. Reports are not among them: one
+/// that is being written leaves the sources as they are.
 fn commit() -> String {
-    let git = Command::new("git")
-        .args([
-            "describe",
-            "--always",
-            "--dirty",
-            "--abbrev=12",
-            "--exclude=*",
-        ])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output();
-    match git {
-        Ok(output) if output.status.success() => {
-            String::from_utf8_lossy(&output.stdout).trim().into()
-        }
-        _ => String::new(),
+    let Some(commit) = git(&["rev-parse", "--short=12", "HEAD"]) else {
+        return String::new();
+    };
+    let changes = git(&[
+        "status",
+        "--porcelain",
+        "--untracked-files=no",
+        "--",
+        ":(top)",
+        ":(top,exclude)docs/reports",
+    ]);
+    match changes.as_deref() {
+        Some("") => commit,
+        _ => commit + "-dirty",
     }
+}
+
+/// What git says, if it is there and this is a checkout.
+fn git(args: &[&str]) -> Option<String> {
+    let mut git = Command::new("git");
+    git.args(args).current_dir(env!("CARGO_MANIFEST_DIR"));
+    let output = git.output().ok().filter(|o| o.status.success())?;
+    Some(String::from_utf8_lossy(&output.stdout).trim().into())
 }

@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         "infer" => {
             let images = conditions.images(&links[..batch])?;
-            let predictor = kind.build(Preset::Paper, &predictor.parameters().frozen())?;
+            let predictor = kind.build(Preset::Paper, &predictor.parameters().frozen()?)?;
             best_of(|| predictor.forward(&images, Mode::Eval).map(|_| ()))?
         }
         other => return Err(format!("'{other}' is neither train nor infer").into()),

@@ -58,6 +58,12 @@ pub enum Error {
         /// The shape of the tensor of that name, if there is one.
         found: Option<Vec<usize>>,
     },
+    /// Values for parameters that never change.
+    #[error("cannot load {} into frozen parameters; load it into those they were frozen from, before that", path.display())]
+    Frozen {
+        /// The file.
+        path: PathBuf,
+    },
     /// A word that names no model or no preset.
     #[error("unknown {what} \"{found}\"; known are {known}")]
     UnknownName {

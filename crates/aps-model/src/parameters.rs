@@ -39,7 +39,7 @@ struct Inner {
     device: Device,
     dtype: DType,
     seed: u64,
-    /// Whether tensors are those of another set, without gradients.
+    /// Whether tensors are fixed copies of another set's, without gradients.
     is_frozen: bool,
     tensors: Mutex<BTreeMap<String, Parameter>>,
 }
@@ -60,9 +60,16 @@ impl Parameters {
         }
     }
 
-    /// The same tensors for a model that only answers: built over them, it follows this set's values at no cost in memory,
-    /// but no gradient passes through its weights. So the values between its layers are let go as soon as the next layer has
-    /// read them, instead of being kept for a way back that never comes.
+    /// A copy of these tensors for a model that only answers. No gradient passes through its weights, so the values between
+    /// its layers are let go as soon as the next layer has read them, instead of being kept for a way back that never comes;
+    /// and they stay as they are, so its layers keep what they make of them (on a CPU, the kernels of convolutions as they
+    /// are multiplied with: up to four times the weights' memory).
+    ///
+    /// Nothing can be loaded into the copy, and it gives no trainable tensors out. Do not set a variable of it by hand: what
+    /// is kept would not follow.
+    ///
+    /// # Errors
+    /// Those of candle, where there is no memory for the copy.
     ///
     /// ```
     /// use aps_model::candle_core::{DType, Device, Tensor};
@@ -70,22 +77,32 @@ impl Parameters {
     ///
     /// let learning = Parameters::new(&Device::Cpu, DType::F32, 1);
     /// ModelKind::ResnetMlp.build(Preset::Small, &learning)?;
-    /// let answering = ModelKind::ResnetMlp.build(Preset::Small, &learning.frozen())?;
+    /// let answering = ModelKind::ResnetMlp.build(Preset::Small, &learning.frozen()?)?;
     /// let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;
     /// assert!(!answering.forward(&images, Mode::Eval)?.track_op());
     /// # Ok::<(), aps_model::Error>(())
     /// ```
-    pub fn frozen(&self) -> Self {
+    pub fn frozen(&self) -> Result<Self> {
+        let copy = |(name, p): (String, Parameter)| -> Result<(String, Parameter)> {
+            let var = Var::from_tensor(&p.var.as_detached_tensor())?;
+            Ok((name, Parameter { var, kind: p.kind }))
+        };
+        let tensors = self.all().into_iter().map(copy).collect::<Result<_>>()?;
         let inner = Inner {
             device: self.inner.device.clone(),
             dtype: self.inner.dtype,
             seed: self.inner.seed,
             is_frozen: true,
-            tensors: Mutex::new(self.lock().clone()),
+            tensors: Mutex::new(tensors),
         };
-        Self {
+        Ok(Self {
             inner: Arc::new(inner),
-        }
+        })
+    }
+
+    /// Whether this is a copy by [`frozen`](Self::frozen).
+    pub fn is_frozen(&self) -> bool {
+        self.inner.is_frozen
     }
 
     /// Where layers ask for their tensors.
@@ -120,18 +137,21 @@ impl Parameters {
         self.lock().get(name).cloned()
     }
 
-    /// What an optimizer moves, by name.
+    /// What an optimizer moves, by name; nothing where the set is [frozen](Self::frozen).
     pub fn trainable(&self) -> Vec<(String, Var)> {
+        let learnt = |p: &Parameter| p.kind == Kind::Trainable && !self.is_frozen();
         self.all()
             .into_iter()
-            .filter(|(_, p)| p.kind == Kind::Trainable)
+            .filter(|(_, p)| learnt(p))
             .map(|(name, p)| (name, p.var))
             .collect()
     }
 
-    /// Number of trainable values.
+    /// Number of learnt values, frozen or not.
     pub fn count(&self) -> usize {
-        self.trainable().iter().map(|(_, v)| v.elem_count()).sum()
+        let tensors = self.lock();
+        let learnt = tensors.values().filter(|p| p.kind == Kind::Trainable);
+        learnt.map(|p| p.var.elem_count()).sum()
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Parameter>> {
@@ -158,13 +178,18 @@ impl Scope {
         }
     }
 
+    /// Whether the tensors are [frozen](Parameters::frozen).
+    pub fn is_frozen(&self) -> bool {
+        self.parameters.is_frozen()
+    }
+
     /// Makes the learnt tensor `name` here.
     ///
     /// # Errors
     /// [`Error::DuplicateTensor`] if there is one of that name already; [`Error::FrozenTensor`] if a frozen set has none.
     pub fn trainable(&self, name: &str, shape: impl Into<Shape>, init: Init) -> Result<Tensor> {
         let var = self.make_float(name, shape.into(), init, Kind::Trainable)?;
-        Ok(match self.parameters.inner.is_frozen {
+        Ok(match self.is_frozen() {
             true => var.as_detached_tensor(),
             false => var.as_tensor().clone(),
         })
@@ -183,7 +208,7 @@ impl Scope {
     /// # Errors
     /// [`Error::DuplicateTensor`] if there is one of that name already.
     pub fn counter(&self, name: &str) -> Result<Var> {
-        if self.parameters.inner.is_frozen {
+        if self.is_frozen() {
             return self.find(name, &Shape::from(()));
         }
         let var = Var::zeros((), DType::I64, self.parameters.device())?;

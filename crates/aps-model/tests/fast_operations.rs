@@ -226,6 +226,8 @@ fn normalised_convolution_in_use() {
         (13, 16, 8, 8, 40, 3, 1),
         (12, 17, 5, 7, 16, 3, 1),
         (6, 10, 1, 1, 12, 1, 1),
+        (20, 33, 2, 2, 19, 3, 1),
+        (17, 16, 4, 4, 16, 3, 1),
     ] {
         let side = |s: usize| (s - 1) / stride + 1;
         let tensors = [
@@ -239,7 +241,8 @@ fn normalised_convolution_in_use() {
             (values(rng, &[o]) + 1.5).unwrap(),
         ];
         for (after, has_bias) in [(0, false), (1, true), (2, false), (2, true)] {
-            let run = |dtype: DType, at_once: bool| -> Vec<f64> {
+            let keeps = ops::Kept::default();
+            let run = |dtype: DType, at_once: bool, kept: Option<&ops::Kept>| -> Vec<f64> {
                 let t: Vec<Tensor> = tensors.iter().map(|t| t.to_dtype(dtype).unwrap()).collect();
                 let running = |t: &Tensor| Var::from_tensor(t).unwrap();
                 let (running_mean, running_var) = (&running(&t[5]), &running(&t[6]));
@@ -257,6 +260,7 @@ fn normalised_convolution_in_use() {
                         bias,
                         stride,
                         padding,
+                        kept,
                     };
                     let after = match after {
                         0 => After::Nothing,
@@ -276,14 +280,17 @@ fn normalised_convolution_in_use() {
                 let flat = y.flatten_all().unwrap().to_dtype(DType::F64).unwrap();
                 flat.to_vec1().unwrap()
             };
-            let expected = run(DType::F64, false);
-            let found = run(DType::F32, true);
+            let expected = run(DType::F64, false, None);
             let scale = expected.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
-            for (f, e) in found.iter().zip(&expected) {
+            // Twice with what is kept of the weight: made, and used again.
+            let kept = [None, Some(&keeps), Some(&keeps)].map(|k| run(DType::F32, true, k));
+            for (f, e) in kept.iter().flat_map(|found| found.iter().zip(&expected)) {
                 assert!((f - e).abs() < 3e-6 * scale, "{f}, expected {e}");
             }
-            let on = |threads| pool_of(threads).install(|| run(DType::F32, true));
-            assert_eq!(on(1), on(3));
+            assert_eq!(kept[1], kept[2]);
+            let on = |threads, kept| pool_of(threads).install(|| run(DType::F32, true, kept));
+            assert_eq!(on(1, None), on(3, None));
+            assert_eq!(on(1, Some(&keeps)), on(3, Some(&ops::Kept::default())));
         }
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use aps_model::candle_core::{DType, Device, Tensor, safetensors};
 use aps_model::layers::{BatchNorm, Linear};
 use aps_model::weights::{Label, load, load_pretrained, read_label, save};
-use aps_model::{Error, ModelKind, Parameters, Preset};
+use aps_model::{Error, Mode, Model, ModelKind, Parameters, Preset};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -104,6 +104,39 @@ fn what_is_saved_is_loaded_and_names_its_model() {
         1,
         "a partial file was left"
     );
+}
+
+#[test]
+fn frozen_parameters_stay_what_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("weights.safetensors");
+    let (kind, preset) = (ModelKind::ResnetMlp, Preset::Small);
+    let (one, other) = (empty(1), empty(2));
+    kind.build(preset, &one).unwrap();
+    kind.build(preset, &other).unwrap();
+    let frozen = one.frozen().unwrap();
+    let model = kind.build(preset, &frozen).unwrap();
+    assert_eq!(frozen.count(), one.count());
+    assert!(frozen.trainable().is_empty());
+
+    // Several answers, so that what is kept is used; other weights in between do not reach them.
+    let images = Tensor::rand(0f32, 1.0, (4, 3, 64, 64), &Device::Cpu).unwrap();
+    let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
+        let y = model.forward(&images, Mode::Eval).unwrap();
+        y.to_vec2().unwrap()
+    };
+    let before = answer(&*model);
+    save(&path, &other, Some(Label { kind, preset })).unwrap();
+    load(&path, &one).unwrap();
+    assert_eq!(answer(&*model), before);
+    let now = kind.build(preset, &one.frozen().unwrap()).unwrap();
+    assert_ne!(answer(&*now), before);
+
+    for result in [load(&path, &frozen), load_pretrained(&path, &frozen)] {
+        let error = result.unwrap_err();
+        assert!(matches!(error, Error::Frozen { .. }), "{error}");
+    }
+    assert_eq!(answer(&*model), before);
 }
 
 /// Writes the tiny module's tensors after a change, and loads them into a fresh one.

@@ -54,7 +54,7 @@ pub fn load(path: &Path, Label { kind, preset }: Label, device: &Device) -> Resu
     let model = kind.build(preset, &Parameters::new(device, DType::F32, 0))?;
     weights::load(path, model.parameters())
         .with_context(|| format!("'{}' as weights of {kind}, preset {preset}", path.display()))?;
-    Ok(kind.build(preset, &model.parameters().frozen())?)
+    Ok(kind.build(preset, &model.parameters().frozen()?)?)
 }
 
 /// The image size a preset is meant for.

@@ -28,7 +28,7 @@ pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32], ou
             ..*shape
         };
         let weight = turn(shape, weight);
-        convolve(&flipped, grad, &weight, Finish::default(), out);
+        convolve(&flipped, grad, &weight, None, Finish::default(), out);
     } else {
         fold_together(shape, grad, weight, out);
     }

@@ -20,3 +20,4 @@ mod winograd;
 pub(crate) use input_gradient::input_gradient;
 pub(crate) use shape::ConvShape;
 pub(crate) use weight_gradient::weight_gradient;
+pub(crate) use winograd::KeptKernels;

@@ -25,7 +25,7 @@ pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(grad.len(), shape.output_len());
     assert_eq!(out.len(), shape.weight_len());
-    if let Some(size) = winograd::suits(shape) {
+    if let Some(size) = winograd::suits(shape, false) {
         winograd::weight_gradient(size, shape, x, grad, out);
         return;
     }

@@ -1,5 +1,7 @@
 //! Convolution layers.
 
+use std::sync::Arc;
+
 use candle_core::Tensor;
 
 use crate::{Init, Result, Scope, ops};
@@ -11,6 +13,12 @@ pub struct Conv2d {
     bias: Option<Tensor>,
     stride: usize,
     padding: usize,
+    kept: Option<Arc<ops::Kept>>,
+}
+
+/// Where a layer over frozen parameters keeps what it makes of its weight.
+fn kept(scope: &Scope) -> Option<Arc<ops::Kept>> {
+    scope.is_frozen().then(Arc::default)
 }
 
 impl Conv2d {
@@ -22,6 +30,7 @@ impl Conv2d {
             bias: Some(scope.trainable("bias", outputs, init)?),
             stride: 1,
             padding: kernel / 2,
+            kept: kept(scope),
         })
     }
 
@@ -39,6 +48,7 @@ impl Conv2d {
             bias: None,
             stride,
             padding: kernel / 2,
+            kept: kept(scope),
         })
     }
 
@@ -56,6 +66,7 @@ impl Conv2d {
             bias: Some(scope.trainable("bias", outputs, Init::ZEROS)?),
             stride: patch,
             padding: 0,
+            kept: kept(scope),
         })
     }
 
@@ -71,6 +82,7 @@ impl Conv2d {
             bias: self.bias.as_ref(),
             stride: self.stride,
             padding: (self.padding, self.padding),
+            kept: self.kept.as_deref(),
         }
     }
 }

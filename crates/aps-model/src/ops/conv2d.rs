@@ -96,7 +96,7 @@ impl Conv {
     ) -> Result<(CpuStorage, Shape)> {
         let s = &self.0;
         let mut out = vec![0.0; s.output_len()];
-        convolve(s, x, weight, Finish::bias(bias), &mut out);
+        convolve(s, x, weight, None, Finish::bias(bias), &mut out);
         made(
             out,
             (s.batch, s.out_channels, s.out_height(), s.out_width()),
@@ -238,7 +238,7 @@ impl CustomOp2 for Transposed {
         let grad = grad.contiguous()?;
         let (by_input, by_weight) = with_slices([x, weight, &grad], |[x, w, g]| {
             let mut by_input = vec![0.0; s.output_len()];
-            convolve(s, g, w, Finish::default(), &mut by_input);
+            convolve(s, g, w, None, Finish::default(), &mut by_input);
             let mut by_weight = vec![0.0; s.weight_len()];
             weight_gradient(s, g, x, &mut by_weight);
             (by_input, by_weight)

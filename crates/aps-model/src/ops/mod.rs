@@ -13,7 +13,7 @@ mod storage;
 pub use self::activation::add_relu;
 pub use self::conv2d::{conv_transpose2x2, conv2d};
 pub use self::norm::{batch_norm, batch_norm_relu};
-pub use self::normed_conv::{After, ConvTensors, normed_conv2d};
+pub use self::normed_conv::{After, ConvTensors, Kept, normed_conv2d};
 pub use self::pool::{max_pool_2x2, max_pool_3x3_s2_p1};
 pub use crate::portable::{
     BatchNormTensors, adaptive_avg_pool, dropout, gelu, layer_norm, leaky_relu, linear, relu,

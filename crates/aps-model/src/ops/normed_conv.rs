@@ -8,7 +8,12 @@ use super::storage::{are_fast, made, slice};
 use super::{BatchNormTensors, add_relu, batch_norm, batch_norm_relu, conv2d};
 use crate::Mode;
 use crate::kernels::finish::Finish;
-use crate::kernels::{ConvShape, convolution::convolve};
+use crate::kernels::{ConvShape, KeptKernels, convolution::convolve};
+
+/// What the fast path keeps of a convolution's weight from one answer to the next, beginning empty: its kernels as they are
+/// multiplied with, which take up to four times the memory of the weight.
+#[derive(Debug, Default)]
+pub struct Kept(KeptKernels);
 
 /// The tensors and sizes of a convolution, as [`conv2d`] takes them.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +26,8 @@ pub struct ConvTensors<'a> {
     pub stride: usize,
     /// Zeros on each side: (vertical, horizontal).
     pub padding: (usize, usize),
+    /// Of a weight that never changes, and of this weight alone: where to keep what can be used again.
+    pub kept: Option<&'a Kept>,
 }
 
 /// What follows a normalised convolution.
@@ -61,13 +68,13 @@ pub fn normed_conv2d(
 }
 
 /// The operation that does all of it, where there is one.
-fn at_once(
+fn at_once<'a>(
     x: &Tensor,
-    conv: ConvTensors<'_>,
+    conv: ConvTensors<'a>,
     norm: BatchNormTensors<'_>,
     after: After<'_>,
     mode: Mode<'_>,
-) -> crate::Result<Option<NormedConv>> {
+) -> crate::Result<Option<NormedConv<'a>>> {
     let shape = shape_of(x, conv.weight, conv.stride, conv.padding).filter(|s| s.is_valid());
     let Some(shape) = shape else {
         return Ok(None);
@@ -107,6 +114,7 @@ fn at_once(
     let (scale, shift) = folded(norm, conv.bias)?;
     Ok(Some(NormedConv {
         shape,
+        kept: conv.kept.map(|kept| &kept.0),
         scale,
         shift,
         relu: !matches!(after, After::Nothing),
@@ -132,14 +140,15 @@ fn folded(norm: BatchNormTensors<'_>, bias: Option<&Tensor>) -> Result<(Vec<f32>
     Ok((scale, shift))
 }
 
-struct NormedConv {
+struct NormedConv<'a> {
     shape: ConvShape,
+    kept: Option<&'a KeptKernels>,
     scale: Vec<f32>,
     shift: Vec<f32>,
     relu: bool,
 }
 
-impl NormedConv {
+impl NormedConv<'_> {
     fn forward(
         &self,
         x: &[f32],
@@ -154,7 +163,7 @@ impl NormedConv {
             relu: self.relu,
         };
         let mut out = vec![0.0; s.output_len()];
-        convolve(s, x, weight, finish, &mut out);
+        convolve(s, x, weight, self.kept, finish, &mut out);
         made(
             out,
             (s.batch, s.out_channels, s.out_height(), s.out_width()),
@@ -162,7 +171,7 @@ impl NormedConv {
     }
 }
 
-impl CustomOp2 for NormedConv {
+impl CustomOp2 for NormedConv<'_> {
     fn name(&self) -> &'static str {
         "normalised conv2d"
     }
@@ -178,7 +187,7 @@ impl CustomOp2 for NormedConv {
     }
 }
 
-impl CustomOp3 for NormedConv {
+impl CustomOp3 for NormedConv<'_> {
     fn name(&self) -> &'static str {
         "normalised conv2d with shortcut"
     }

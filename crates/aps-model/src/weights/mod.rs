@@ -110,8 +110,9 @@ pub fn read_label(path: &Path) -> Result<Option<Label>> {
 ///
 /// # Errors
 /// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::WeightsMismatch`] with every tensor that does not fit;
-/// nothing is changed then.
+/// nothing is changed then. [`Error::Frozen`] for [frozen](Parameters::frozen) parameters.
 pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
+    check_changeable(path, parameters)?;
     let source = Source::open(path)?;
     let found = source
         .names()
@@ -129,6 +130,7 @@ pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
 /// # Errors
 /// As [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. torchvision's fit no preset but the paper's.
 pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
+    check_changeable(path, parameters)?;
     let backbone = pretrained::Backbone::of(parameters).ok_or(Error::NoBackbone)?;
     let source = Source::open(path)?;
     let adopts = pretrained::is_of_a_model(source.names());
@@ -148,4 +150,11 @@ pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadRepor
     wanted.retain(|(name, _)| backbone.contains(name) || found.iter().any(|(f, _)| f == name));
     let report = assign(path, &source, found, &wanted)?;
     Ok(LoadReport { dropped, ..report })
+}
+
+fn check_changeable(path: &Path, parameters: &Parameters) -> Result<()> {
+    match parameters.is_frozen() {
+        true => Err(Error::Frozen { path: path.into() }),
+        false => Ok(()),
+    }
 }

@@ -165,7 +165,7 @@ impl Network {
         let parameters = Parameters::new(&Device::Cpu, dtype, seed);
         kind.build(Preset::Small, &parameters)?;
         Ok(Self {
-            model: kind.build(Preset::Small, &parameters.frozen())?,
+            model: kind.build(Preset::Small, &parameters.frozen()?)?,
             dtype,
         })
     }

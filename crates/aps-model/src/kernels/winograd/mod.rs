@@ -6,12 +6,14 @@
 //! 4 x 4 (256 channels of rectified noise), where the plain sum has 3e-7; the tests hold the gradients to it as well.
 
 mod filter;
+mod kept;
 mod tiles;
 mod transform;
 
 use rayon::prelude::*;
 
 use self::filter::{Filter, Four, Two};
+pub(crate) use self::kept::KeptKernels;
 use self::tiles::{Chunk, Tiles};
 use self::transform::Planes;
 use super::ConvShape;
@@ -21,8 +23,9 @@ use super::matmul::{Matrix, multiply};
 
 /// Fewest channels, on both sides, that repay the transforms.
 const CHANNELS: usize = 16;
-/// Fewest tiles in all that repay the larger kernels.
+/// Fewest tiles in all that repay the larger kernels: where they are made anew for each call, and where they are kept.
 const TILES: usize = 48;
+const TILES_IF_KEPT: usize = 32;
 /// Output channels of one matrix product.
 const CHANNEL_BLOCK: usize = 128;
 /// Values between the transformed kernels of two output channels.
@@ -35,18 +38,23 @@ pub(super) enum Size {
     Four,
 }
 
-/// The tiles by which a convolution is done soonest; `None` where the plain way is sooner, or the only one.
-pub(super) fn suits(shape: &ConvShape) -> Option<Size> {
+/// The tiles by which a convolution is done soonest; `None` where the plain way is sooner, or the only one. Whether its
+/// transformed kernels are kept from call to call matters to it.
+pub(super) fn suits(shape: &ConvShape, is_kept: bool) -> Option<Size> {
+    let (fewest_tiles, fewest_pixels) = match is_kept {
+        true => (TILES_IF_KEPT, 2),
+        false => (TILES, 3),
+    };
     let fits = shape.kernel == (3, 3)
         && shape.stride == 1
         && shape.padding.0 <= 2
         && shape.padding.1 <= 2
         && shape.in_channels.min(shape.out_channels) >= CHANNELS
-        && shape.out_height().min(shape.out_width()) >= 3;
+        && shape.out_height().min(shape.out_width()) >= fewest_pixels;
     let tiles = |m| shape.batch * shape.out_height().div_ceil(m) * shape.out_width().div_ceil(m);
-    if fits && tiles(4) >= TILES && 36 * tiles(4) < 12 * tiles(2) {
+    if fits && tiles(4) >= fewest_tiles && 36 * tiles(4) < 12 * tiles(2) {
         Some(Size::Four)
-    } else if fits && tiles(2) >= TILES {
+    } else if fits && tiles(2) >= fewest_tiles {
         Some(Size::Two)
     } else {
         None
@@ -59,12 +67,20 @@ pub(super) fn convolve(
     shape: &ConvShape,
     x: &[f32],
     weight: &[f32],
+    kept: Option<&KeptKernels>,
     finish: Finish<'_>,
     out: &mut [f32],
 ) {
+    let stride = kernel_stride(size, shape);
+    let kernels = |out: &mut [f32]| match size {
+        Size::Two => transform_kernels::<Two, 2, 4>(weight, shape, stride, out),
+        Size::Four => transform_kernels::<Four, 4, 6>(weight, shape, stride, out),
+    };
+    let len = shape.out_channels * stride;
+    let kernels = KeptKernels::get_or_make(kept, size, len, kernels);
     match size {
-        Size::Two => convolve_by::<Two, 2, 4>(shape, x, weight, finish, out),
-        Size::Four => convolve_by::<Four, 4, 6>(shape, x, weight, finish, out),
+        Size::Two => convolve_by::<Two, 2, 4>(shape, x, &kernels, finish, out),
+        Size::Four => convolve_by::<Four, 4, 6>(shape, x, &kernels, finish, out),
     }
 }
 
@@ -85,22 +101,14 @@ pub(super) fn weight_gradient(
 fn convolve_by<F: Filter<M, N>, const M: usize, const N: usize>(
     shape: &ConvShape,
     x: &[f32],
-    weight: &[f32],
+    kernels: &[f32],
     finish: Finish<'_>,
     out: &mut [f32],
 ) {
     let tiles = Tiles::<M>::of(shape);
     let (inputs, outputs, values) = (shape.in_channels, shape.out_channels, N * N);
     let stride = tiles.stride;
-
-    let kernel_stride = values * inputs + GAP;
-    let mut kernels = Buffer::of(outputs * kernel_stride);
-    kernels
-        .par_chunks_mut(kernel_stride)
-        .zip(weight.par_chunks(9 * inputs))
-        .with_min_len(4)
-        .for_each(|(out, w)| transform::kernels::<F, M, N>(w, out));
-
+    let kernel_stride = kernels.len() / outputs;
     let mut transformed = Buffer::of(inputs * values * stride);
     let mut products = Buffer::of(values * outputs * stride);
     for chunk in tiles.chunks() {
@@ -167,6 +175,28 @@ fn weight_gradient_by<F: Filter<M, N>, const M: usize, const N: usize>(
         .for_each(|(o, out)| {
             transform::kernel_gradients::<F, M, N>(&sums[o * inputs..], outputs * inputs, out);
         });
+}
+
+/// Values from the transformed kernels of one output channel to those of the next.
+fn kernel_stride(size: Size, shape: &ConvShape) -> usize {
+    let values = match size {
+        Size::Two => 16,
+        Size::Four => 36,
+    };
+    values * shape.in_channels + GAP
+}
+
+/// Transformed kernels, (output channel, value, input channel), output channels `stride` apart.
+fn transform_kernels<F: Filter<M, N>, const M: usize, const N: usize>(
+    weight: &[f32],
+    shape: &ConvShape,
+    stride: usize,
+    out: &mut [f32],
+) {
+    out.par_chunks_mut(stride)
+        .zip(weight.par_chunks(9 * shape.in_channels))
+        .with_min_len(4)
+        .for_each(|(out, w)| transform::kernels::<F, M, N>(w, out));
 }
 
 /// Transformed inputs of a chunk, (channel, value, tile).

@@ -34,17 +34,21 @@ pub(super) struct Planes<'a> {
     pub padding: (usize, usize),
 }
 
-/// Calls `$function::<F, M, N, W>` with the width of tile rows as `W` where it is among the usual ones.
+/// `$call` with the width of tile rows as the constant `$w` where it is among the usual ones.
 macro_rules! by_width {
-    ($width:expr, $function:ident($($argument:expr),* $(,)?)) => {
+    ($width:expr, $w:ident => $call:expr) => {
+        by_width!($width, $w => $call, 1 2 4 8 16 32)
+    };
+    ($width:expr, $w:ident => $call:expr, $($usual:literal)*) => {
         match $width {
-            1 => $function::<F, M, N, 1>($($argument),*),
-            2 => $function::<F, M, N, 2>($($argument),*),
-            4 => $function::<F, M, N, 4>($($argument),*),
-            8 => $function::<F, M, N, 8>($($argument),*),
-            16 => $function::<F, M, N, 16>($($argument),*),
-            32 => $function::<F, M, N, 32>($($argument),*),
-            _ => $function::<F, M, N, 0>($($argument),*),
+            $($usual => {
+                const $w: usize = $usual;
+                $call
+            })*
+            _ => {
+                const $w: usize = 0;
+                $call
+            }
         }
     };
 }
@@ -57,7 +61,9 @@ pub(super) fn inputs<F: Filter<M, N>, const M: usize, const N: usize>(
     out: &mut [f32],
     sorted: &mut Vec<f32>,
 ) {
-    by_width!(tiles.across, inputs_of(planes, tiles, chunk, out, sorted));
+    by_width!(tiles.across, W => {
+        transformed::<_, M, N, N, W>(F::input, planes, tiles, chunk, out, sorted);
+    });
 }
 
 /// A y A' of a chunk's tiles, laid out like [`inputs`].
@@ -68,10 +74,9 @@ pub(super) fn output_gradients<F: Filter<M, N>, const M: usize, const N: usize>(
     out: &mut [f32],
     sorted: &mut Vec<f32>,
 ) {
-    by_width!(
-        tiles.across,
-        output_gradients_of(planes, tiles, chunk, out, sorted)
-    );
+    by_width!(tiles.across, W => {
+        transformed::<_, M, N, M, W>(F::output_gradient, planes, tiles, chunk, out, sorted);
+    });
 }
 
 /// A' m A of a chunk's tiles, into the plane of each of its images: value f of tile t is `products[f * apart + t]`.
@@ -83,49 +88,53 @@ pub(super) fn outputs<F: Filter<M, N>, const M: usize, const N: usize>(
     planes: &mut [&mut [f32]],
     sorted: &mut Vec<f32>,
 ) {
-    by_width!(
-        tiles.across,
-        outputs_of(products, apart, tiles, chunk, planes, sorted)
-    );
+    by_width!(tiles.across, W => {
+        outputs_of::<F, M, N, W>(products, apart, tiles, chunk, planes, sorted);
+    });
 }
 
+/// `f` both ways over tiles of L x L pixels, which begin M pixels apart: they overlap where L is more.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn inputs_of<F: Filter<M, N>, const M: usize, const N: usize, const W: usize>(
+fn transformed<G, const M: usize, const N: usize, const L: usize, const W: usize>(
+    f: G,
     planes: Planes<'_>,
     tiles: &Tiles<M>,
     chunk: &Chunk,
     out: &mut [f32],
     sorted: &mut Vec<f32>,
-) {
+) where
+    G: Fn([f32; L]) -> [f32; N],
+{
     let n = if W == 0 { tiles.across } else { W };
     let images = chunk.images.len();
     let (row, count) = (images * n, tiles.count(chunk));
-    // Pixel (k, l) of each tile at (k N + l) * apart; of the tiles one row beyond the chunk as well, whose first two rows
-    // of pixels are the last two of the tiles above.
+    let overlap = L - M;
+    // Pixel (k, l) of each tile at (k L + l) * apart. Where tiles overlap, of those one row beyond the chunk as well, whose
+    // first rows of pixels are the last of the tiles above.
     let apart = count + row + LANES;
-    sorted.resize(M * N * apart + M * n + N, 0.0);
-    let (padded, sorted) = sorted.split_at_mut(M * n + N);
+    sorted.resize(M * L * apart + M * n + L, 0.0);
+    let (padded, sorted) = sorted.split_at_mut(M * n + L);
     padded.fill(0.0);
     let left = planes.padding.1;
-    let seen = planes.width.min(M * n + 2 - left);
+    let seen = planes.width.min(M * n + overlap - left);
     for (i, tile_row) in (chunk.rows.start..chunk.rows.end + 1).enumerate() {
-        let last = i == chunk.rows.len();
-        for k in 0..if last { N - M } else { M } {
+        let is_beyond = i == chunk.rows.len();
+        for k in 0..if is_beyond { overlap } else { M } {
             let y = (M * tile_row + k).checked_sub(planes.padding.0);
             let y = y.filter(|&y| y < planes.height);
             for (image, number) in chunk.images.clone().enumerate() {
                 let place = i * row + image * n;
-                let target = |l: usize| (k * N + l) * apart + place;
+                let target = |l: usize| (k * L + l) * apart + place;
                 let Some(y) = y else {
-                    for l in 0..N {
+                    for l in 0..L {
                         sorted[target(l)..][..n].fill(0.0);
                     }
                     continue;
                 };
                 let pixels = &planes.data[number * planes.apart + y * planes.width..];
                 copy(&mut padded[left..], pixels, seen, M * n);
-                let p = &padded[..M * n + N];
-                for l in 0..N {
+                let p = &padded[..M * n + L];
+                for l in 0..L {
                     let target = &mut sorted[target(l)..][..n];
                     for (j, target) in target.iter_mut().enumerate() {
                         *target = p[M * j + l];
@@ -136,58 +145,11 @@ fn inputs_of<F: Filter<M, N>, const M: usize, const N: usize, const W: usize>(
     }
     for first in (0..count).step_by(LANES) {
         let pixel = |k: usize, l: usize| {
-            let place = (k % M * N + l) * apart + k / M * row + first;
+            let place = (k % M * L + l) * apart + k / M * row + first;
             lanes(sorted, place)
         };
-        for (f, &values) in both_ways(F::input, pixel).as_flattened().iter().enumerate() {
-            store(out, f * tiles.stride + first, values);
-        }
-    }
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn output_gradients_of<F: Filter<M, N>, const M: usize, const N: usize, const W: usize>(
-    planes: Planes<'_>,
-    tiles: &Tiles<M>,
-    chunk: &Chunk,
-    out: &mut [f32],
-    sorted: &mut Vec<f32>,
-) {
-    let n = if W == 0 { tiles.across } else { W };
-    let (row, count) = (chunk.images.len() * n, tiles.count(chunk));
-    let apart = count + LANES;
-    sorted.resize(M * M * apart + M * n, 0.0);
-    let (padded, sorted) = sorted.split_at_mut(M * n);
-    padded.fill(0.0);
-    for (i, tile_row) in chunk.rows.clone().enumerate() {
-        for k in 0..M {
-            let y = M * tile_row + k;
-            for (image, number) in chunk.images.clone().enumerate() {
-                let place = i * row + image * n;
-                let target = |l: usize| (k * M + l) * apart + place;
-                if y >= planes.height {
-                    for l in 0..M {
-                        sorted[target(l)..][..n].fill(0.0);
-                    }
-                    continue;
-                }
-                let pixels = &planes.data[number * planes.apart + y * planes.width..];
-                copy(padded, pixels, planes.width, M * n);
-                let p = &padded[..M * n];
-                for l in 0..M {
-                    let target = &mut sorted[target(l)..][..n];
-                    for (j, target) in target.iter_mut().enumerate() {
-                        *target = p[M * j + l];
-                    }
-                }
-            }
-        }
-    }
-    for first in (0..count).step_by(LANES) {
-        let pixel = |k: usize, l: usize| lanes(sorted, (k * M + l) * apart + first);
-        let values = both_ways(F::output_gradient, pixel);
-        for (f, &values) in values.as_flattened().iter().enumerate() {
-            store(out, f * tiles.stride + first, values);
+        for (value, &values) in both_ways(&f, pixel).as_flattened().iter().enumerate() {
+            store(out, value * tiles.stride + first, values);
         }
     }
 }
