@@ -214,6 +214,89 @@ fn batch_normalisation_in_training_and_use() {
     }
 }
 
+#[test]
+fn activations() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(11);
+    for shape in [&[1][..], &[7, 3], &[3, 5, 1200], &[2, 20_000]] {
+        let inputs = [(values(rng, shape) * 5.0).unwrap()];
+        let gelu = |t: &[Tensor]| ops::gelu(&t[0]);
+        check(&gelu, &|t| portable::gelu(&t[0]), &inputs);
+        same_bits_on_any_threads(gelu, &inputs);
+        let leaky = |t: &[Tensor]| ops::leaky_relu(&t[0], 0.2);
+        check(&leaky, &|t| portable::leaky_relu(&t[0], 0.2), &inputs);
+    }
+}
+
+#[test]
+fn softmax_of_rows() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(12);
+    for shape in [&[1][..], &[5, 1], &[3, 4, 19], &[2, 3, 40, 197]] {
+        // Up to e^60 apart, and far from 0.
+        let inputs = [((values(rng, shape) * 30.0).unwrap() + 500.0).unwrap()];
+        let softmax = |t: &[Tensor]| ops::softmax_last(&t[0]);
+        check(&softmax, &|t| portable::softmax_last(&t[0]), &inputs);
+        same_bits_on_any_threads(softmax, &inputs);
+    }
+}
+
+#[test]
+fn layer_normalisation() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(13);
+    for (shape, mean) in [
+        (&[3, 5][..], 0.0),
+        (&[2, 19, 100], 8.0),
+        (&[4, 50, 193], 0.0),
+    ] {
+        let features = shape[shape.len() - 1];
+        let inputs = [
+            (values(rng, shape) + mean).unwrap(),
+            values(rng, &[features]),
+            values(rng, &[features]),
+        ];
+        let norm = |t: &[Tensor]| ops::layer_norm(&t[0], &t[1], &t[2], 1e-6);
+        let reference = |t: &[Tensor]| portable::layer_norm(&t[0], &t[1], &t[2], 1e-6);
+        check(&norm, &reference, &inputs);
+        same_bits_on_any_threads(norm, &inputs);
+    }
+}
+
+#[test]
+fn affine_maps() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(14);
+    for (shape, outputs) in [
+        (&[1, 1][..], 1),
+        (&[3, 5], 7),
+        (&[2, 33, 40], 70),
+        (&[6, 300], 513),
+    ] {
+        let inputs = [
+            values(rng, shape),
+            values(rng, &[outputs, shape[shape.len() - 1]]),
+            values(rng, &[outputs]),
+        ];
+        let linear = |t: &[Tensor]| ops::linear(&t[0], &t[1], &t[2]);
+        let reference = |t: &[Tensor]| portable::linear(&t[0], &t[1], &t[2]);
+        check(&linear, &reference, &inputs);
+        same_bits_on_any_threads(linear, &inputs);
+    }
+}
+
+/// candle's convolution knows no bf16 on a CPU; this one rounds what f32 gives.
+#[test]
+fn convolution_in_half_precision() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(15);
+    let (x, w) = (values(rng, &[2, 3, 9, 8]), values(rng, &[4, 3, 3, 3]));
+    for dtype in [DType::BF16, DType::F16] {
+        let to = |t: &Tensor, dtype| t.to_dtype(dtype).unwrap();
+        let half = ops::conv2d(&to(&x, dtype), &to(&w, DType::F32), None, 2, (1, 1)).unwrap();
+        assert_eq!(half.dtype(), dtype);
+        // The inputs are exact in either.
+        let full = ops::conv2d(&to(&x, DType::F32), &to(&w, DType::F32), None, 2, (1, 1)).unwrap();
+        let flat = |t: &Tensor| to(t, DType::F64).flatten_all().unwrap().to_vec1::<f64>();
+        assert_eq!(flat(&half).unwrap(), flat(&to(&full, dtype)).unwrap());
+    }
+}
+
 /// Where nothing is learnt, a convolution, its normalisation and what follows are one operation.
 #[test]
 fn normalised_convolution_in_use() {

@@ -13,14 +13,40 @@ pub(crate) struct Matrix<'a> {
 ///
 /// # Panics
 /// If a matrix does not fit into its slice.
-#[allow(unsafe_code)]
 pub(crate) fn multiply(
+    sizes: (usize, usize, usize),
+    a: Matrix<'_>,
+    b: Matrix<'_>,
+    out: &mut [f32],
+    out_stride: usize,
+    accumulate: bool,
+) {
+    let one = gemm::Parallelism::None;
+    product(sizes, a, b, out, out_stride, accumulate, one);
+}
+
+/// [`multiply`] by all threads of this pool; each value of `out` is still summed by one of them, in the same order.
+pub(crate) fn multiply_on_all_threads(
+    sizes: (usize, usize, usize),
+    a: Matrix<'_>,
+    b: Matrix<'_>,
+    out: &mut [f32],
+    out_stride: usize,
+    accumulate: bool,
+) {
+    let all = gemm::Parallelism::Rayon(rayon::current_num_threads());
+    product(sizes, a, b, out, out_stride, accumulate, all);
+}
+
+#[allow(unsafe_code)]
+fn product(
     (rows, cols, depth): (usize, usize, usize),
     a: Matrix<'_>,
     b: Matrix<'_>,
     out: &mut [f32],
     out_stride: usize,
     accumulate: bool,
+    parallelism: gemm::Parallelism,
 ) {
     let fits = |len: usize, r: usize, c: usize, rs: usize, cs: usize| {
         r == 0 || c == 0 || (r - 1) * rs + (c - 1) * cs < len
@@ -51,7 +77,7 @@ pub(crate) fn multiply(
             false,
             false,
             false,
-            gemm::Parallelism::None,
+            parallelism,
         );
     }
 }

@@ -1,10 +1,8 @@
-//! Rectification and its gradient.
+//! Rectification and its gradient, plain and leaky.
 
 use multiversion::multiversion;
-use rayon::prelude::*;
 
-/// Values of one task.
-const CHUNK: usize = 1 << 14;
+use super::each::{map, zip_with};
 
 /// `max(x + y, 0)`, NaN where the sum is NaN.
 pub(crate) fn add_relu(x: &[f32], y: &[f32]) -> Vec<f32> {
@@ -16,12 +14,16 @@ pub(crate) fn where_positive(result: &[f32], grad: &[f32]) -> Vec<f32> {
     zip_with(result, grad, where_positive_of)
 }
 
-fn zip_with(x: &[f32], y: &[f32], f: impl Fn(&[f32], &[f32], &mut [f32]) + Sync) -> Vec<f32> {
-    let mut out = vec![0.0; x.len()];
-    out.par_chunks_mut(CHUNK)
-        .zip(x.par_chunks(CHUNK).zip(y.par_chunks(CHUNK)))
-        .for_each(|(out, (x, y))| f(x, y, out));
-    out
+/// `x` where it is above 0, else `slope * x`.
+pub(crate) fn leaky(x: &[f32], slope: f32) -> Vec<f32> {
+    map(x, |x, out| leaky_of(x, slope, out))
+}
+
+/// `grad` where `x` is above 0, else `slope * grad`.
+pub(crate) fn leaky_gradient(x: &[f32], grad: &[f32], slope: f32) -> Vec<f32> {
+    zip_with(x, grad, |x, grad, out| {
+        leaky_gradient_of(x, grad, slope, out)
+    })
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
@@ -36,5 +38,19 @@ fn add_relu_of(x: &[f32], y: &[f32], out: &mut [f32]) {
 fn where_positive_of(result: &[f32], grad: &[f32], out: &mut [f32]) {
     for (out, (r, g)) in out.iter_mut().zip(result.iter().zip(grad)) {
         *out = if *r <= 0.0 { 0.0 } else { *g };
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn leaky_of(x: &[f32], slope: f32, out: &mut [f32]) {
+    for (out, x) in out.iter_mut().zip(x) {
+        *out = if *x > 0.0 { *x } else { slope * x };
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn leaky_gradient_of(x: &[f32], grad: &[f32], slope: f32, out: &mut [f32]) {
+    for (out, (x, g)) in out.iter_mut().zip(x.iter().zip(grad)) {
+        *out = if *x <= 0.0 { slope * g } else { *g };
     }
 }

@@ -1,6 +1,6 @@
 //! Convolution and transposed convolution on the CPU.
 
-use candle_core::{CpuStorage, CustomOp2, CustomOp3, Layout, Result, Shape, Tensor};
+use candle_core::{CpuStorage, CustomOp2, CustomOp3, DType, Layout, Result, Shape, Tensor};
 use rayon::prelude::*;
 
 use super::storage::{are_fast, made, slice, with_slices};
@@ -10,6 +10,9 @@ use crate::portable;
 
 /// [`portable::conv2d`], with f32 on the CPU several times as fast: unfolded tiles that stay in cache, one matrix product a
 /// tile, threads over the images (or over channels where images are small or few).
+///
+/// Half-precision values on the CPU are widened to f32 and the result rounded back, as candle does in its matrix products
+/// of bf16; its convolution knows no bf16 there.
 pub fn conv2d(
     x: &Tensor,
     weight: &Tensor,
@@ -17,6 +20,13 @@ pub fn conv2d(
     stride: usize,
     padding: (usize, usize),
 ) -> crate::Result<Tensor> {
+    if x.device().is_cpu() && matches!(x.dtype(), DType::BF16 | DType::F16) {
+        // Weights have the precision of x, whatever they are stored in.
+        let wide = |t: &Tensor| t.to_dtype(x.dtype())?.to_dtype(DType::F32);
+        let bias = bias.map(wide).transpose()?;
+        let y = conv2d(&wide(x)?, &wide(weight)?, bias.as_ref(), stride, padding)?;
+        return Ok(y.to_dtype(x.dtype())?);
+    }
     let Some(shape) = shape_of(x, weight, stride, padding).filter(|s| s.is_valid()) else {
         return portable::conv2d(x, weight, bias, stride, padding);
     };

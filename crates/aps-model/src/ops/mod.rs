@@ -4,18 +4,21 @@
 //! their own; everything else, and every GPU, is answered by [`crate::portable`].
 
 mod activation;
+mod attention;
 mod conv2d;
+mod linear;
 mod norm;
 mod normed_conv;
 mod pool;
 mod storage;
 
-pub use self::activation::add_relu;
+pub use self::activation::{add_relu, gelu, leaky_relu};
+pub use self::attention::{layer_norm, softmax_last};
 pub use self::conv2d::{conv_transpose2x2, conv2d};
+pub use self::linear::linear;
 pub use self::norm::{batch_norm, batch_norm_relu};
 pub use self::normed_conv::{After, ConvTensors, Kept, normed_conv2d};
 pub use self::pool::{max_pool_2x2, max_pool_3x3_s2_p1};
 pub use crate::portable::{
-    BatchNormTensors, adaptive_avg_pool, dropout, gelu, layer_norm, leaky_relu, linear, relu,
-    resize_bilinear, softmax_last, upsample_nearest_2x,
+    BatchNormTensors, adaptive_avg_pool, dropout, relu, resize_bilinear, upsample_nearest_2x,
 };

@@ -1,0 +1,31 @@
+//! The Gaussian error linear unit x Φ(x) and its gradient.
+
+use multiversion::multiversion;
+
+use super::each::{map, zip_with};
+use super::exponential::normal;
+
+pub(crate) fn gelu(x: &[f32]) -> Vec<f32> {
+    map(x, gelu_of)
+}
+
+/// `grad` times Φ(x) + x φ(x).
+pub(crate) fn gelu_gradient(x: &[f32], grad: &[f32]) -> Vec<f32> {
+    zip_with(x, grad, gelu_gradient_of)
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn gelu_of(x: &[f32], out: &mut [f32]) {
+    for (out, &x) in out.iter_mut().zip(x) {
+        let (_, below) = normal(x);
+        *out = x * below;
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+fn gelu_gradient_of(x: &[f32], grad: &[f32], out: &mut [f32]) {
+    for (out, (&x, &g)) in out.iter_mut().zip(x.iter().zip(grad)) {
+        let (density, below) = normal(x);
+        *out = g * (below + x * density);
+    }
+}

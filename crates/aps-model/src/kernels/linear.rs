@@ -1,0 +1,78 @@
+//! The affine map of rows, and its gradients.
+
+use rayon::prelude::*;
+
+use super::matmul::{Matrix, multiply_on_all_threads};
+use super::rows::{ROWS, sum_rows};
+
+/// `x Wᵀ + b` of rows `x`, with `weight` (out, in).
+pub(crate) fn linear(x: &[f32], weight: &[f32], bias: &[f32]) -> Vec<f32> {
+    let (outputs, inputs) = (bias.len(), weight.len() / bias.len());
+    let mut out = vec![0.0; x.len() / inputs * outputs];
+    out.par_chunks_mut(outputs)
+        .with_min_len(ROWS)
+        .for_each(|row| row.copy_from_slice(bias));
+    // Rows of the result are the columns that the product writes.
+    let sizes = (outputs, x.len() / inputs, inputs);
+    multiply_on_all_threads(
+        sizes,
+        by_rows(weight, inputs),
+        turned(x, inputs),
+        &mut out,
+        outputs,
+        true,
+    );
+    out
+}
+
+/// The gradient by `x`: `grad W`.
+pub(crate) fn by_input(weight: &[f32], grad: &[f32], inputs: usize) -> Vec<f32> {
+    let outputs = weight.len() / inputs;
+    let rows = grad.len() / outputs;
+    let mut out = vec![0.0; rows * inputs];
+    let sizes = (inputs, rows, outputs);
+    multiply_on_all_threads(
+        sizes,
+        turned(weight, inputs),
+        turned(grad, outputs),
+        &mut out,
+        inputs,
+        false,
+    );
+    out
+}
+
+/// The gradients by weight, `gradᵀ x`, and bias.
+pub(crate) fn by_weight_and_bias(x: &[f32], grad: &[f32], outputs: usize) -> (Vec<f32>, Vec<f32>) {
+    let rows = grad.len() / outputs;
+    let inputs = x.len() / rows;
+    let mut out = vec![0.0; outputs * inputs];
+    let sizes = (inputs, outputs, rows);
+    multiply_on_all_threads(
+        sizes,
+        turned(x, inputs),
+        by_rows(grad, outputs),
+        &mut out,
+        inputs,
+        false,
+    );
+    (out, sum_rows(grad, outputs))
+}
+
+/// Rows of `len` values.
+fn by_rows(data: &[f32], len: usize) -> Matrix<'_> {
+    Matrix {
+        data,
+        row_stride: len,
+        col_stride: 1,
+    }
+}
+
+/// The transposed matrix of rows of `len` values.
+fn turned(data: &[f32], len: usize) -> Matrix<'_> {
+    Matrix {
+        data,
+        row_stride: 1,
+        col_stride: len,
+    }
+}
