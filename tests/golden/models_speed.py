@@ -100,7 +100,8 @@ def main():
     build = ["cargo", "build", "--release", "--package", "aps-model", "--example", "step_time"]
     subprocess.run(build, cwd=ROOT, check=True)
     program = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/examples/step_time"
-    environment = os.environ | {"RAYON_NUM_THREADS": str(args.threads)}
+    # As the runner sets them.
+    environment = os.environ | {"RAYON_NUM_THREADS": str(args.threads), "MIMALLOC_PURGE_DELAY": "-1"}
 
     def ours(case):
         return float(subprocess.run([program, case], env=environment, check=True, capture_output=True).stdout)

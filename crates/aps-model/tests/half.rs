@@ -1,0 +1,35 @@
+//! Every model in bf16, on a CPU.
+
+use aps_model::candle_core::{DType, Device, Tensor};
+use aps_model::{ANGLE_BINS, Mode, ModelKind, Parameters, Preset};
+
+/// bf16 has eight bits of a number: an answer is off by some hundredths of the outputs' spread, not by orders.
+#[test]
+fn every_model_answers_in_half_precision() {
+    let device = Device::Cpu;
+    let pixels = (0..2 * 3 * 64 * 64).map(|i| f32::from(i % 61 < 20) + (i % 7) as f32 / 8.0);
+    let images = Tensor::from_vec(pixels.collect::<Vec<_>>(), (2, 3, 64, 64), &device).unwrap();
+    for kind in ModelKind::ALL {
+        let answer = |dtype: DType| -> Vec<f32> {
+            let parameters = Parameters::new(&device, dtype, 3);
+            kind.build(Preset::Small, &parameters).unwrap();
+            let model = kind
+                .build(Preset::Small, &parameters.frozen().unwrap())
+                .unwrap();
+            let y = model.forward(&images.to_dtype(dtype).unwrap(), Mode::Eval);
+            let y = y.unwrap_or_else(|e| panic!("{kind} in {dtype:?}: {e}"));
+            assert_eq!(y.dims(), [2, ANGLE_BINS]);
+            let flat = y.flatten_all().unwrap().to_dtype(DType::F32).unwrap();
+            flat.to_vec1().unwrap()
+        };
+        let (full, half) = (answer(DType::F32), answer(DType::BF16));
+        let mean = full.iter().sum::<f32>() / full.len() as f32;
+        let norm = |f: &dyn Fn(usize) -> f32| -> f32 {
+            (0..full.len()).map(|i| f(i).powi(2)).sum::<f32>().sqrt()
+        };
+        let spread = norm(&|i| full[i] - mean);
+        let error = norm(&|i| half[i] - full[i]) / spread;
+        println!("{kind}: off by {error:.1e} of the outputs' spread");
+        assert!(error > 0.0 && error < 0.2, "{kind}: {error}");
+    }
+}
