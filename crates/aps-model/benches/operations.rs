@@ -1,17 +1,19 @@
 //! Convolutions of ResNet-18 at 64 px, batch 32, forward and with both gradients: ours beside candle's own, which the
-//! portable operations call. Throughput is in floating-point operations (a fused multiply-add is two).
+//! portable operations call. Throughput is in floating-point operations (a fused multiply-add is two). Then the same in use,
+//! normalised and rectified, with and without keeping transformed kernels; and what a transformer needs besides products.
 
 use std::hint::black_box;
 
 use aps_model::candle_core::{DType, Device, Tensor, Var};
-use aps_model::{Result, ops, portable};
+use aps_model::{Mode, Result, ops, portable};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 /// name, in, pixels a side, out, kernel, stride
-const LAYERS: [(&str, usize, usize, usize, usize, usize); 5] = [
+const LAYERS: [(&str, usize, usize, usize, usize, usize); 6] = [
     ("stem", 3, 64, 64, 7, 2),
     ("layer1", 64, 16, 64, 3, 1),
     ("layer2", 128, 8, 128, 3, 1),
+    ("layer3", 256, 4, 256, 3, 1),
     ("layer4, halving", 256, 4, 512, 3, 2),
     ("layer4", 512, 2, 512, 3, 1),
 ];
@@ -49,7 +51,6 @@ fn convolutions(criterion: &mut Criterion) {
 
 /// Batch normalisation with ReLU over the largest feature map of the same network.
 fn normalisation(criterion: &mut Criterion) {
-    use aps_model::Mode;
     use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng};
     let generator = std::sync::Mutex::new(ChaCha8Rng::seed_from_u64(1));
     let x = Var::from_tensor(&Tensor::randn(0f32, 1.0, (BATCH, 64, 32, 32), &Device::Cpu).unwrap())
@@ -83,5 +84,67 @@ fn normalisation(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, convolutions, normalisation);
+/// Where nothing is learnt: one operation a layer.
+fn in_use(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("convolution in use");
+    group.sample_size(10);
+    for (name, inputs, side, outputs, kernel, stride) in LAYERS {
+        let random = |shape: [usize; 4]| Tensor::randn(0f32, 1.0, &shape, &Device::Cpu).unwrap();
+        let x = random([BATCH, inputs, side, side]);
+        let weight = random([outputs, inputs, kernel, kernel]);
+        let ones = Tensor::ones(outputs, DType::F32, &Device::Cpu).unwrap();
+        let running = Var::from_tensor(&ones).unwrap();
+        let norm = ops::BatchNormTensors {
+            weight: &ones,
+            bias: &ones,
+            running_mean: &running,
+            running_var: &running,
+        };
+        let keeps = ops::Kept::default();
+        for (how, kept) in [("anew", None), ("kept", Some(&keeps))] {
+            let conv = ops::ConvTensors {
+                weight: &weight,
+                bias: None,
+                stride,
+                padding: (kernel / 2, kernel / 2),
+                kept,
+            };
+            group.bench_function(format!("{name}, kernels {how}"), |bencher| {
+                bencher.iter(|| {
+                    let after = ops::After::Relu;
+                    ops::normed_conv2d(black_box(&x), conv, norm, after, Mode::Eval).unwrap()
+                });
+            });
+        }
+    }
+}
+
+/// One layer of ViT-Reg, paper preset, four links.
+fn transformer(criterion: &mut Criterion) {
+    type Operation = fn(&Tensor) -> Result<Tensor>;
+    let cases: [(&str, &[usize], [Operation; 2]); 2] = [
+        ("GELU", &[4, 197, 3072], [ops::gelu, portable::gelu]),
+        (
+            "softmax",
+            &[4, 12, 197, 197],
+            [ops::softmax_last, portable::softmax_last],
+        ),
+    ];
+    let mut group = criterion.benchmark_group("transformer with gradients");
+    group.sample_size(10);
+    for (name, shape, operations) in cases {
+        let x = Tensor::randn(0f32, 1.0, shape, &Device::Cpu).unwrap();
+        let x = Var::from_tensor(&x).unwrap();
+        for (whose, operation) in ["ours", "composed of candle's"].iter().zip(operations) {
+            group.bench_function(format!("{name}, {whose}"), |bencher| {
+                bencher.iter(|| {
+                    let y = operation(black_box(&x)).unwrap();
+                    y.sum_all().unwrap().backward().unwrap()
+                });
+            });
+        }
+    }
+}
+
+criterion_group!(benches, convolutions, normalisation, in_use, transformer);
 criterion_main!(benches);

@@ -240,6 +240,26 @@ fn softmax_of_rows() {
 }
 
 #[test]
+fn attention() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(16);
+    for (batch, tokens, heads, depth) in
+        [(1, 1, 1, 1), (2, 5, 3, 4), (3, 33, 2, 17), (2, 50, 4, 64)]
+    {
+        // Scores far enough apart that weights differ by orders.
+        let inputs = [(values(rng, &[batch, tokens, 3 * heads * depth]) * 2.0).unwrap()];
+        let attend = |t: &[Tensor]| ops::self_attention(&t[0], heads);
+        check(
+            &attend,
+            &|t| portable::self_attention(&t[0], heads),
+            &inputs,
+        );
+        same_bits_on_any_threads(attend, &inputs);
+    }
+    let odd = values(rng, &[1, 2, 9]).to_dtype(DType::F32).unwrap();
+    assert!(ops::self_attention(&odd, 2).is_err());
+}
+
+#[test]
 fn layer_normalisation() {
     let rng = &mut ChaCha8Rng::seed_from_u64(13);
     for (shape, mean) in [

@@ -3,6 +3,7 @@
 //! Nothing here knows candle. Work is cut by the shape of the problem alone, never by the number of threads, and every
 //! output value is summed by one thread in one order, so results have the same bits on any number of threads.
 
+pub(crate) mod attention;
 pub(crate) mod batch_norm;
 mod buffer;
 pub(crate) mod convolution;

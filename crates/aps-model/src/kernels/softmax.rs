@@ -8,21 +8,20 @@ use super::sums::{LANES, sum_of};
 
 /// exp(x) over its sum, in rows of `len`.
 pub(crate) fn softmax(x: &[f32], len: usize) -> Vec<f32> {
-    let mut out = vec![0.0; x.len()];
-    let rows = out.par_chunks_mut(len).zip(x.par_chunks(len));
-    rows.with_min_len(rows_at_once(len))
-        .for_each(|(out, x)| softmax_of(x, out));
+    let mut out = x.to_vec();
+    out.par_chunks_mut(len)
+        .with_min_len(rows_at_once(len))
+        .for_each(|row| softmax_row(row, 1.0));
     out
 }
 
-/// `y (grad - Σ y grad)` a row, `y` being the softmax.
+/// The gradient by the input, from the softmax `y`.
 pub(crate) fn softmax_gradient(y: &[f32], grad: &[f32], len: usize) -> Vec<f32> {
-    let mut out = vec![0.0; y.len()];
-    let rows = y.par_chunks(len).zip(grad.par_chunks(len));
+    let mut out = grad.to_vec();
     out.par_chunks_mut(len)
-        .zip(rows)
+        .zip(y.par_chunks(len))
         .with_min_len(rows_at_once(len))
-        .for_each(|(out, (y, grad))| softmax_gradient_of(y, grad, out));
+        .for_each(|(grad, y)| softmax_gradient_row(y, grad, 1.0));
     out
 }
 
@@ -31,35 +30,38 @@ fn rows_at_once(len: usize) -> usize {
     (1 << 14) / len.max(1) + 1
 }
 
+/// A row x becomes exp(factor x) over its sum; `factor` is positive.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn softmax_of(x: &[f32], out: &mut [f32]) {
+pub(super) fn softmax_row(row: &mut [f32], factor: f32) {
     let mut tops = [f32::NEG_INFINITY; LANES];
-    let (whole, rest) = x.as_chunks::<LANES>();
+    let (whole, rest) = row.as_chunks::<LANES>();
     for chunk in whole {
         for (top, &x) in tops.iter_mut().zip(chunk) {
             *top = if x > *top { x } else { *top };
         }
     }
-    let top = rest
-        .iter()
-        .chain(&tops)
-        .fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
-    for (out, x) in out.iter_mut().zip(x) {
-        *out = exp(x - top);
+    let larger = |a: f32, &b: &f32| if b > a { b } else { a };
+    let top = rest.iter().chain(&tops).fold(f32::NEG_INFINITY, larger);
+    for x in row.iter_mut() {
+        *x = exp(factor * (*x - top));
     }
-    let factor = (1.0 / sum_of(out, |y| y)) as f32;
-    for out in out {
-        *out *= factor;
+    let inverse = (1.0 / sum_of(row, |y| y)) as f32;
+    for y in row {
+        *y *= inverse;
     }
 }
 
+/// A row of gradients by y = [`softmax_row`] becomes that by x: `factor y (grad - Σ y grad)`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn softmax_gradient_of(y: &[f32], grad: &[f32], out: &mut [f32]) {
-    for (out, (y, g)) in out.iter_mut().zip(y.iter().zip(grad)) {
-        *out = y * g;
+pub(super) fn softmax_gradient_row(y: &[f32], grad: &mut [f32], factor: f32) {
+    let mut sums = [0.0f64; LANES];
+    for (y, grad) in y.chunks(LANES).zip(grad.chunks(LANES)) {
+        for (sum, (y, g)) in sums.iter_mut().zip(y.iter().zip(grad)) {
+            *sum += f64::from(y * g);
+        }
     }
-    let mean = sum_of(out, |v| v) as f32;
-    for (out, (y, g)) in out.iter_mut().zip(y.iter().zip(grad)) {
-        *out = y * (g - mean);
+    let mean = sums.iter().sum::<f64>() as f32;
+    for (g, y) in grad.iter_mut().zip(y) {
+        *g = factor * y * (*g - mean);
     }
 }

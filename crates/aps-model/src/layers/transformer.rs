@@ -36,18 +36,8 @@ impl SelfAttention {
 
     /// (batch, tokens, width) to the same shape.
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        let (batch, tokens, width) = x.dims3()?;
-        let depth = width / self.heads;
-        // (3, batch, heads, tokens, depth)
-        let all = ops::linear(x, &self.in_weight, &self.in_bias)?
-            .reshape((batch, tokens, 3, self.heads, depth))?
-            .permute((2, 0, 3, 1, 4))?;
-        let part = |n| -> Result<Tensor> { Ok(all.get(n)?.contiguous()?) };
-        let queries = (part(0)? * (1.0 / (depth as f64).sqrt()))?;
-        let scores = queries.matmul(&part(1)?.t()?)?;
-        let mixed = ops::softmax_last(&scores)?.matmul(&part(2)?)?;
-        let joined = mixed.transpose(1, 2)?.reshape((batch, tokens, width))?;
-        self.out.forward(&joined)
+        let all = ops::linear(x, &self.in_weight, &self.in_bias)?;
+        self.out.forward(&ops::self_attention(&all, self.heads)?)
     }
 }
 

@@ -1,8 +1,9 @@
-//! What a transformer needs besides products, on the CPU: softmax and layer normalisation, one pass a row.
+//! What a transformer needs besides linear maps, on the CPU: attention by head, softmax and layer normalisation by row.
 
 use candle_core::{CpuStorage, CustomOp1, CustomOp3, Layout, Result, Shape, Tensor};
 
 use super::storage::{are_fast, made, slice, with_slices};
+use crate::kernels::attention::{Heads, attend, attend_gradient};
 use crate::kernels::{layer_norm as norm, softmax as kernel};
 use crate::portable;
 
@@ -29,6 +30,42 @@ pub fn layer_norm(
     let (weight, bias) = (weight.contiguous()?, bias.contiguous()?);
     Ok(x.contiguous()?
         .apply_op3(&weight, &bias, LayerNorm { epsilon })?)
+}
+
+/// [`portable::self_attention`].
+pub fn self_attention(all: &Tensor, heads: usize) -> crate::Result<Tensor> {
+    let (batch, tokens, width) = all.dims3()?;
+    let is_empty = batch * tokens * width * heads == 0;
+    if !are_fast(&[all]) || is_empty || !width.is_multiple_of(3 * heads) {
+        return portable::self_attention(all, heads);
+    }
+    let sizes = Heads {
+        tokens,
+        heads,
+        depth: width / (3 * heads),
+    };
+    Ok(all.contiguous()?.apply_op1(Attention(sizes))?)
+}
+
+struct Attention(Heads);
+
+impl CustomOp1 for Attention {
+    fn name(&self) -> &'static str {
+        "self_attention"
+    }
+
+    fn cpu_fwd(&self, all: &CpuStorage, layout: &Layout) -> Result<(CpuStorage, Shape)> {
+        let (batch, tokens, width) = layout.shape().dims3()?;
+        let y = attend(slice(all, layout)?, self.0);
+        made(y, (batch, tokens, width / 3))
+    }
+
+    fn bwd(&self, all: &Tensor, _: &Tensor, grad: &Tensor) -> Result<Option<Tensor>> {
+        let through = with_slices([all, &grad.contiguous()?], |[all, g]| {
+            attend_gradient(all, g, self.0)
+        })?;
+        Tensor::from_vec(through, all.shape(), all.device()).map(Some)
+    }
 }
 
 struct Softmax;

@@ -13,7 +13,7 @@ mod pool;
 mod storage;
 
 pub use self::activation::{add_relu, gelu, leaky_relu};
-pub use self::attention::{layer_norm, softmax_last};
+pub use self::attention::{layer_norm, self_attention, softmax_last};
 pub use self::conv2d::{conv_transpose2x2, conv2d};
 pub use self::linear::linear;
 pub use self::norm::{batch_norm, batch_norm_relu};

@@ -6,6 +6,7 @@
 //! values and PyTorch's gradients. They are the reference the fast ones in [`crate::ops`] are tested against.
 
 mod activation;
+mod attention;
 mod conv;
 mod dropout;
 mod linear;
@@ -14,6 +15,7 @@ mod pool;
 mod resize;
 
 pub use activation::{gelu, leaky_relu, relu, softmax_last};
+pub use attention::self_attention;
 pub use conv::{conv_transpose2x2, conv2d};
 pub use dropout::dropout;
 pub use linear::linear;
