@@ -60,7 +60,7 @@ pub(super) fn normal(x: f32) -> (f32, f32) {
         0.349_978_72,
     ];
     // 1 / sqrt(2 pi)
-    const AT_0: f32 = 0.398_942_28;
+    const AT_0: f32 = 0.398_942_3;
     let density = AT_0 * exp(-0.5 * x * x);
     let t = 1.0 / (1.0 + 0.35 * x.abs());
     let mut p = 0.0;
