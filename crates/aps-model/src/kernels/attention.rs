@@ -32,38 +32,26 @@ impl Heads {
         let (sequence, head) = (number / self.heads, number % self.heads);
         let row = 3 * self.width();
         let start = sequence * self.tokens * row + part * self.width() + head * self.depth;
-        Matrix {
-            data: &all[start..],
-            row_stride: row,
-            col_stride: 1,
-        }
+        Matrix::rows(&all[start..], row)
     }
 
     /// One head of something (batch, tokens, width): tokens x depth.
     fn head<'a>(&self, values: &'a [f32], number: usize) -> Matrix<'a> {
         let (sequence, head) = (number / self.heads, number % self.heads);
         let start = sequence * self.tokens * self.width() + head * self.depth;
-        Matrix {
-            data: &values[start..],
-            row_stride: self.width(),
-            col_stride: 1,
-        }
+        Matrix::rows(&values[start..], self.width())
     }
 
     /// tokens x tokens, row by row.
     fn square<'a>(&self, values: &'a [f32]) -> Matrix<'a> {
-        Matrix {
-            data: values,
-            row_stride: self.tokens,
-            col_stride: 1,
-        }
+        Matrix::rows(values, self.tokens)
     }
 
     /// What each query gives to each key: queries x keys, rows adding up to 1.
     fn weights(&self, all: &[f32], number: usize, out: &mut [f32]) {
         let (queries, keys) = (self.part(all, number, 0), self.part(all, number, 1));
         let sizes = (self.tokens, self.tokens, self.depth);
-        multiply(sizes, keys, turned(queries), out, self.tokens, false);
+        multiply(sizes, keys, queries.transposed(), out, self.tokens, false);
         for row in out.chunks_exact_mut(self.tokens) {
             softmax_row(row, self.factor());
         }
@@ -72,7 +60,14 @@ impl Heads {
     /// `a b` row by row into `out`, where `a` is tokens x tokens and `b` tokens x depth.
     fn mix(&self, a: Matrix<'_>, b: Matrix<'_>, out: &mut [f32]) {
         let sizes = (self.depth, self.tokens, self.tokens);
-        multiply(sizes, turned(b), turned(a), out, self.depth, false);
+        multiply(
+            sizes,
+            b.transposed(),
+            a.transposed(),
+            out,
+            self.depth,
+            false,
+        );
     }
 }
 
@@ -106,18 +101,25 @@ pub(crate) fn attend_gradient(all: &[f32], grad: &[f32], sizes: Heads) -> Vec<f3
             sizes.weights(all, number, &mut weights);
             let (by_queries, rest) = out.split_at_mut(tokens * depth);
             let (by_keys, by_values) = rest.split_at_mut(tokens * depth);
-            sizes.mix(turned(sizes.square(&weights)), grad, by_values);
+            sizes.mix(sizes.square(&weights).transposed(), grad, by_values);
 
             let mut by_scores = Buffer::of(tokens * tokens);
             let product = (tokens, tokens, depth);
-            multiply(product, values, turned(grad), &mut by_scores, tokens, false);
+            multiply(
+                product,
+                values,
+                grad.transposed(),
+                &mut by_scores,
+                tokens,
+                false,
+            );
             let rows = by_scores.chunks_exact_mut(tokens);
             for (by_scores, weights) in rows.zip(weights.chunks_exact(tokens)) {
                 softmax_gradient_row(weights, by_scores, sizes.factor());
             }
             let by_scores = sizes.square(&by_scores);
             sizes.mix(by_scores, keys, by_queries);
-            sizes.mix(turned(by_scores), queries, by_keys);
+            sizes.mix(by_scores.transposed(), queries, by_keys);
         });
     joined(&planes, sizes, 3)
 }
@@ -142,12 +144,4 @@ fn joined(planes: &[f32], sizes: Heads, parts: usize) -> Vec<f32> {
             }
         });
     out
-}
-
-fn turned(m: Matrix<'_>) -> Matrix<'_> {
-    Matrix {
-        data: m.data,
-        row_stride: m.col_stride,
-        col_stride: m.row_stride,
-    }
 }

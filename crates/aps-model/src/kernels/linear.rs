@@ -16,8 +16,8 @@ pub(crate) fn linear(x: &[f32], weight: &[f32], bias: &[f32]) -> Vec<f32> {
     let sizes = (outputs, x.len() / inputs, inputs);
     multiply_on_all_threads(
         sizes,
-        by_rows(weight, inputs),
-        turned(x, inputs),
+        Matrix::rows(weight, inputs),
+        Matrix::rows(x, inputs).transposed(),
         &mut out,
         outputs,
         true,
@@ -33,8 +33,8 @@ pub(crate) fn by_input(weight: &[f32], grad: &[f32], inputs: usize) -> Vec<f32> 
     let sizes = (inputs, rows, outputs);
     multiply_on_all_threads(
         sizes,
-        turned(weight, inputs),
-        turned(grad, outputs),
+        Matrix::rows(weight, inputs).transposed(),
+        Matrix::rows(grad, outputs).transposed(),
         &mut out,
         inputs,
         false,
@@ -50,29 +50,11 @@ pub(crate) fn by_weight_and_bias(x: &[f32], grad: &[f32], outputs: usize) -> (Ve
     let sizes = (inputs, outputs, rows);
     multiply_on_all_threads(
         sizes,
-        turned(x, inputs),
-        by_rows(grad, outputs),
+        Matrix::rows(x, inputs).transposed(),
+        Matrix::rows(grad, outputs),
         &mut out,
         inputs,
         false,
     );
     (out, sum_rows(grad, outputs))
-}
-
-/// Rows of `len` values.
-fn by_rows(data: &[f32], len: usize) -> Matrix<'_> {
-    Matrix {
-        data,
-        row_stride: len,
-        col_stride: 1,
-    }
-}
-
-/// The transposed matrix of rows of `len` values.
-fn turned(data: &[f32], len: usize) -> Matrix<'_> {
-    Matrix {
-        data,
-        row_stride: 1,
-        col_stride: len,
-    }
 }

@@ -8,6 +8,26 @@ pub(crate) struct Matrix<'a> {
     pub col_stride: usize,
 }
 
+impl<'a> Matrix<'a> {
+    /// Rows that begin `stride` values apart, each without gaps.
+    pub fn rows(data: &'a [f32], stride: usize) -> Self {
+        Self {
+            data,
+            row_stride: stride,
+            col_stride: 1,
+        }
+    }
+
+    /// Rows as columns.
+    pub fn transposed(self) -> Self {
+        Self {
+            data: self.data,
+            row_stride: self.col_stride,
+            col_stride: self.row_stride,
+        }
+    }
+}
+
 /// `out (+)= a * b` on this thread, for `a` of rows x depth, `b` of depth x cols and `out` with columns of `out_stride`
 /// values, each column without gaps.
 ///
