@@ -2,6 +2,19 @@
 //!
 //! Every layer of this crate calls these functions and no others. With f32 on the CPU the heavy ones take a fast path of
 //! their own; everything else, and every GPU, is answered by [`crate::portable`].
+//!
+//! ```
+//! use aps_model::candle_core::{DType, Device, Tensor, Var};
+//! use aps_model::ops;
+//!
+//! let images = Tensor::ones((2, 3, 8, 8), DType::F32, &Device::Cpu)?;
+//! let kernel = Var::ones((4, 3, 3, 3), DType::F32, &Device::Cpu)?;
+//! let y = ops::leaky_relu(&ops::conv2d(&images, &kernel, None, 2, (1, 1))?, 0.2)?;
+//! assert_eq!(y.dims(), [2, 4, 4, 4]);
+//! let gradients = y.sum_all()?.backward()?;
+//! assert_eq!(gradients.get(&kernel).unwrap().dims(), kernel.dims());
+//! # Ok::<(), aps_model::Error>(())
+//! ```
 
 mod activation;
 mod attention;

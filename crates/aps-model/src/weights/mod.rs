@@ -6,6 +6,23 @@
 //!
 //! A tensor that is missing, unknown, of another shape or not finite is an error, which lists all of them, and the model
 //! keeps its values. What is left out on purpose is listed in the [`LoadReport`].
+//!
+//! ```
+//! use aps_model::candle_core::{DType, Device};
+//! use aps_model::weights::{Label, load, read_label, save};
+//! use aps_model::{ModelKind, Parameters, Preset};
+//!
+//! let (kind, preset) = (ModelKind::MsMlp, Preset::Small);
+//! let [trained, other] = [1, 2].map(|seed| Parameters::new(&Device::Cpu, DType::F32, seed));
+//! kind.build(preset, &trained)?;
+//! kind.build(preset, &other)?;
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("weights.safetensors");
+//! save(&path, &trained, Some(Label { kind, preset }))?;
+//! assert_eq!(read_label(&path)?, Some(Label { kind, preset }));
+//! assert_eq!(load(&path, &other)?.loaded, other.all().len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod matching;
 mod pickle;
