@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use aps_model::candle_core::{DType, Device, Tensor, safetensors};
 use aps_model::layers::{BatchNorm, Linear};
-use aps_model::weights::{Label, load, load_pretrained, read_label, save};
+use aps_model::weights::{Label, load, load_pretrained, read_label, save, warm_start};
 use aps_model::{Error, Mode, Model, ModelKind, Parameters, Preset};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -408,4 +408,47 @@ fn another_model_s_encoder_is_adopted() {
     let all = moved(&scales, &regularizer());
     let deep = value(&all, "cond_encoder.layer4.1.conv2.weight");
     assert_eq!(deep, value(&of_scales, "encoder.layer4.1.conv2.weight"));
+}
+
+/// MS-AReg begins with MS-MLP's answers; a model of the same kind with every value.
+#[test]
+fn a_warm_start_begins_with_the_other_s_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = |kind: ModelKind, seed| kind.build(Preset::Small, &empty(seed)).unwrap();
+    let saved = |model: &dyn Model| {
+        let path = folder.path().join("weights.safetensors");
+        save(&path, model.parameters(), None).unwrap();
+        path
+    };
+    let images = Tensor::rand(0f32, 1.0, (3, 3, 64, 64), &Device::Cpu).unwrap();
+    let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
+        let y = model.forward(&images, Mode::Eval).unwrap();
+        y.to_vec2().unwrap()
+    };
+
+    let (trained, adversarial) = (made(ModelKind::MsMlp, 1), made(ModelKind::MsAreg, 2));
+    let before = answer(&*adversarial);
+    let report = warm_start(&saved(&*trained), adversarial.parameters()).unwrap();
+    assert_eq!(report.kept, ["noise_proj.bias", "noise_proj.weight"]);
+    let (expected, found) = (answer(&*trained), answer(&*adversarial));
+    assert_ne!(found, before);
+    let pairs = expected.iter().flatten().zip(found.iter().flatten());
+    for (a, b) in pairs {
+        // Added zeros change nothing, but the order of sums may.
+        assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()), "{a} and {b}");
+    }
+
+    // The noise input was not lost to the zeros: it can learn.
+    let own = made(ModelKind::MsAreg, 3);
+    let report = warm_start(&saved(&*adversarial), own.parameters()).unwrap();
+    assert!(report.kept.is_empty());
+    assert_eq!(values(own.parameters()), values(adversarial.parameters()));
+
+    // Another model is refused, with nothing changed.
+    let other = made(ModelKind::ResnetMlp, 4);
+    let before = values(own.parameters());
+    let error = warm_start(&saved(&*other), own.parameters()).unwrap_err();
+    assert!(matches!(error, Error::WeightsMismatch { .. }), "{error}");
+    assert_eq!(values(own.parameters()), before);
+    assert!(warm_start(&saved(&*own), other.parameters()).is_err());
 }

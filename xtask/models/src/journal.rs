@@ -1,4 +1,4 @@
-//! Logs of a run as CSV: one row a step, one row an epoch. They hold no times, so that the same run writes the same
+//! Logs of a run as CSV: one row a step, one row a score. They hold no times, so that the same run writes the same
 //! bytes, stopped and continued or not.
 
 use std::fs::{self, File, OpenOptions};

@@ -1,6 +1,7 @@
 //! Models by name, and their weights.
 
-use std::path::Path;
+use std::fmt;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use aps_model::candle_core::{DType, Device};
@@ -8,20 +9,52 @@ use aps_model::train::{Regularize, Trainees};
 use aps_model::weights::{self, Label};
 use aps_model::{Model, ModelKind, Parameters, Preset};
 
-/// The networks of a training with first values from `seed`, or the backbone's from a file.
+/// What the weights of a training are before its first step.
+#[derive(Debug, Clone, Default)]
+pub enum Beginning {
+    /// Drawn by the seed.
+    #[default]
+    Random,
+    /// The backbone's from a file, the rest drawn.
+    Backbone(PathBuf),
+    /// All from a file, as [`weights::warm_start`] takes them.
+    Model(PathBuf),
+}
+
+impl fmt::Display for Beginning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Random => f.write_str("random"),
+            Self::Backbone(path) => write!(f, "backbone of {}", path.display()),
+            Self::Model(path) => write!(f, "all of {}", path.display()),
+        }
+    }
+}
+
+/// The networks of a training with their first values.
 pub fn trainees(
     Label { kind, preset }: Label,
     seed: u64,
-    pretrained: Option<&Path>,
+    begin: &Beginning,
     device: &Device,
 ) -> Result<Trainees> {
     let predictor = kind.build(preset, &Parameters::new(device, DType::F32, seed))?;
     let own = Parameters::new(device, DType::F32, seed.wrapping_add(1));
     let regularizer = kind.build_regularizer(preset, &own)?;
-    if let Some(path) = pretrained {
-        let report = weights::load_pretrained(path, predictor.parameters())
-            .with_context(|| format!("--pretrained '{}'", path.display()))?;
-        eprintln!("backbone from '{}': {report}", path.display());
+    let parameters = predictor.parameters();
+    let report = match begin {
+        Beginning::Random => None,
+        Beginning::Backbone(path) => Some(
+            weights::load_pretrained(path, parameters)
+                .with_context(|| format!("--pretrained '{}'", path.display()))?,
+        ),
+        Beginning::Model(path) => Some(
+            weights::warm_start(path, parameters)
+                .with_context(|| format!("--warm-start '{}'", path.display()))?,
+        ),
+    };
+    if let Some(report) = report {
+        eprintln!("weights: {begin}: {report}");
     }
     Ok(Trainees {
         predictor,

@@ -1,5 +1,6 @@
 //! One training from its first, or next, step to its last: weights, logs and checkpoints in a folder.
 
+use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -16,12 +17,12 @@ use crate::data::{self, DevMaps};
 use crate::device::Device;
 use crate::journal::Journal;
 use crate::labels::Labels;
-use crate::network;
+use crate::network::{self, Beginning};
 use crate::score::{self, Development};
 use crate::settings::{RunFolder, Settings};
 
 /// Steps between two checkpoints within an epoch.
-const STEPS_BETWEEN_CHECKPOINTS: u64 = 1000;
+const STEPS_BETWEEN_CHECKPOINTS: NonZeroU64 = NonZeroU64::new(1000).unwrap();
 
 /// What to train on what, and how.
 #[derive(Debug, Clone)]
@@ -38,14 +39,16 @@ pub struct TrainingPlan {
     pub training: TrainConfig,
     /// Maps to choose the best weights by; none for the data set's.
     pub dev_maps: Option<DevMaps>,
-    /// Development links scored each epoch, drawn by the seed; none for all.
+    /// Development links scored each time, drawn by the seed; none for all.
     pub dev_limit: Option<usize>,
+    /// Steps between two scores of the development links, beside the one at the end of each epoch.
+    pub score_every: Option<NonZeroU64>,
     /// Links to train on, drawn by the seed; none for all.
     pub limit: Option<usize>,
     /// Where to compute.
     pub device: Device,
-    /// torchvision weights the backbone begins with.
-    pub pretrained: Option<PathBuf>,
+    /// Weights of another training to begin with.
+    pub begin: Beginning,
 }
 
 /// The paper's settings for a model, with steps of 64 links for the small preset.
@@ -71,11 +74,13 @@ pub fn training_config(model: ModelKind, preset: Preset) -> TrainConfig {
 /// What a run knows beside the training itself; kept in its checkpoints.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Progress {
-    /// Epochs whose scores are written.
-    epochs: u64,
-    /// Bits of the sum of the losses of this epoch's steps: JSON would round them.
+    /// Scores that are written.
+    scores: u64,
+    /// Steps made before the last of them.
+    scored_at: u64,
+    /// Bits of the sum of the losses since then: JSON would round them.
     loss_bits: u64,
-    /// The best epoch so far, and its error as bits.
+    /// Steps made before the best score so far, and its error as bits.
     best: Option<(u64, u64)>,
 }
 
@@ -115,10 +120,7 @@ impl TrainingPlan {
             preset: self.preset.to_string(),
             image_size,
             sigma_px: ConditionConfig::default().sigma_px,
-            initial_weights: match &self.pretrained {
-                None => "random".into(),
-                Some(path) => path.display().to_string(),
-            },
+            initial_weights: self.begin.to_string(),
             device: self.device,
             data: self.data.clone(),
             data_configuration: dataset.manifest().configuration.clone(),
@@ -131,7 +133,7 @@ impl TrainingPlan {
             training: self.training.clone(),
         };
         let mean_spectrum = score::mean_spectrum(&train);
-        let trainees = network::trainees(label, seed, self.pretrained.as_deref(), &device)?;
+        let trainees = network::trainees(label, seed, &self.begin, &device)?;
         let mut trainer = Trainer::new(trainees, conditions, train, self.training.clone())?;
         let progress = match resume {
             true => serde_json::from_str(&trainer.resume(folder.checkpoint())?)
@@ -140,9 +142,9 @@ impl TrainingPlan {
         };
         folder.write_settings(&settings)?;
         let steps = Journal::open(folder.steps(), &step_columns(), trainer.steps_done())?;
-        let epochs = Journal::open(folder.epochs(), &epoch_columns(), progress.epochs)?;
+        let scores = Journal::open(folder.scores(), &score_columns(), progress.scores)?;
         eprintln!(
-            "{} ({}, {} weights), {} training links of {} maps, {} development links of {} maps, images {image_size} x {image_size}, {} steps of {} links",
+            "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, images {image_size} x {image_size}, {} steps of {} links",
             settings.model,
             settings.preset,
             settings.initial_weights,
@@ -159,7 +161,8 @@ impl TrainingPlan {
             trainer,
             progress,
             steps,
-            epochs,
+            scores,
+            score_every: self.score_every,
             development: Development::new(dev, protocol),
             mean_spectrum,
         })
@@ -173,7 +176,8 @@ pub struct Run {
     trainer: Trainer,
     progress: Progress,
     steps: Journal,
-    epochs: Journal,
+    scores: Journal,
+    score_every: Option<NonZeroU64>,
     development: Development,
     mean_spectrum: Vec<f64>,
 }
@@ -192,14 +196,12 @@ impl Run {
                 report.epoch + 1,
                 report.loss
             ));
-            if report.ends_epoch {
-                self.end_epoch(&report, &bar)?;
+            let done = self.trainer.steps_done();
+            let is_due = |every: NonZeroU64| done.is_multiple_of(every.get());
+            if report.ends_epoch || self.score_every.is_some_and(is_due) {
+                self.score_and_keep(&bar)?;
             }
-            let is_due = self
-                .trainer
-                .steps_done()
-                .is_multiple_of(STEPS_BETWEEN_CHECKPOINTS);
-            if report.ends_epoch || is_due {
+            if report.ends_epoch || is_due(STEPS_BETWEEN_CHECKPOINTS) {
                 self.save()?;
             }
         }
@@ -207,9 +209,14 @@ impl Run {
         Ok(())
     }
 
-    /// The epoch, from 0, with the least error on the development links.
-    pub fn best_epoch(&self) -> Option<u64> {
-        self.progress.best.map(|(epoch, _)| epoch)
+    /// Epochs after which the error on the development links was least.
+    pub fn best_epoch(&self) -> Option<f64> {
+        self.progress.best.map(|(steps, _)| self.epochs(steps))
+    }
+
+    /// Epochs that so many steps are.
+    fn epochs(&self, steps: u64) -> f64 {
+        steps as f64 / self.trainer.steps_per_epoch() as f64
     }
 
     /// Links learnt from, repeats counted.
@@ -240,15 +247,18 @@ impl Run {
     }
 
     /// Scores the development links and keeps the weights if they are the best so far.
-    fn end_epoch(&mut self, step: &StepReport, bar: &ProgressBar) -> Result<()> {
-        bar.set_message(format!("epoch {}, scoring", step.epoch + 1));
-        let scores = self.score()?;
+    fn score_and_keep(&mut self, bar: &ProgressBar) -> Result<()> {
+        bar.set_message("scoring");
+        let (steps, scores) = (self.trainer.steps_done(), self.score()?);
         let error = score::mean(&scores, self.chosen_by());
         let sum = f64::from_bits(std::mem::take(&mut self.progress.loss_bits));
-        let loss = sum / self.trainer.steps_per_epoch() as f64;
-        self.epochs.push(&epoch_cells(step.epoch, loss, &scores))?;
-        self.epochs.flush()?;
-        self.progress.epochs = step.epoch + 1;
+        let loss = sum / (steps - self.progress.scored_at) as f64;
+        let epochs = self.epochs(steps);
+        self.scores
+            .push(&score_cells(steps, epochs, loss, &scores))?;
+        self.scores.flush()?;
+        self.progress.scores += 1;
+        self.progress.scored_at = steps;
         let is_best = self
             .progress
             .best
@@ -256,11 +266,11 @@ impl Run {
         if is_best {
             let parameters = self.trainer.predictor().parameters();
             weights::save(&self.folder.best(), parameters, Some(self.label))?;
-            self.progress.best = Some((step.epoch, error.to_bits()));
+            self.progress.best = Some((steps, error.to_bits()));
         }
         bar.println(format!(
-            "epoch {:>3}: training loss {loss:.4}; development {} {error:.4}, CosSim {:.4}, PLE {:.2} deg{}",
-            step.epoch + 1,
+            "{} epochs, {steps} steps: training loss {loss:.4}; development {} {error:.4}, CosSim {:.4}, PLE {:.2} deg{}",
+            short(epochs),
             self.chosen_by().label(),
             score::mean(&scores, Metric::Cosine),
             score::mean(&scores, Metric::PleDeg),
@@ -282,7 +292,7 @@ impl Run {
         Ok(self.trainer.save(self.folder.checkpoint(), &notes)?)
     }
 
-    /// The error by which the best epoch is chosen: the one the model is trained on.
+    /// The error by which the best weights are chosen: the one the model is trained on.
     fn chosen_by(&self) -> Metric {
         match self.label.kind.is_adversarial() {
             true => Metric::Mae,
@@ -292,7 +302,7 @@ impl Run {
 
     /// What the best weights have learnt, beside what can be had without learning.
     pub fn close(&self) -> Result<()> {
-        let Some((epoch, _)) = self.progress.best else {
+        let Some((steps, _)) = self.progress.best else {
             bail!("no epoch has ended");
         };
         // The last weights are in the checkpoint.
@@ -300,7 +310,7 @@ impl Run {
         let best = self.score()?;
         let mean = self.development.score_constant(&self.mean_spectrum)?;
         let rows = [
-            (format!("best, epoch {}", epoch + 1), &best),
+            (format!("best, epoch {}", short(self.epochs(steps))), &best),
             ("mean training spectrum".to_owned(), &mean),
         ];
         println!(
@@ -347,25 +357,33 @@ fn step_cells(report: &StepReport) -> [String; 7] {
     ]
 }
 
-fn epoch_columns() -> Vec<String> {
+fn score_columns() -> Vec<String> {
     let metrics = Metric::ALL
         .iter()
         .map(|metric| format!("dev_{}", metric.key()));
-    ["epoch", "train_loss"]
+    ["steps", "epochs", "train_loss"]
         .map(str::to_owned)
         .into_iter()
         .chain(metrics)
         .collect()
 }
 
-fn epoch_cells(epoch: u64, loss: f64, scores: &GroupReport) -> Vec<String> {
+fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> Vec<String> {
     let metrics = Metric::ALL
         .iter()
         .map(|&metric| score::mean(scores, metric).to_string());
-    [epoch.to_string(), loss.to_string()]
+    [steps.to_string(), epochs.to_string(), loss.to_string()]
         .into_iter()
         .chain(metrics)
         .collect()
+}
+
+/// A number of epochs with two decimals, or none if it is whole.
+fn short(epochs: f64) -> String {
+    match epochs.fract() == 0.0 {
+        true => epochs.to_string(),
+        false => format!("{epochs:.2}"),
+    }
 }
 
 /// Counts links.

@@ -22,7 +22,7 @@ pub struct Settings {
     pub image_size: usize,
     /// Standard deviation of their spots \[pixels of the raster\].
     pub sigma_px: f64,
-    /// Where the weights began: `random`, or the file of the backbone.
+    /// Where the weights began: `random`, the file of the backbone, or that of the whole model.
     pub initial_weights: String,
     /// Where it was computed.
     pub device: Device,
@@ -79,7 +79,7 @@ impl RunFolder {
         self.0.join("last.safetensors")
     }
 
-    /// Weights of the epoch that did best on the development maps.
+    /// The weights that did best on the development maps.
     pub fn best(&self) -> PathBuf {
         self.0.join("best.safetensors")
     }
@@ -88,8 +88,8 @@ impl RunFolder {
         self.0.join("steps.csv")
     }
 
-    pub fn epochs(&self) -> PathBuf {
-        self.0.join("epochs.csv")
+    pub fn scores(&self) -> PathBuf {
+        self.0.join("scores.csv")
     }
 
     pub fn write_settings(&self, settings: &Settings) -> Result<()> {

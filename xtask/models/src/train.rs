@@ -1,5 +1,6 @@
 //! `cargo xtask train`: a data set in, weights out.
 
+use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -10,19 +11,20 @@ use xtask::interrupt::interrupt_flag;
 
 use crate::data::DevMaps;
 use crate::device::Device;
-use crate::network;
+use crate::network::{self, Beginning};
 use crate::run::{TrainingPlan, training_config};
 use crate::settings::RunFolder;
 
 /// What the options' one line each leaves open.
 const WHAT_IS_WRITTEN: &str = "\
 What is written into --out:
-  best.safetensors   weights of the epoch with the least error on the development maps: mean absolute error for
+  best.safetensors   weights with the least error on the development maps, of those scored: mean absolute error for
                      models trained on it (ms_areg, adv_mlp), mean squared error for the others
   last.safetensors   everything needed to continue (--resume), written after each epoch, each 1000 steps, on Ctrl-C
   config.json        every setting
   steps.csv          loss, gradient norms and learning rate of each step
-  epochs.csv         mean loss of each epoch and all metrics on the development maps
+  scores.csv         after each epoch, and --score-every steps: mean loss since the row before, and all metrics on the
+                     development maps
 
 A run that is stopped and continued writes the same bytes as one that is not, on a CPU with any number of threads.
 Test maps are never looked at: score them with `predict --split test` and `metrics`.";
@@ -59,18 +61,29 @@ pub struct Args {
     /// [default: the data set's].
     #[arg(long)]
     dev_maps: Option<DevMaps>,
-    /// Development links scored each epoch, drawn by the seed; 0 takes all.
+    /// Development links scored each time, drawn by the seed; 0 takes all.
     #[arg(long, default_value_t = 10_000)]
     dev_limit: usize,
+    /// Steps between two scores, beside that at the end of each epoch: more weights to choose the best from.
+    #[arg(long)]
+    score_every: Option<NonZeroU64>,
     /// Links to train on, drawn by the seed from all training maps [default: all].
     #[arg(long)]
     limit: Option<usize>,
     /// Where to compute.
     #[arg(long, value_enum, default_value_t = Device::Cpu)]
     device: Device,
+    /// Weight of the absolute error beside the regularizer's score, for ms_areg and adv_mlp
+    /// [default: 100, the paper's].
+    #[arg(long)]
+    l1_weight: Option<f64>,
     /// Weights the backbone begins with: torchvision's ResNet-18, or ViT-B/16 for vit_reg, or those of another model of the same preset, whose encoder is taken.
     #[arg(long)]
     pretrained: Option<PathBuf>,
+    /// Weights all of the model begins with: its own of an earlier run, or for ms_areg those of ms_mlp, whose answers it
+    /// then begins with.
+    #[arg(long, conflicts_with = "pretrained")]
+    warm_start: Option<PathBuf>,
     /// Threads [default: all cores].
     #[arg(long)]
     threads: Option<usize>,
@@ -98,6 +111,11 @@ impl Args {
             "there is no run to continue in '{}'; start one without --resume",
             self.out.display()
         );
+        ensure!(
+            self.l1_weight.is_none() || self.model.is_adversarial(),
+            "--l1-weight is for models with a regularizer, ms_areg and adv_mlp, not for {}",
+            self.model
+        );
         let interrupted = interrupt_flag()?;
         let mut run = self.plan().prepare(folder, self.resume)?;
         match run.go(&interrupted) {
@@ -121,13 +139,19 @@ impl Args {
                 batch: self.batch.unwrap_or(usual.batch),
                 learning_rate: self.lr.unwrap_or(usual.learning_rate),
                 seed: self.seed,
+                l1_weight: self.l1_weight.unwrap_or(usual.l1_weight),
                 ..usual
             },
             dev_maps: self.dev_maps.clone(),
             dev_limit: (self.dev_limit > 0).then_some(self.dev_limit),
+            score_every: self.score_every,
             limit: self.limit,
             device: self.device,
-            pretrained: self.pretrained.clone(),
+            begin: match (&self.pretrained, &self.warm_start) {
+                (Some(path), _) => Beginning::Backbone(path.clone()),
+                (None, Some(path)) => Beginning::Model(path.clone()),
+                (None, None) => Beginning::Random,
+            },
         }
     }
 }

@@ -153,7 +153,7 @@ fn training_leaves_weights_logs_and_every_setting() {
         "{report}"
     );
     assert_eq!(
-        (lines(&file("steps.csv")), lines(&file("epochs.csv"))),
+        (lines(&file("steps.csv")), lines(&file("scores.csv"))),
         (1 + 6, 1 + 2)
     );
     let config: Value =
@@ -174,16 +174,18 @@ fn stopped_run_continues_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let again = folder.path().join("again");
+    // Scores after 2, 3 (an epoch), 4 and 6 steps.
+    let all = ["--epochs", "2", "--score-every", "2", "--l1-weight", "50"];
     let args = |out, more: &[&'static str]| {
         training(
             "ms_areg",
             out,
-            &[&["--epochs", "2", "--threads", "1"], more].concat(),
+            &[&all[..], &["--threads", "1"], more].concat(),
         )
     };
     let kill_after_an_epoch = |out: &Path| {
         let mut child = Command::new(env!("CARGO_BIN_EXE_xtask-models"))
-            .args(training("ms_areg", out, &["--epochs", "2"]))
+            .args(training("ms_areg", out, &all))
             .stderr(std::process::Stdio::null())
             .spawn()
             .unwrap();
@@ -195,11 +197,18 @@ fn stopped_run_continues_to_the_same_bytes() {
         child.wait().unwrap();
     };
     succeed(&args(&out, &[]));
+    let scores = fs::read_to_string(out.join("scores.csv")).unwrap();
+    let made: Vec<&str> = scores
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').next().unwrap())
+        .collect();
+    assert_eq!(made, ["2", "3", "4", "6"]);
     kill_after_an_epoch(&again);
     succeed(&args(&again, &["--resume"]));
     for name in [
         "steps.csv",
-        "epochs.csv",
+        "scores.csv",
         "best.safetensors",
         "last.safetensors",
     ] {
@@ -318,6 +327,26 @@ fn what_does_not_fit_is_told() {
     assert!(fail(&training("resnet_mlp", &new, &["--resume"])).contains("no run"));
     assert!(fail(&training("resnet_mlp", &new, &["--dev-maps", "3"])).contains("map 3"));
     assert!(fail(&training("resnet", &new, &[])).contains("resnet_mlp"));
+    assert!(fail(&training("ms_mlp", &new, &["--l1-weight", "1"])).contains("ms_areg"));
+    let told = fail(&training("ms_mlp", &new, &["--warm-start", text(&weights)]));
+    assert!(
+        told.contains("--warm-start") && told.contains("encoder.stem.0.weight"),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_run_begins_with_the_weights_of_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
+    succeed(&training("ms_mlp", &first, &["--epochs", "1"]));
+    let weights = first.join("best.safetensors");
+    let more = ["--epochs", "1", "--warm-start", text(&weights)];
+    succeed(&training("ms_areg", &second, &more));
+    let config = fs::read_to_string(second.join("config.json")).unwrap();
+    let config: Value = serde_json::from_str(&config).unwrap();
+    let told = config["initial_weights"].as_str().unwrap();
+    assert!(told.contains(text(&weights)), "{told}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 /// Run the checks that every change must pass: `.ci/run`, which lists them.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Only these, of format, lint, doc, test, features, downstream, package.
+    /// Only these, of format, lint, doc, test, alone, features, downstream, package.
     steps: Vec<String>,
 }
 

@@ -9,6 +9,14 @@ use super::LoadReport;
 use super::source::Source;
 use crate::{Error, Kind, Parameter, Result};
 
+/// Inputs that a matrix of the file lacks: its last columns, which are filled with zeros.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Columns {
+    /// The model's name of the matrix.
+    pub of: &'static str,
+    pub count: usize,
+}
+
 /// Fills each of `wanted` from the file; `found` pairs a model's name with the file's, for all tensors of the file.
 ///
 /// Nothing is changed unless all fit.
@@ -17,13 +25,18 @@ pub(super) fn assign(
     source: &Source,
     found: Vec<(String, String)>,
     wanted: &[(String, Parameter)],
+    lacking: Option<Columns>,
 ) -> Result<LoadReport> {
     let mut found: BTreeMap<String, String> = found.into_iter().collect();
     let mut report = LoadReport::default();
     let mut problems = Vec::new();
     let mut values = Vec::new();
     for (name, parameter) in wanted {
-        let expected = parameter.var.dims();
+        let mut expected = parameter.var.dims().to_vec();
+        let zeros = lacking.filter(|columns| columns.of == name);
+        if let (Some(zeros), Some(inputs)) = (zeros, expected.last_mut()) {
+            *inputs = inputs.saturating_sub(zeros.count);
+        }
         let Some(stored) = found.remove(name) else {
             if parameter.kind == Kind::Counter {
                 report.zeroed.push(name.clone());
@@ -42,7 +55,14 @@ pub(super) fn assign(
             if parameter.kind != Kind::Counter && !is_finite(&tensor)? {
                 problems.push(format!("{name} holds values that are not finite"));
             }
-            values.push((parameter, tensor));
+            let last = tensor.rank().saturating_sub(1);
+            values.push((
+                parameter,
+                match zeros {
+                    Some(zeros) => tensor.pad_with_zeros(last, 0, zeros.count)?,
+                    None => tensor,
+                },
+            ));
         }
     }
     problems.extend(

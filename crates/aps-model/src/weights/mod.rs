@@ -29,6 +29,7 @@ mod pickle;
 mod pretrained;
 mod source;
 mod torch;
+mod warm_start;
 
 use std::collections::HashMap;
 use std::fmt;
@@ -41,6 +42,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Error, ModelKind, Parameters, Preset, Result};
 use matching::assign;
 use source::Source;
+pub use warm_start::warm_start;
 
 /// Where the metadata of safetensors hold a [`Label`]: model and preset, a blank between them.
 const LABEL_KEY: &str = "model";
@@ -63,6 +65,8 @@ pub struct LoadReport {
     pub dropped: Vec<String>,
     /// Counters (`num_batches_tracked`) the file lacks, as those of old PyTorch do. They are 0; no output depends on them.
     pub zeroed: Vec<String>,
+    /// Tensors that keep their values, as the file has none for them: the noise input, in a [`warm_start`].
+    pub kept: Vec<String>,
 }
 
 impl fmt::Display for LoadReport {
@@ -70,6 +74,9 @@ impl fmt::Display for LoadReport {
         write!(f, "{} tensors loaded", self.loaded)?;
         if !self.dropped.is_empty() {
             write!(f, "; left out: {}", self.dropped.join(", "))?;
+        }
+        if !self.kept.is_empty() {
+            write!(f, "; kept: {}", self.kept.join(", "))?;
         }
         if !self.zeroed.is_empty() {
             write!(
@@ -135,7 +142,7 @@ pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
         .names()
         .map(|name| (name.to_owned(), name.to_owned()))
         .collect();
-    assign(path, &source, found, &parameters.all())
+    assign(path, &source, found, &parameters.all(), None)
 }
 
 /// Fills the backbone from weights of torchvision: of a `resnet18` for the ResNet models and the regularizer, of a
@@ -165,7 +172,7 @@ pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadRepor
     }
     let mut wanted = parameters.all();
     wanted.retain(|(name, _)| backbone.contains(name) || found.iter().any(|(f, _)| f == name));
-    let report = assign(path, &source, found, &wanted)?;
+    let report = assign(path, &source, found, &wanted, None)?;
     Ok(LoadReport { dropped, ..report })
 }
 

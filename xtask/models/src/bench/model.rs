@@ -21,7 +21,7 @@ use super::latency;
 use super::stamp::{Part, State, read_json, write_json};
 use super::test_set::TestSet;
 use crate::data;
-use crate::network;
+use crate::network::{self, Beginning};
 use crate::run::TrainingPlan;
 use crate::settings::RunFolder;
 
@@ -58,9 +58,10 @@ pub fn plan(config: &Config, kind: ModelKind, data: &Path) -> Result<TrainingPla
         training: config.training(kind)?,
         dev_maps: None,
         dev_limit: config.training.develop_links,
+        score_every: None,
         limit: config.links(kind),
         device: config.device,
-        pretrained,
+        begin: pretrained.map_or(Beginning::Random, Beginning::Backbone),
     })
 }
 
@@ -75,7 +76,7 @@ pub fn settings(plan: &TrainingPlan, data: &str) -> Value {
         "develop_links": plan.dev_limit,
         "links": plan.limit,
         "device": plan.device,
-        "pretrained": plan.pretrained,
+        "initial_weights": plan.begin.to_string(),
     })
 }
 
@@ -115,7 +116,7 @@ pub fn train(
     let training = Training {
         seconds,
         epochs: plan.training.epochs as u32,
-        best_epoch: run.best_epoch().map(|epoch| epoch as u32 + 1),
+        best_epoch: run.best_epoch().map(|epochs| epochs as u32),
         links_seen: run.links_seen(),
         curve: curve(&folder)?,
     };
@@ -126,7 +127,7 @@ pub fn train(
 
 /// The epochs as the run's log has them.
 fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
-    let path = folder.epochs();
+    let path = folder.scores();
     let place = || format!("log '{}'", path.display());
     let mut log = csv::Reader::from_path(&path).with_context(place)?;
     let columns = log.headers().with_context(place)?.clone();
@@ -142,7 +143,7 @@ fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
         };
         let of = |metric: Metric| cell(&format!("dev_{}", metric.key()));
         curve.push(CurvePoint {
-            epoch: cell("epoch").with_context(place)? as u32 + 1,
+            epoch: cell("epochs").with_context(place)? as u32,
             train_loss: cell("train_loss").with_context(place)?,
             dev_cosine: of(Metric::Cosine),
             dev_mse: of(Metric::Mse),

@@ -1,0 +1,45 @@
+//! A model that begins as the function another one computes.
+
+use std::path::Path;
+
+use super::matching::{Columns, assign};
+use super::source::Source;
+use super::{LoadReport, check_changeable};
+use crate::{Parameters, Result};
+
+/// What the predictors trained against a regularizer have beside the same model trained alone.
+const NOISE: &str = "noise_proj.";
+
+/// Its values, one each a row, come last among the inputs of this matrix.
+const READS_NOISE: &str = "decoder.0.weight";
+
+/// Fills all tensors from weights of the same model, or MS-AReg's from MS-MLP's: adversarial training that begins with a
+/// predictor which already answers, as is usual for generators.
+///
+/// MS-MLP is MS-AReg without the noise input. What reads it begins at zero, so that MS-AReg's answers are at first
+/// MS-MLP's, and the input itself keeps its values, which the report lists.
+///
+/// # Errors
+/// As [`load`](super::load).
+pub fn warm_start(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
+    check_changeable(path, parameters)?;
+    let source = Source::open(path)?;
+    let has_noise = source.names().any(|name| name.starts_with(NOISE));
+    let found = source
+        .names()
+        .map(|name| (name.to_owned(), name.to_owned()))
+        .collect();
+    let mut wanted = parameters.all();
+    let noise = parameters.get("noise_proj.bias").filter(|_| !has_noise);
+    let Some(noise) = noise else {
+        return assign(path, &source, found, &wanted, None);
+    };
+    let kept = wanted.extract_if(.., |(name, _)| name.starts_with(NOISE));
+    let kept = kept.map(|(name, _)| name).collect();
+    let silent = Columns {
+        of: READS_NOISE,
+        count: noise.var.elem_count(),
+    };
+    let report = assign(path, &source, found, &wanted, Some(silent))?;
+    Ok(LoadReport { kept, ..report })
+}
