@@ -8,6 +8,7 @@ mod enclosure;
 mod exact_wedge;
 mod foreign_maps;
 mod laws;
+mod mirror;
 mod mixed_sequences;
 mod omission;
 mod reciprocity;

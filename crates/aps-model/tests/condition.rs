@@ -3,7 +3,7 @@
 use aps_data::{ConditionConfig as DataConfig, ConditionImages, Raster, RasterGrid};
 use aps_model::Error;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+use aps_model::condition::{ConditionConfig, Conditions, Link, Mirror, Rasters};
 
 const LINKS: [([f64; 2], [f64; 2]); 3] = [
     ([128.0, 10.0], [30.0, 40.0]),
@@ -144,5 +144,58 @@ fn what_cannot_be_drawn_is_told() {
     ] {
         let made = Conditions::new(rasters, config, &Device::Cpu);
         assert!(matches!(made, Err(Error::Condition(_))));
+    }
+}
+
+/// What a mirrored link shows on a mirrored map is the mirrored image, axis by axis.
+#[test]
+fn a_mirrored_link_has_a_mirrored_image() {
+    let (height, width, size) = (64, 128, 32);
+    let map: Vec<f32> = (0..2 * height * width)
+        .map(|i| f32::from(u8::from(i % 7 < 3 || i / 50 % 3 == 0)))
+        .collect();
+    let rasters = Rasters {
+        pixels: &map,
+        height,
+        width,
+        metres_per_pixel: 2.0,
+    };
+    let pixels = rasters.mirrored();
+    assert_eq!(pixels[..map.len()], map);
+    let config = ConditionConfig {
+        image_size: size,
+        ..ConditionConfig::default()
+    };
+    let all = Rasters {
+        pixels: &pixels,
+        ..rasters
+    };
+    let conditions = Conditions::new(all, config, &Device::Cpu).unwrap();
+    assert_eq!(conditions.maps(), 4 * rasters.maps());
+    let link = Link {
+        map: 1,
+        tx_m: [30.5, 100.0],
+        rx_m: [201.0, 7.25],
+    };
+    let images: Vec<Link> = (0..Mirror::ALL.len())
+        .map(|i| link.mirrored(i, rasters.maps(), rasters.far_end_m()))
+        .collect();
+    let images = conditions.images(&images).unwrap();
+    let values: Vec<f32> = images.flatten_all().unwrap().to_vec1().unwrap();
+    let images: Vec<&[f32]> = values.chunks_exact(3 * size * size).collect();
+    for (mirror, image) in Mirror::ALL.into_iter().zip(&images) {
+        let turn = |i: usize, along: bool| if along { size - 1 - i } else { i };
+        for plane in 0..3 {
+            for (y, x) in (0..size).flat_map(|y| (0..size).map(move |x| (y, x))) {
+                let at = |y: usize, x: usize| (plane * size + y) * size + x;
+                let expected = images[0][at(turn(y, mirror.y), turn(x, mirror.x))];
+                let found = image[at(y, x)];
+                // Pixels of the map are averaged in another order, positions computed anew.
+                assert!(
+                    (found - expected).abs() < 1e-6,
+                    "{mirror:?} at {plane} {y} {x}"
+                );
+            }
+        }
     }
 }

@@ -5,11 +5,12 @@ use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, Split};
+use aps_data::{Axis, Dataset, RasterGrid, Split};
 use aps_label::{MeanStd, Normalization, Protocol};
 use aps_model::ANGLE_BINS;
 use aps_model::candle_core::Device;
 use aps_model::condition::{ConditionConfig, Conditions, Rasters};
+use serde_json::Value;
 use xtask::IdList;
 
 /// Opens a data set whose labels a model can learn.
@@ -39,32 +40,85 @@ pub fn target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Normalization)> {
     ))
 }
 
-/// Condition images of some maps, with the place of each map among them.
-pub fn conditions(
-    dataset: &Dataset,
-    maps: impl IntoIterator<Item = u32>,
-    image_size: usize,
-    device: &Device,
-) -> Result<(Conditions, BTreeMap<u32, u32>)> {
-    let grid = dataset.manifest().layout.raster;
-    let (mut pixels, mut index_of) = (Vec::new(), BTreeMap::new());
-    for id in maps {
-        let map = dataset.map(id)?;
-        index_of.insert(id, index_of.len() as u32);
-        pixels.extend(map.buildings.pixels().iter().copied().map(f32::from));
+/// Rasters of some maps, with the place of each map among them.
+pub struct Buildings {
+    pixels: Vec<f32>,
+    grid: RasterGrid,
+    /// Place of each map.
+    pub index_of: BTreeMap<u32, u32>,
+}
+
+impl Buildings {
+    /// Reads them.
+    pub fn load(dataset: &Dataset, maps: impl IntoIterator<Item = u32>) -> Result<Self> {
+        let (mut pixels, mut index_of) = (Vec::new(), BTreeMap::new());
+        for id in maps {
+            let map = dataset.map(id)?;
+            index_of.insert(id, index_of.len() as u32);
+            pixels.extend(map.buildings.pixels().iter().copied().map(f32::from));
+        }
+        Ok(Self {
+            pixels,
+            grid: dataset.manifest().layout.raster,
+            index_of,
+        })
     }
-    let rasters = Rasters {
-        pixels: &pixels,
-        height: grid.height,
-        width: grid.width,
-        metres_per_pixel: grid.metres_per_pixel,
+
+    /// As the model's crate knows them.
+    pub fn rasters(&self) -> Rasters<'_> {
+        Rasters {
+            pixels: &self.pixels,
+            height: self.grid.height,
+            width: self.grid.width,
+            metres_per_pixel: self.grid.metres_per_pixel,
+        }
+    }
+
+    /// Condition images of links on them, or on their mirror images too.
+    pub fn conditions(
+        &self,
+        mirrored: bool,
+        image_size: usize,
+        device: &Device,
+    ) -> Result<Conditions> {
+        let config = ConditionConfig {
+            image_size,
+            ..ConditionConfig::default()
+        };
+        let rasters = self.rasters();
+        let made = match mirrored {
+            false => Conditions::new(rasters, config, device),
+            true => {
+                let pixels = &rasters.mirrored();
+                Conditions::new(Rasters { pixels, ..rasters }, config, device)
+            }
+        };
+        made.context("condition images")
+    }
+}
+
+/// For each bin of a data set's spectra the one at the negative of its angle, if the spectra are those of a linear array,
+/// whose mirror images are known without tracing. `configuration` is the manifest's.
+pub fn negated_bins(configuration: &Value, axis: Axis) -> Result<Vec<usize>> {
+    let array = configuration.pointer("/label/array");
+    let is_linear = array.is_some_and(|array| array.get("uniform_linear").is_some());
+    ensure!(
+        is_linear,
+        "the spectra of mirrored maps follow without tracing for a uniform linear array only; this data set's array is {}; \
+         train without --mirror",
+        array.unwrap_or(&Value::Null)
+    );
+    let angles: Vec<f64> = axis.values().collect();
+    let at = |angle: f64| angles.iter().position(|x| (x - angle).abs() < 1e-9);
+    // Of 180 and -180 degrees both may be there, or one.
+    let negated = |&angle: &f64| {
+        let turns = [0.0, 360.0, -360.0];
+        turns.iter().find_map(|turn| at(turn - angle))
     };
-    let config = ConditionConfig {
-        image_size,
-        ..ConditionConfig::default()
-    };
-    let conditions = Conditions::new(rasters, config, device).context("condition images")?;
-    Ok((conditions, index_of))
+    let bins: Option<Vec<usize>> = angles.iter().map(negated).collect();
+    bins.context(
+        "the angles of this data set's spectra are not symmetric about zero; train without --mirror",
+    )
 }
 
 /// A value of `--dev-maps`.
@@ -130,6 +184,8 @@ pub fn divide(split: &Split, chosen: Option<&DevMaps>) -> Result<(Vec<u32>, Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aps_label::LabelConfig;
+    use serde_json::json;
 
     fn parts(chosen: Option<&str>) -> Result<(Vec<u32>, Vec<u32>)> {
         let split = Split {
@@ -152,6 +208,31 @@ mod tests {
             parts(Some("count:3")).unwrap(),
             (vec![0, 1, 4], vec![2, 3, 5])
         );
+    }
+
+    #[test]
+    fn each_bin_has_one_at_its_negative_angle() {
+        let linear = json!({ "label": { "array": LabelConfig::released().array } });
+        for axis in [Axis::ANGLE_RELEASED_DEG, Axis::ANGLE_PAPER_DEG] {
+            let angles: Vec<f64> = axis.values().collect();
+            let negated = negated_bins(&linear, axis).unwrap();
+            let mut sorted = negated.clone();
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..axis.count));
+            for (bin, &other) in negated.iter().enumerate() {
+                let turns = (angles[bin] + angles[other]) / 360.0;
+                assert!((turns - turns.round()).abs() < 1e-12, "{bin} and {other}");
+            }
+        }
+        let half = Axis {
+            start: 0.0,
+            ..Axis::ANGLE_PAPER_DEG
+        };
+        let circular = json!({ "label": { "array": { "uniform_circular": { "elements": 8 } } } });
+        for (configuration, axis) in [(&linear, half), (&circular, Axis::ANGLE_PAPER_DEG)] {
+            let told = negated_bins(configuration, axis).unwrap_err().to_string();
+            assert!(told.contains("--mirror"), "{told}");
+        }
     }
 
     #[test]

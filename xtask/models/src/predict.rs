@@ -13,7 +13,7 @@ use aps_model::{ANGLE_BINS, Mode, Model, ModelKind, Preset};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::data;
+use crate::data::{self, Buildings};
 use crate::device::Device;
 use crate::labels::{Labels, Row, valid_links};
 use crate::network;
@@ -130,12 +130,13 @@ impl Args {
         ])?;
         // A map at a time: its labels are not needed, but its links and buildings are.
         for &id in maps {
-            let (conditions, index_of) = data::conditions(&dataset, [id], image_size, device)?;
+            let buildings = Buildings::load(&dataset, [id])?;
+            let conditions = buildings.conditions(false, image_size, device)?;
             let any = aps_label::Normalization::Paper(aps_label::MeanStd {
                 mean: 0.0,
                 std: 1.0,
             });
-            let labels = Labels::load(&dataset, &[id], &index_of, None, 0, any)?;
+            let labels = Labels::load(&dataset, &[id], &buildings.index_of, None, 0, any)?;
             for (offset, (row, link)) in labels.rows().iter().zip(labels.links()).enumerate() {
                 let Row {
                     map,

@@ -7,13 +7,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result, bail, ensure};
 use aps_metrics::{GroupReport, Metric};
 use aps_model::condition::ConditionConfig;
+use aps_model::data::{Examples, Mirrored};
 use aps_model::train::{StepReport, TrainConfig, Trainer};
 use aps_model::weights::{self, Label};
 use aps_model::{ModelKind, Preset};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::{Deserialize, Serialize};
 
-use crate::data::{self, DevMaps};
+use crate::data::{self, Buildings, DevMaps};
 use crate::device::Device;
 use crate::journal::Journal;
 use crate::labels::Labels;
@@ -45,6 +46,8 @@ pub struct TrainingPlan {
     pub score_every: Option<NonZeroU64>,
     /// Links to train on, drawn by the seed; none for all.
     pub limit: Option<usize>,
+    /// Whether to learn from each link in its mirror images too.
+    pub mirror: bool,
     /// Where to compute.
     pub device: Device,
     /// Weights of another training to begin with.
@@ -94,10 +97,18 @@ impl TrainingPlan {
         let (protocol, training_statistics, normalization) = data::target(&dataset)?;
         let all = train_maps.iter().chain(&dev_maps).copied();
         let image_size = self.image_size;
-        let (conditions, index_of) = data::conditions(&dataset, all, image_size, &device)?;
+        let buildings = Buildings::load(&dataset, all)?;
+        let conditions = buildings.conditions(self.mirror, image_size, &device)?;
         let seed = self.training.seed;
         let load = |maps: &[u32], limit| {
-            Labels::load(&dataset, maps, &index_of, limit, seed, normalization)
+            Labels::load(
+                &dataset,
+                maps,
+                &buildings.index_of,
+                limit,
+                seed,
+                normalization,
+            )
         };
         let train = load(&train_maps, self.limit)?;
         let dev = load(&dev_maps, self.dev_limit)?;
@@ -129,10 +140,20 @@ impl TrainingPlan {
             train_maps,
             dev_maps,
             train_links: counts[0],
+            mirrored: self.mirror,
             dev_links: counts[1],
             training: self.training.clone(),
         };
         let mean_spectrum = score::mean_spectrum(&train);
+        let train: Box<dyn Examples> = match self.mirror {
+            false => Box::new(train),
+            true => {
+                let manifest = dataset.manifest();
+                let aps = manifest.layout.aps.context("no spectra are stored")?;
+                let negated = data::negated_bins(&manifest.configuration, aps.axis)?;
+                Box::new(Mirrored::new(train, buildings.rasters(), negated)?)
+            }
+        };
         let trainees = network::trainees(label, seed, &self.begin, &device)?;
         let mut trainer = Trainer::new(trainees, conditions, train, self.training.clone())?;
         let progress = match resume {
@@ -153,7 +174,7 @@ impl TrainingPlan {
             settings.dev_links,
             settings.dev_maps.len(),
             trainer.steps_total(),
-            settings.training.batch.min(settings.train_links),
+            trainer.links_per_step(),
         );
         Ok(Run {
             label,

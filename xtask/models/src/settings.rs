@@ -40,6 +40,9 @@ pub struct Settings {
     pub dev_maps: Vec<u32>,
     /// Links learnt from.
     pub train_links: usize,
+    /// Whether each was learnt from in its mirror images too.
+    #[serde(default)]
+    pub mirrored: bool,
     /// Links the best weights are chosen by.
     pub dev_links: usize,
     /// Settings of the training.

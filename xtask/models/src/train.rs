@@ -70,6 +70,10 @@ pub struct Args {
     /// Links to train on, drawn by the seed from all training maps [default: all].
     #[arg(long)]
     limit: Option<usize>,
+    /// Learn from each link four times an epoch: on its map and on the map's mirror images along x, y and both. For spectra
+    /// of a uniform linear array, which follow without tracing.
+    #[arg(long)]
+    mirror: bool,
     /// Where to compute.
     #[arg(long, value_enum, default_value_t = Device::Cpu)]
     device: Device,
@@ -145,6 +149,7 @@ impl Args {
             dev_maps: self.dev_maps.clone(),
             dev_limit: (self.dev_limit > 0).then_some(self.dev_limit),
             score_every: self.score_every,
+            mirror: self.mirror,
             limit: self.limit,
             device: self.device,
             begin: match (&self.pretrained, &self.warm_start) {

@@ -47,7 +47,9 @@ fn dataset() -> &'static Path {
         let root = tempfile::tempdir().unwrap();
         let config = DatasetConfig {
             seed: 1,
-            configuration: json!({ "label": { "protocol": "paper" } }),
+            configuration: json!({
+                "label": { "protocol": "paper", "array": { "uniform_linear": {} } },
+            }),
             ..DatasetConfig::default()
         };
         let writer = DatasetWriter::open(root.path(), config).unwrap();
@@ -333,6 +335,17 @@ fn what_does_not_fit_is_told() {
         told.contains("--warm-start") && told.contains("encoder.stem.0.weight"),
         "{told}"
     );
+}
+
+#[test]
+fn mirror_images_make_four_examples_of_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let more = ["--epochs", "1", "--limit", "20", "--mirror"];
+    succeed(&training("resnet_mlp", &out, &more));
+    assert_eq!(lines(&out.join("steps.csv")), 1 + 4 * 20 / 10);
+    let config = fs::read_to_string(out.join("config.json")).unwrap();
+    assert!(config.contains("\"mirrored\": true"), "{config}");
 }
 
 #[test]

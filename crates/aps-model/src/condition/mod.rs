@@ -13,12 +13,14 @@
 //! of `aps_data::ConditionImages` bit for bit.
 
 mod area;
+mod mirror;
 
 use candle_core::{D, DType, Device, Tensor};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
+pub use mirror::Mirror;
 
 /// Settings of condition images.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -20,7 +20,7 @@ use super::config::{Config, LatencyConfig};
 use super::latency;
 use super::stamp::{Part, State, read_json, write_json};
 use super::test_set::TestSet;
-use crate::data;
+use crate::data::Buildings;
 use crate::network::{self, Beginning};
 use crate::run::TrainingPlan;
 use crate::settings::RunFolder;
@@ -59,6 +59,7 @@ pub fn plan(config: &Config, kind: ModelKind, data: &Path) -> Result<TrainingPla
         dev_maps: None,
         dev_limit: config.training.develop_links,
         score_every: None,
+        mirror: false,
         limit: config.links(kind),
         device: config.device,
         begin: pretrained.map_or(Beginning::Random, Beginning::Backbone),
@@ -179,7 +180,8 @@ pub fn ask(
     };
     let model = network::load(weights, label, asked.device)?;
     let maps = asked.test.maps().iter().copied();
-    let (conditions, _) = data::conditions(asked.dataset, maps, plan.image_size, asked.device)?;
+    let buildings = Buildings::load(asked.dataset, maps)?;
+    let conditions = buildings.conditions(false, plan.image_size, asked.device)?;
     let links = asked.test.labels().links();
     let mut predictions = Vec::with_capacity(links.len() * ANGLE_BINS);
     predict(

@@ -4,10 +4,13 @@
 //! them decides how they are kept: all in memory as f32 ([`Samples`], 720 bytes a link), or in a shorter form that is
 //! turned into the target when a batch is put together.
 
+mod mirrored;
+
 use std::fmt::Debug;
 
 use crate::condition::Link;
 use crate::{ANGLE_BINS, Error, Result};
+pub use mirrored::Mirrored;
 
 /// A numbered set of links with target spectra. A number always gives the same link and target.
 pub trait Examples: Debug + Send + Sync {
@@ -25,6 +28,20 @@ pub trait Examples: Debug + Send + Sync {
     /// Writes the normalised target of an example, [`ANGLE_BINS`] values. Called from a thread of its own, a batch ahead
     /// of what is being learnt.
     fn write_target(&self, example: usize, target: &mut [f32]);
+}
+
+impl<E: Examples + ?Sized> Examples for Box<E> {
+    fn len(&self) -> usize {
+        (**self).len()
+    }
+
+    fn link(&self, example: usize) -> Link {
+        (**self).link(example)
+    }
+
+    fn write_target(&self, example: usize, target: &mut [f32]) {
+        (**self).write_target(example, target);
+    }
 }
 
 /// Examples in memory.

@@ -1,0 +1,78 @@
+//! Mirror images of maps.
+
+use super::{Link, Rasters};
+
+/// Which axes of a map are turned around its middle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Mirror {
+    /// What was at x is at the same distance from the other end.
+    pub x: bool,
+    /// The same for y.
+    pub y: bool,
+}
+
+impl Mirror {
+    /// The map as it is, and its three mirror images.
+    pub const ALL: [Self; 4] = [
+        Self { x: false, y: false },
+        Self { x: true, y: false },
+        Self { x: false, y: true },
+        Self { x: true, y: true },
+    ];
+}
+
+impl Rasters<'_> {
+    /// Number of maps.
+    pub fn maps(&self) -> usize {
+        self.pixels
+            .len()
+            .checked_div(self.height.saturating_mul(self.width))
+            .unwrap_or(0)
+    }
+
+    /// Position of the last pixel (x, y) \[m\]: a mirror image takes what is at 0 there, and back.
+    pub fn far_end_m(&self) -> [f64; 2] {
+        [self.width, self.height].map(|side| (side as f64 - 1.0) * self.metres_per_pixel)
+    }
+
+    /// Pixels of all maps in each of [`Mirror::ALL`]: first the maps as they are, then all in the first mirror image, and
+    /// so on. O(pixels).
+    pub fn mirrored(&self) -> Vec<f32> {
+        let mut all = Vec::with_capacity(Mirror::ALL.len() * self.pixels.len());
+        if self.maps() == 0 {
+            return all;
+        }
+        for mirror in Mirror::ALL {
+            for map in self.pixels.chunks_exact(self.height * self.width) {
+                let rows = map.chunks_exact(self.width);
+                let mut push = |row: &[f32]| match mirror.x {
+                    true => all.extend(row.iter().rev()),
+                    false => all.extend(row),
+                };
+                match mirror.y {
+                    true => rows.rev().for_each(&mut push),
+                    false => rows.for_each(&mut push),
+                }
+            }
+        }
+        all
+    }
+}
+
+impl Link {
+    /// The link in number `image` of [`Mirror::ALL`], among the maps of [`Rasters::mirrored`].
+    pub fn mirrored(self, image: usize, maps: usize, far_end_m: [f64; 2]) -> Self {
+        let mirror = Mirror::ALL[image];
+        let turn = |[x, y]: [f64; 2]| {
+            [
+                if mirror.x { far_end_m[0] - x } else { x },
+                if mirror.y { far_end_m[1] - y } else { y },
+            ]
+        };
+        Self {
+            map: self.map + (image * maps) as u32,
+            tx_m: turn(self.tx_m),
+            rx_m: turn(self.rx_m),
+        }
+    }
+}
