@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use aps_model::candle_core::{DType, Device};
 use aps_model::train::{Regularize, Trainees};
-use aps_model::weights::{self, Label};
+use aps_model::weights::{self, Label, LoadReport};
 use aps_model::{Model, ModelKind, Parameters, Preset};
 
 /// What the weights of a training are before its first step.
@@ -15,9 +15,9 @@ pub enum Beginning {
     /// Drawn by the seed.
     #[default]
     Random,
-    /// The backbone's from a file, the rest drawn.
+    /// The backbone's from a file, the regularizer's too, the rest drawn.
     Backbone(PathBuf),
-    /// All from a file, as [`weights::warm_start`] takes them.
+    /// The predictor's all from a file, as [`weights::warm_start`] takes them, and the regularizer's backbone.
     Model(PathBuf),
 }
 
@@ -41,20 +41,19 @@ pub fn trainees(
     let predictor = kind.build(preset, &Parameters::new(device, DType::F32, seed))?;
     let own = Parameters::new(device, DType::F32, seed.wrapping_add(1));
     let regularizer = kind.build_regularizer(preset, &own)?;
-    let parameters = predictor.parameters();
-    let report = match begin {
-        Beginning::Random => None,
-        Beginning::Backbone(path) => Some(
-            weights::load_pretrained(path, parameters)
-                .with_context(|| format!("--pretrained '{}'", path.display()))?,
-        ),
-        Beginning::Model(path) => Some(
-            weights::warm_start(path, parameters)
-                .with_context(|| format!("--warm-start '{}'", path.display()))?,
-        ),
+    let load = |path: &Path| -> Result<LoadReport> {
+        // In the paper all backbones begin pretrained.
+        if let Some(regularizer) = &regularizer {
+            weights::load_pretrained(path, regularizer.parameters())?;
+        }
+        Ok(match begin {
+            Beginning::Model(_) => weights::warm_start(path, predictor.parameters())?,
+            _ => weights::load_pretrained(path, predictor.parameters())?,
+        })
     };
-    if let Some(report) = report {
-        eprintln!("weights: {begin}: {report}");
+    if let Beginning::Backbone(path) | Beginning::Model(path) = begin {
+        let report = load(path).with_context(|| format!("first weights: {begin}"))?;
+        eprintln!("first weights: {begin}: {report}");
     }
     Ok(Trainees {
         predictor,

@@ -332,7 +332,7 @@ fn what_does_not_fit_is_told() {
     assert!(fail(&training("ms_mlp", &new, &["--l1-weight", "1"])).contains("ms_areg"));
     let told = fail(&training("ms_mlp", &new, &["--warm-start", text(&weights)]));
     assert!(
-        told.contains("--warm-start") && told.contains("encoder.stem.0.weight"),
+        told.contains("best.safetensors") && told.contains("encoder.stem.0.weight"),
         "{told}"
     );
 }
@@ -355,7 +355,13 @@ fn a_run_begins_with_the_weights_of_another() {
     succeed(&training("ms_mlp", &first, &["--epochs", "1"]));
     let weights = first.join("best.safetensors");
     let more = ["--epochs", "1", "--warm-start", text(&weights)];
-    succeed(&training("ms_areg", &second, &more));
+    let output = run(&training("ms_areg", &second, &more));
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{told}");
+    assert!(
+        told.contains("kept: noise_proj.bias, noise_proj.weight"),
+        "{told}"
+    );
     let config = fs::read_to_string(second.join("config.json")).unwrap();
     let config: Value = serde_json::from_str(&config).unwrap();
     let told = config["initial_weights"].as_str().unwrap();
