@@ -61,6 +61,9 @@ impl Rasters<'_> {
 
 impl Link {
     /// The link in number `image` of [`Mirror::ALL`], among the maps of [`Rasters::mirrored`].
+    ///
+    /// # Panics
+    /// When there is no such image.
     pub fn mirrored(self, image: usize, maps: usize, far_end_m: [f64; 2]) -> Self {
         let mirror = Mirror::ALL[image];
         let turn = |[x, y]: [f64; 2]| {

@@ -9,6 +9,25 @@ use crate::{ANGLE_BINS, Error, Result};
 /// In a scene mirrored along an axis every path is mirrored too, so that the spectrum of the link follows without tracing. A
 /// linear array on the y axis sees only the sine of an angle: mirroring x leaves its spectra as they are, mirroring y turns
 /// theta into -theta, which puts the bins in another order.
+///
+/// ```
+/// use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+/// use aps_model::data::{Examples, Mirrored, Samples};
+/// # use aps_model::{ANGLE_BINS, candle_core::Device};
+/// let rasters = Rasters { pixels: &[0.0; 256], height: 16, width: 16, metres_per_pixel: 1.0 };
+/// let link = Link { map: 0, tx_m: [2.0, 3.0], rx_m: [9.0, 9.0] };
+/// let samples = Samples::new(vec![link], vec![0.0; ANGLE_BINS])?;
+/// let negated = (0..ANGLE_BINS).rev().collect(); // of a grid with both -180 and 180 degrees
+/// let examples = Mirrored::new(samples, rasters, negated)?;
+/// assert_eq!((examples.len(), examples.link(3).tx_m), (4, [13.0, 12.0]));
+///
+/// let pixels = rasters.mirrored();
+/// let config = ConditionConfig { image_size: 8, ..ConditionConfig::default() };
+/// let conditions = Conditions::new(Rasters { pixels: &pixels, ..rasters }, config, &Device::Cpu)?;
+/// let links: Vec<Link> = (0..4).map(|e| examples.link(e)).collect();
+/// assert_eq!(conditions.images(&links)?.dims(), [4, 3, 8, 8]);
+/// # Ok::<(), aps_model::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Mirrored<E> {
     examples: E,
