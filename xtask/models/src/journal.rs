@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
-/// A CSV file whose first column counts its rows from 0.
+/// A CSV file that a run adds rows to.
 pub struct Journal {
     path: PathBuf,
     writer: csv::Writer<File>,

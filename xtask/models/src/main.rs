@@ -10,6 +10,7 @@ mod journal;
 mod labels;
 mod network;
 mod predict;
+mod rows;
 mod run;
 mod score;
 mod settings;

@@ -10,10 +10,9 @@ use aps_model::weights::{self, Label, LoadReport};
 use aps_model::{Model, ModelKind, Parameters, Preset};
 
 /// What the weights of a training are before its first step.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub enum Beginning {
     /// Drawn by the seed.
-    #[default]
     Random,
     /// The backbone's from a file, the regularizer's too, the rest drawn.
     Backbone(PathBuf),

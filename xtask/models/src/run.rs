@@ -19,6 +19,7 @@ use crate::device::Device;
 use crate::journal::Journal;
 use crate::labels::Labels;
 use crate::network::{self, Beginning};
+use crate::rows;
 use crate::score::{self, Development};
 use crate::settings::{RunFolder, Settings};
 
@@ -162,8 +163,8 @@ impl TrainingPlan {
             false => Progress::default(),
         };
         folder.write_settings(&settings)?;
-        let steps = Journal::open(folder.steps(), &step_columns(), trainer.steps_done())?;
-        let scores = Journal::open(folder.scores(), &score_columns(), progress.scores)?;
+        let steps = Journal::open(folder.steps(), &rows::step_columns(), trainer.steps_done())?;
+        let scores = Journal::open(folder.scores(), &rows::score_columns(), progress.scores)?;
         eprintln!(
             "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, images {image_size} x {image_size}, {} steps of {} links",
             settings.model,
@@ -262,7 +263,7 @@ impl Run {
         };
         let sum = f64::from_bits(self.progress.loss_bits) + report.loss;
         self.progress.loss_bits = sum.to_bits();
-        self.steps.push(&step_cells(&report))?;
+        self.steps.push(&rows::step_cells(&report))?;
         bar.inc(report.links as u64);
         Ok(Some(report))
     }
@@ -276,7 +277,7 @@ impl Run {
         let loss = sum / (steps - self.progress.scored_at) as f64;
         let epochs = self.epochs(steps);
         self.scores
-            .push(&score_cells(steps, epochs, loss, &scores))?;
+            .push(&rows::score_cells(steps, epochs, loss, &scores))?;
         self.scores.flush()?;
         self.progress.scores += 1;
         self.progress.scored_at = steps;
@@ -349,54 +350,6 @@ impl Run {
         }
         Ok(())
     }
-}
-
-fn step_columns() -> Vec<String> {
-    [
-        "step",
-        "epoch",
-        "learning_rate",
-        "loss",
-        "gradient_norm",
-        "regularizer_loss",
-        "regularizer_gradient_norm",
-    ]
-    .map(str::to_owned)
-    .into()
-}
-
-fn step_cells(report: &StepReport) -> [String; 7] {
-    let optional = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
-    [
-        report.step.to_string(),
-        report.epoch.to_string(),
-        report.learning_rate.to_string(),
-        report.loss.to_string(),
-        report.gradient_norm.to_string(),
-        optional(report.regularizer_loss),
-        optional(report.regularizer_gradient_norm),
-    ]
-}
-
-fn score_columns() -> Vec<String> {
-    let metrics = Metric::ALL
-        .iter()
-        .map(|metric| format!("dev_{}", metric.key()));
-    ["steps", "epochs", "train_loss"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(metrics)
-        .collect()
-}
-
-fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> Vec<String> {
-    let metrics = Metric::ALL
-        .iter()
-        .map(|&metric| score::mean(scores, metric).to_string());
-    [steps.to_string(), epochs.to_string(), loss.to_string()]
-        .into_iter()
-        .chain(metrics)
-        .collect()
 }
 
 /// A number of epochs with two decimals, or none if it is whole.

@@ -80,7 +80,8 @@ impl<E: Examples> Examples for Mirrored<E> {
         let (original, image) = (example / Mirror::ALL.len(), example % Mirror::ALL.len());
         self.examples.write_target(original, target);
         if Mirror::ALL[image].y {
-            let upright = target.to_vec();
+            let mut upright = [0.0; ANGLE_BINS];
+            upright.copy_from_slice(target);
             for (value, &bin) in target.iter_mut().zip(&self.negated) {
                 *value = upright[bin];
             }

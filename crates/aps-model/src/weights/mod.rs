@@ -138,11 +138,7 @@ pub fn read_label(path: &Path) -> Result<Option<Label>> {
 pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
     check_changeable(path, parameters)?;
     let source = Source::open(path)?;
-    let found = source
-        .names()
-        .map(|name| (name.to_owned(), name.to_owned()))
-        .collect();
-    assign(path, &source, found, &parameters.all(), None)
+    assign(path, &source, own_names(&source), &parameters.all(), None)
 }
 
 /// Fills the backbone from weights of torchvision: of a `resnet18` for the ResNet models and the regularizer, of a
@@ -174,6 +170,12 @@ pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadRepor
     wanted.retain(|(name, _)| backbone.contains(name) || found.iter().any(|(f, _)| f == name));
     let report = assign(path, &source, found, &wanted, None)?;
     Ok(LoadReport { dropped, ..report })
+}
+
+/// Every tensor of the file, meant for the model's of the same name.
+fn own_names(source: &Source) -> Vec<(String, String)> {
+    let names = source.names().map(str::to_owned);
+    names.map(|name| (name.clone(), name)).collect()
 }
 
 fn check_changeable(path: &Path, parameters: &Parameters) -> Result<()> {

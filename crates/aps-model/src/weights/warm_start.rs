@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::matching::{Columns, assign};
 use super::source::Source;
-use super::{LoadReport, check_changeable};
+use super::{LoadReport, check_changeable, own_names};
 use crate::{Parameters, Result};
 
 /// What the predictors trained against a regularizer have beside the same model trained alone.
@@ -25,10 +25,7 @@ pub fn warm_start(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
     check_changeable(path, parameters)?;
     let source = Source::open(path)?;
     let has_noise = source.names().any(|name| name.starts_with(NOISE));
-    let found = source
-        .names()
-        .map(|name| (name.to_owned(), name.to_owned()))
-        .collect();
+    let found = own_names(&source);
     let mut wanted = parameters.all();
     let noise = parameters.get("noise_proj.bias").filter(|_| !has_noise);
     let Some(noise) = noise else {

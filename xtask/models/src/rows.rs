@@ -1,0 +1,58 @@
+//! What the logs of a run say in each row: `steps.csv` and `scores.csv`.
+
+use aps_metrics::{GroupReport, Metric};
+use aps_model::train::StepReport;
+
+use crate::score;
+
+/// Names of [`step_cells`].
+pub fn step_columns() -> Vec<String> {
+    [
+        "step",
+        "epoch",
+        "learning_rate",
+        "loss",
+        "gradient_norm",
+        "regularizer_loss",
+        "regularizer_gradient_norm",
+    ]
+    .map(str::to_owned)
+    .into()
+}
+
+/// What a step did.
+pub fn step_cells(report: &StepReport) -> [String; 7] {
+    let optional = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
+    [
+        report.step.to_string(),
+        report.epoch.to_string(),
+        report.learning_rate.to_string(),
+        report.loss.to_string(),
+        report.gradient_norm.to_string(),
+        optional(report.regularizer_loss),
+        optional(report.regularizer_gradient_norm),
+    ]
+}
+
+/// Names of [`score_cells`].
+pub fn score_columns() -> Vec<String> {
+    let metrics = Metric::ALL
+        .iter()
+        .map(|metric| format!("dev_{}", metric.key()));
+    ["steps", "epochs", "train_loss"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(metrics)
+        .collect()
+}
+
+/// What the development links say after so many steps; `loss` is the mean since the row before.
+pub fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> Vec<String> {
+    let metrics = Metric::ALL
+        .iter()
+        .map(|&metric| score::mean(scores, metric).to_string());
+    [steps.to_string(), epochs.to_string(), loss.to_string()]
+        .into_iter()
+        .chain(metrics)
+        .collect()
+}
