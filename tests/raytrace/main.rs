@@ -11,5 +11,7 @@ mod laws;
 mod mirror;
 mod mixed_sequences;
 mod omission;
+mod one_city;
 mod reciprocity;
+mod slits;
 mod ties;

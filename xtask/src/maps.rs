@@ -77,15 +77,11 @@ pub struct Map {
 impl Map {
     /// The image of its buildings.
     pub fn raster(&self, grid: RasterGrid) -> Result<Raster> {
-        let mut raster = Raster::empty(grid)?;
-        for f in &self.footprints {
-            let rings = std::iter::once(&f.outer).chain(&f.holes);
-            let rings: Vec<Vec<[f64; 2]>> = rings
-                .map(|ring| ring.iter().map(|p| p.to_array()).collect())
-                .collect();
-            raster.fill_building(rings.iter().map(Vec::as_slice))?;
-        }
-        Ok(raster)
+        let outlines = self.scene.outlines().into_iter();
+        let outlines: Vec<Vec<[f64; 2]>> = outlines
+            .map(|outline| outline.iter().map(|p| p.to_array()).collect())
+            .collect();
+        Ok(Raster::of_outlines(&outlines, grid)?)
     }
 }
 

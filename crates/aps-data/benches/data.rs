@@ -26,7 +26,7 @@ fn city() -> Vec<Vec<[f64; 2]>> {
 
 fn write_map(root: &std::path::Path, aps_db: &[f64]) {
     let writer = DatasetWriter::open(root, DatasetConfig::default()).unwrap();
-    let buildings = Raster::of_polygons(&city(), RasterGrid::default()).unwrap();
+    let buildings = Raster::of_outlines(&city(), RasterGrid::default()).unwrap();
     let (tx_m, rx_m) = ([[1.0, 2.0]; TX], [[3.0, 4.0]; RX]);
     let mut map = writer
         .begin_map(
@@ -81,9 +81,9 @@ fn benches(c: &mut Criterion) {
     let mut group = c.benchmark_group("images of 256 x 256");
     let polygons = city();
     group.bench_function("raster of 64 buildings", |b| {
-        b.iter(|| Raster::of_polygons(black_box(&polygons), RasterGrid::default()).unwrap());
+        b.iter(|| Raster::of_outlines(black_box(&polygons), RasterGrid::default()).unwrap());
     });
-    let raster = Raster::of_polygons(&polygons, RasterGrid::default()).unwrap();
+    let raster = Raster::of_outlines(&polygons, RasterGrid::default()).unwrap();
     let images = ConditionImages::new(&raster, ConditionConfig::default());
     let mut image = vec![0.0; images.image_len()];
     group.bench_function("condition image", |b| {

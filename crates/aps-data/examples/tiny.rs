@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let writer = DatasetWriter::open(&root, config)?;
 
     let house = vec![[20.0, 20.0], [40.0, 20.0], [40.0, 40.0], [20.0, 40.0]];
-    let buildings = &Raster::of_polygons(&[house], RasterGrid::square(64, 64.0))?;
+    let buildings = &Raster::of_outlines(&[house], RasterGrid::square(64, 64.0))?;
     let tx_m = &[[4.0, 4.0]];
     let rx_m = &[[10.0, 50.0], [32.0, 32.0], [50.0, 8.0]]; // the second is inside the house
     let (valid, indoors) = (LinkStatus::Valid, LinkStatus::RxInBuilding);

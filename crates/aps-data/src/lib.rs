@@ -26,7 +26,7 @@
 //!         continue; // an earlier run got this far
 //!     }
 //!     let house = vec![[100.0, 100.0], [140.0, 100.0], [140.0, 120.0], [100.0, 120.0]];
-//!     let buildings = Raster::of_polygons(&[house], RasterGrid::default())?;
+//!     let buildings = Raster::of_outlines(&[house], RasterGrid::default())?;
 //!     let (tx_m, rx_m) = ([[10.0, 10.0]], [[50.0, 60.0], [110.0, 110.0]]);
 //!     let input = MapInput { buildings: &buildings, tx_m: &tx_m, rx_m: &rx_m, links: Links::Grid };
 //!     let mut map = writer.begin_map(id, &input)?;

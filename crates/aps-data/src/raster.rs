@@ -3,12 +3,14 @@
 //! # The rule
 //!
 //! Pixel (x, y) stands for the point (x, y) of the plane, in units of
-//! [`RasterGrid::metres_per_pixel`]; rows run along y. A building is the closed region between its
-//! rings (even-odd rule), walls included. A pixel is set when the open segment from (x - 1/2, y) to
-//! (x + 1/2, y) meets a building: along a row nothing is missed, between rows the plane is sampled.
+//! [`RasterGrid::metres_per_pixel`]; rows run along y. Buildings are the closed region that their
+//! outlines wind around (non-zero rule): outer outlines turn one way, courtyards the other. A pixel
+//! is set when the open segment from (x - 1/2, y) to (x + 1/2, y) meets a building, walls included:
+//! along a row nothing is missed, between rows the plane is sampled.
 //!
-//! Vertices are rounded to 1/256 of a pixel; from there on all arithmetic is in integers, so that
-//! the image is the same on every machine. Integer vertices on a grid of 1 m stay as they are.
+//! The sign of an exact determinant decides on which side of a wall an end of that segment lies
+//! (crate `robust`, Shewchuk 1997), so that the image agrees with a scene that locates points exactly, on
+//! every machine.
 //!
 //! # Agreement with the released data
 //!
@@ -18,13 +20,11 @@
 //! On random triangles with sides up to 40 pixels, far more pointed than buildings, Pillow sets
 //! three pixels more in a thousand.
 
+use robust::{Coord, orient2d};
 use serde::{Deserialize, Serialize};
 
-/// Integer steps a pixel.
-const STEPS: i128 = 256;
-
-/// Largest coordinate \[steps\]: far outside any image, small enough for products in 128 bits.
-const MAX_STEPS: f64 = (1_u64 << 40) as f64;
+/// Largest magnitude of a coordinate \[m\]: beyond any map projection, far below overflow of a determinant.
+const MAX_COORDINATE_M: f64 = 1e9;
 
 /// Largest side of an image \[pixels\].
 const MAX_SIDE: usize = 1 << 14;
@@ -89,14 +89,14 @@ pub enum RasterError {
         /// What is wrong with it.
         problem: &'static str,
     },
-    /// A vertex is not finite, or billions of pixels away.
+    /// A vertex is not finite, or further than 1e9 m from the origin.
     #[error(
-        "vertex {vertex} of ring {ring} is at ({x_m}, {y_m}) m: too far from the map to be drawn"
+        "vertex {vertex} of outline {outline} is at ({x_m}, {y_m}) m: not a finite position within 1e9 m"
     )]
     Vertex {
-        /// Index of the ring within the building.
-        ring: usize,
-        /// Index of the vertex within the ring.
+        /// Index of the outline.
+        outline: usize,
+        /// Index of the vertex within the outline.
         vertex: usize,
         /// Position \[m\].
         x_m: f64,
@@ -127,27 +127,55 @@ impl Raster {
         }
     }
 
-    /// An image of buildings without courtyards: one ring each, open or closed, in any sense of
-    /// rotation.
+    /// Draws the outlines of buildings \[m\]: closed rings of vertices, without the first one repeated or with it.
+    ///
+    /// Outer outlines turn one way, courtyards the other; overlapping outlines of one sense are united. Cost: the rows that
+    /// each wall spans, and sorting these.
     ///
     /// ```
     /// use aps_data::{Raster, RasterGrid};
     /// let house = vec![[1.0, 1.0], [3.0, 1.0], [3.0, 2.0], [1.0, 2.0]];
-    /// let raster = Raster::of_polygons(&[house], RasterGrid::square(5, 5.0))?;
+    /// let raster = Raster::of_outlines(&[house], RasterGrid::square(5, 5.0))?;
     /// assert_eq!(raster.row(1), [0, 1, 1, 1, 0]);
     /// assert_eq!(raster.row(3), [0, 0, 0, 0, 0]);
     /// # Ok::<(), aps_data::RasterError>(())
     /// ```
     ///
     /// # Errors
-    /// As [`Raster::empty`] and [`Raster::fill_building`].
-    pub fn of_polygons(
-        polygons_m: &[Vec<[f64; 2]>],
+    /// [`RasterError`].
+    pub fn of_outlines(
+        outlines_m: &[Vec<[f64; 2]>],
         grid: RasterGrid,
     ) -> Result<Self, RasterError> {
         let mut raster = Raster::empty(grid)?;
-        for polygon in polygons_m {
-            raster.fill_building([polygon.as_slice()])?;
+        let mut crossings = Vec::new();
+        for (outline, vertices_m) in outlines_m.iter().enumerate() {
+            check_vertices(outline, vertices_m)?;
+            let following = vertices_m.iter().cycle().skip(1);
+            for (&a, &b) in vertices_m.iter().zip(following) {
+                let wall = RasterWall::between(a, b, grid);
+                for row in wall.rows() {
+                    let (first, last) = wall.pixels_at(row);
+                    raster.set(row, first, last);
+                    crossings.extend(wall.crossing_at(row));
+                }
+            }
+        }
+        // Both pixels of a crossing grow with its x: this is the order along the row. Crossings of equal pixels may
+        // change places, since what lies between them is set as part of the walls.
+        crossings.sort_unstable();
+        for row in crossings.chunk_by(|p, q| p.row == q.row) {
+            let mut winding = 0;
+            let mut start = 0;
+            for crossing in row {
+                if winding == 0 {
+                    start = crossing.first;
+                }
+                winding += crossing.step;
+                if winding == 0 {
+                    raster.set(crossing.row, start, crossing.last);
+                }
+            }
         }
         Ok(raster)
     }
@@ -182,96 +210,11 @@ impl Raster {
     /// 2,136,261 outdoor points of the metre grid for indoor ones, 2 takes 2 of them, 3 none.
     pub const DEPTH: usize = 4;
 
-    /// Adds one building: an outer ring, and further rings for its courtyards \[m\].
-    ///
-    /// Cost: edges times rows of the building.
-    ///
-    /// # Errors
-    /// [`RasterError::Vertex`]; the image is then as before.
-    pub fn fill_building<'a>(
-        &mut self,
-        rings_m: impl IntoIterator<Item = &'a [[f64; 2]]>,
-    ) -> Result<(), RasterError> {
-        let mut edges = Vec::new();
-        for (ring, vertices_m) in rings_m.into_iter().enumerate() {
-            let vertices = self.in_steps(ring, vertices_m)?;
-            let following = vertices.iter().cycle().skip(1);
-            edges.extend(
-                vertices
-                    .iter()
-                    .zip(following)
-                    .map(|(&a, &b)| Edge::between(a, b)),
-            );
-        }
-        let Some(top) = edges.iter().map(|edge| edge.low[1]).min() else {
-            return Ok(());
-        };
-        let bottom = edges.iter().map(|edge| edge.high[1]).max().unwrap_or(top);
-        let first = top.div_euclid(STEPS).max(0);
-        let last = bottom.div_euclid(STEPS).min(self.grid.height as i128 - 1);
-        for row in first..=last {
-            self.fill_row(row, &edges);
-        }
-        Ok(())
-    }
-
-    fn in_steps(
-        &self,
-        ring: usize,
-        vertices_m: &[[f64; 2]],
-    ) -> Result<Vec<[i128; 2]>, RasterError> {
-        let to_steps = |metres: f64| {
-            let steps = (metres / self.grid.metres_per_pixel * STEPS as f64).round();
-            (steps.abs() < MAX_STEPS).then_some(steps as i128)
-        };
-        let vertices = vertices_m.iter().enumerate();
-        vertices
-            .map(
-                |(vertex, &[x_m, y_m])| match (to_steps(x_m), to_steps(y_m)) {
-                    (Some(x), Some(y)) => Ok([x, y]),
-                    _ => Err(RasterError::Vertex {
-                        ring,
-                        vertex,
-                        x_m,
-                        y_m,
-                    }),
-                },
-            )
-            .collect()
-    }
-
-    fn fill_row(&mut self, row: i128, edges: &[Edge]) {
-        let y = row * STEPS;
-        // First and last pixel at each crossing of the row with a wall. Both grow with the crossing's x, so
-        // that sorting them apart pairs them as sorting the crossings would.
-        let (mut firsts, mut lasts) = (Vec::new(), Vec::new());
-        for edge in edges
-            .iter()
-            .filter(|edge| (edge.low[1]..=edge.high[1]).contains(&y))
-        {
-            let (first, last) = edge.pixels_at(y);
-            self.set(row, first, last);
-            // Half open, so that a wall's end shared with the next wall counts once.
-            if y < edge.high[1] {
-                let (first, last) = edge.crossing_pixels_at(y);
-                firsts.push(first);
-                lasts.push(last);
-            }
-        }
-        firsts.sort_unstable();
-        lasts.sort_unstable();
-        let entries = firsts.iter().step_by(2);
-        let exits = lasts.iter().skip(1).step_by(2);
-        for (&first, &last) in entries.zip(exits) {
-            self.set(row, first, last);
-        }
-    }
-
-    fn set(&mut self, row: i128, first: i128, last: i128) {
+    fn set(&mut self, row: usize, first: i64, last: i64) {
         let first = first.max(0);
-        let last = last.min(self.grid.width as i128 - 1);
+        let last = last.min(self.grid.width as i64 - 1);
         if first <= last {
-            let start = row as usize * self.grid.width;
+            let start = row * self.grid.width;
             self.pixels[start + first as usize..=start + last as usize].fill(1);
         }
     }
@@ -295,60 +238,153 @@ impl Raster {
     }
 }
 
-/// A wall, with its ends ordered by `y` \[steps\].
-struct Edge {
-    low: [i128; 2],
-    high: [i128; 2],
+fn check_vertices(outline: usize, vertices_m: &[[f64; 2]]) -> Result<(), RasterError> {
+    let is_bad = |v: &[f64; 2]| !v.iter().all(|c| c.abs() <= MAX_COORDINATE_M);
+    match vertices_m.iter().position(is_bad) {
+        None => Ok(()),
+        Some(vertex) => {
+            let [x_m, y_m] = vertices_m[vertex];
+            Err(RasterError::Vertex {
+                outline,
+                vertex,
+                x_m,
+                y_m,
+            })
+        }
+    }
 }
 
-impl Edge {
-    fn between(a: [i128; 2], b: [i128; 2]) -> Self {
-        if a[1] <= b[1] {
-            Edge { low: a, high: b }
-        } else {
-            Edge { low: b, high: a }
+/// The place where an outline crosses a row.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Crossing {
+    row: usize,
+    /// First pixel whose segment reaches beyond it.
+    first: i64,
+    /// Last pixel whose segment begins before it.
+    last: i64,
+    /// 1 upwards, -1 downwards.
+    step: i32,
+}
+
+/// A wall, with its ends ordered by `y` \[m\].
+struct RasterWall {
+    low: [f64; 2],
+    high: [f64; 2],
+    step: i32,
+    grid: RasterGrid,
+}
+
+impl RasterWall {
+    fn between(a: [f64; 2], b: [f64; 2], grid: RasterGrid) -> Self {
+        let (low, high, step) = match a[1] <= b[1] {
+            true => (a, b, 1),
+            false => (b, a, -1),
+        };
+        Self {
+            low,
+            high,
+            step,
+            grid,
         }
     }
 
-    /// First and last pixel the wall touches in the row at `y`, which it reaches.
-    fn pixels_at(&self, y: i128) -> (i128, i128) {
+    fn y_m(&self, row: usize) -> f64 {
+        row as f64 * self.grid.metres_per_pixel
+    }
+
+    /// Rows of the image that the wall reaches, both ends included.
+    fn rows(&self) -> std::ops::Range<usize> {
+        let height = self.grid.height;
+        // The quotient is rounded: one row more each way, then the rows themselves decide.
+        let row = |y: f64, margin: f64| {
+            (y / self.grid.metres_per_pixel + margin).clamp(0.0, height as f64) as usize
+        };
+        let (mut first, mut end) = (row(self.low[1], -1.0), row(self.high[1], 2.0));
+        while first < end && self.y_m(first) < self.low[1] {
+            first += 1;
+        }
+        while first < end && self.y_m(end - 1) > self.high[1] {
+            end -= 1;
+        }
+        first..end
+    }
+
+    /// First and last pixel that the wall touches in a row it reaches.
+    fn pixels_at(&self, row: usize) -> (i64, i64) {
         if self.low[1] == self.high[1] {
-            let (left, right) = (self.low[0].min(self.high[0]), self.low[0].max(self.high[0]));
-            (first_pixel(left, 1), last_pixel(right, 1))
+            let (a, b) = (self.low[0], self.high[0]);
+            let [left, right] = [a.min(b), a.max(b)];
+            let first = self.first_pixel(left, |x| x > left);
+            (first, self.last_pixel(right, |x| x < right))
         } else {
-            self.crossing_pixels_at(y)
+            self.crossing_pixels_at(row)
         }
     }
 
-    /// First and last pixel touched by the point where the wall, not horizontal, crosses the row at
-    /// `y`.
-    fn crossing_pixels_at(&self, y: i128) -> (i128, i128) {
-        let rise = self.high[1] - self.low[1];
-        let x_times_rise = self.low[0] * rise + (y - self.low[1]) * (self.high[0] - self.low[0]);
-        (
-            first_pixel(x_times_rise, rise),
-            last_pixel(x_times_rise, rise),
-        )
+    /// The crossing of a row, counted at the lower end but not at the upper one: a vertex between two walls counts once.
+    fn crossing_at(&self, row: usize) -> Option<Crossing> {
+        let (first, last) = (self.y_m(row) < self.high[1]).then(|| self.crossing_pixels_at(row))?;
+        Some(Crossing {
+            row,
+            first,
+            last,
+            step: self.step,
+        })
     }
-}
 
-/// The first pixel whose open segment reaches beyond `x = numerator / denominator` \[steps\].
-fn first_pixel(numerator: i128, denominator: i128) -> i128 {
-    (numerator - STEPS / 2 * denominator).div_euclid(STEPS * denominator) + 1
-}
+    /// First and last pixel that touch the point where the wall, not horizontal, crosses a row.
+    fn crossing_pixels_at(&self, row: usize) -> (i64, i64) {
+        let ([x0, y0], [x1, y1]) = (self.low, self.high);
+        let y = self.y_m(row);
+        let x = x0 + (y - y0) / (y1 - y0) * (x1 - x0);
+        let coord = |[x, y]: [f64; 2]| Coord { x, y };
+        // Positive to the left of the wall, which points upwards.
+        let side = |x: f64| orient2d(coord(self.low), coord(self.high), coord([x, y]));
+        let first = self.first_pixel(x, |x| side(x) < 0.0);
+        (first, self.last_pixel(x, |x| side(x) > 0.0))
+    }
 
-/// The last pixel whose open segment begins before `x = numerator / denominator` \[steps\].
-fn last_pixel(numerator: i128, denominator: i128) -> i128 {
-    -(-numerator - STEPS / 2 * denominator).div_euclid(STEPS * denominator) - 1
+    /// The first pixel of the row whose right end is beyond the place at about `x` \[m\], as `is_beyond` decides;
+    /// the width where none is.
+    fn first_pixel(&self, x: f64, is_beyond: impl Fn(f64) -> bool) -> i64 {
+        let right_m = |pixel: i64| (pixel as f64 + 0.5) * self.grid.metres_per_pixel;
+        let width = self.grid.width as i64;
+        let guess = (x / self.grid.metres_per_pixel - 0.5).floor() + 1.0;
+        let mut pixel = guess.clamp(0.0, width as f64) as i64;
+        while pixel > 0 && is_beyond(right_m(pixel - 1)) {
+            pixel -= 1;
+        }
+        while pixel < width && !is_beyond(right_m(pixel)) {
+            pixel += 1;
+        }
+        pixel
+    }
+
+    /// The last pixel of the row whose left end is before the place at about `x` \[m\], as `is_before` decides; -1
+    /// where none is.
+    fn last_pixel(&self, x: f64, is_before: impl Fn(f64) -> bool) -> i64 {
+        let left_m = |pixel: i64| (pixel as f64 - 0.5) * self.grid.metres_per_pixel;
+        let end = self.grid.width as i64 - 1;
+        let guess = (x / self.grid.metres_per_pixel + 0.5).ceil() - 1.0;
+        let mut pixel = guess.clamp(-1.0, end as f64) as i64;
+        while pixel < end && is_before(left_m(pixel + 1)) {
+            pixel += 1;
+        }
+        while pixel >= 0 && !is_before(left_m(pixel)) {
+            pixel -= 1;
+        }
+        pixel
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn draw(side: usize, rings: &[&[[f64; 2]]]) -> Vec<String> {
-        let mut raster = Raster::empty(RasterGrid::square(side, side as f64)).unwrap();
-        raster.fill_building(rings.iter().copied()).unwrap();
+    fn draw(side: usize, outlines: &[&[[f64; 2]]]) -> Vec<String> {
+        let outlines: Vec<Vec<[f64; 2]>> = outlines.iter().map(|o| o.to_vec()).collect();
+        let grid = RasterGrid::square(side, side as f64);
+        let raster = Raster::of_outlines(&outlines, grid).unwrap();
         let row = |y| {
             raster
                 .row(y)
@@ -371,7 +407,7 @@ mod tests {
     #[test]
     fn courtyard_stays_open_inside_its_walls() {
         let outer = [[0.0, 0.0], [6.0, 0.0], [6.0, 6.0], [0.0, 6.0]];
-        let inner = [[2.0, 2.0], [4.0, 2.0], [4.0, 4.0], [2.0, 4.0]];
+        let inner = [[2.0, 2.0], [2.0, 4.0], [4.0, 4.0], [4.0, 2.0]];
         assert_eq!(draw(7, &[&outer, &inner])[3], "###.###");
     }
 
@@ -401,19 +437,19 @@ mod tests {
     #[test]
     fn pixel_size_scales_the_map() {
         let house = vec![[10.0, 10.0], [30.0, 10.0], [30.0, 20.0], [10.0, 20.0]];
-        let small = Raster::of_polygons(&[house], RasterGrid::square(5, 50.0)).unwrap();
+        let small = Raster::of_outlines(&[house], RasterGrid::square(5, 50.0)).unwrap();
         assert_eq!(small.row(1), [0, 1, 1, 1, 0]);
     }
 
     #[test]
     fn vertex_that_is_no_point_is_named() {
         let bad = vec![[0.0, 0.0], [f64::NAN, 1.0]];
-        let error = Raster::of_polygons(&[bad], RasterGrid::default()).unwrap_err();
+        let error = Raster::of_outlines(&[bad], RasterGrid::default()).unwrap_err();
         assert!(
             matches!(
                 error,
                 RasterError::Vertex {
-                    ring: 0,
+                    outline: 0,
                     vertex: 1,
                     ..
                 }

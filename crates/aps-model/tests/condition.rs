@@ -23,7 +23,7 @@ fn maps() -> [Raster; 2] {
             house(100.0, 90.0, 5.0, 80.0),
             house(-3.0, 150.0, 30.0, 9.0),
         ];
-        Raster::of_polygons(&buildings, RasterGrid::default()).unwrap()
+        Raster::of_outlines(&buildings, RasterGrid::default()).unwrap()
     })
 }
 

@@ -61,6 +61,12 @@ pub enum SceneError {
         /// What is wrong with it.
         source: ConfigError,
     },
+    /// A width of gaps to close that is negative or not finite.
+    #[error("gaps of {width_m} m cannot be closed: the width must be finite and not negative")]
+    CloseGaps {
+        /// The width asked for \[m\].
+        width_m: f64,
+    },
     /// An area whose corners are not finite or not ordered.
     #[error("area from {min} to {max} is empty or not finite")]
     Area {

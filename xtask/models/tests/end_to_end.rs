@@ -70,7 +70,7 @@ fn dataset() -> &'static Path {
 fn write_map(writer: &DatasetWriter, id: u32) {
     let (x, y) = (40.0 + 30.0 * f64::from(id), 90.0);
     let house = vec![[x, y], [x + 40.0, y], [x + 40.0, y + 20.0], [x, y + 20.0]];
-    let buildings = Raster::of_polygons(&[house], RasterGrid::default()).unwrap();
+    let buildings = Raster::of_outlines(&[house], RasterGrid::default()).unwrap();
     let tx_m = [[10.0, 20.0 + f64::from(id)], [240.0, 200.0]];
     let rx_m: Vec<[f64; 2]> = (0..8)
         .map(|i| [30.0 + 25.0 * f64::from(i), 150.0 + 7.0 * f64::from(i)])

@@ -19,23 +19,8 @@ pub struct Outlines {
 impl Outlines {
     /// The walls of a scene.
     pub fn of_scene(scene: &Scene) -> Self {
-        let walls = scene.walls();
-        let mut rings = Vec::new();
-        let mut is_drawn = vec![false; walls.len()];
-        for start in 0..walls.len() {
-            let mut ring = Vec::new();
-            let mut at = start;
-            while !is_drawn[at] {
-                is_drawn[at] = true;
-                ring.push(walls[at].a);
-                at = walls[at].next as usize;
-            }
-            if !ring.is_empty() {
-                rings.push(ring);
-            }
-        }
         Self {
-            rings,
+            rings: scene.outlines(),
             area: scene.area(),
         }
     }

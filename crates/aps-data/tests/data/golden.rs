@@ -15,7 +15,7 @@ fn buildings_are_drawn_as_pillow_draws_them() {
     let drawn = npy::read::<u8>(golden("raster_pillow.npy")).unwrap();
     assert_eq!(drawn.shape, [images.len(), SIZE, SIZE]);
     for (polygons, expected) in images.iter().zip(drawn.data.chunks_exact(SIZE * SIZE)) {
-        let raster = Raster::of_polygons(polygons, RasterGrid::square(SIZE, SIZE as f64)).unwrap();
+        let raster = Raster::of_outlines(polygons, RasterGrid::square(SIZE, SIZE as f64)).unwrap();
         assert_eq!(raster.pixels(), expected);
     }
 }

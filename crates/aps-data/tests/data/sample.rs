@@ -144,7 +144,7 @@ pub const LINKS: usize = TX.len() * RX.len();
 
 pub fn buildings() -> Raster {
     let house = vec![[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]];
-    Raster::of_polygons(&[house], GRID).unwrap()
+    Raster::of_outlines(&[house], GRID).unwrap()
 }
 
 /// Writes one map, its links in chunks of the given size.

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::ring::MAX_COORDINATE_M;
 use super::{Scene, Wall};
 use crate::error::TerminalError;
-use crate::predicates::orient;
+use crate::predicates::{orient, strictly_between};
 
 /// Place of a point in a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,9 +30,14 @@ impl Scene {
     /// Locates a point with finite coordinates. Costs O(log n + k) for k walls at its height.
     #[must_use]
     pub fn locate(&self, p: DVec2) -> Location {
-        if self.area.is_some_and(|area| !area.contains(p)) {
-            return Location::OutsideArea;
+        match self.area {
+            Some(area) if !area.contains(p) => Location::OutsideArea,
+            _ => self.locate_anywhere(p),
         }
+    }
+
+    /// Locates a point, whatever the area.
+    fn locate_anywhere(&self, p: DVec2) -> Location {
         let mut on_wall: Option<u32> = None;
         let mut winding = 0;
         let mut nearest = (f64::INFINITY, 0);
@@ -63,6 +68,25 @@ impl Scene {
             },
             None => Location::Outdoor,
         }
+    }
+
+    /// Tells if the open segment between two different points meets a building, walls included. Exact for walls, and the same
+    /// in both directions. Costs as [`Scene::locate`].
+    #[must_use]
+    pub fn touches_building(&self, p: DVec2, q: DVec2) -> bool {
+        let (min, max) = (p.min(q), p.max(q));
+        let mut is_touched = false;
+        let near = |centre: DVec2, extent: DVec2| {
+            (centre + extent).cmpge(min).all() && (centre - extent).cmple(max).all()
+        };
+        self.index.for_each(near, |id| {
+            let wall = &self.walls[id as usize];
+            is_touched = is_touched || meets_open_segment(wall, p, q);
+            !is_touched
+        });
+        // Without a wall on the way all of it is as its middle is; an end may be on a wall.
+        let middle = self.locate_anywhere(p.midpoint(q));
+        is_touched || matches!(middle, Location::Inside { .. })
     }
 
     /// The innermost courtyard around an outdoor point, closed on all sides; `None` in the open.
@@ -132,6 +156,20 @@ fn winding_step(wall: &Wall, p: DVec2) -> i32 {
         (false, true) if orient(a, b, p) < 0.0 => -1,
         _ => 0,
     }
+}
+
+/// Tells if a wall, ends included, has a point between `p` and `q`, these excluded.
+fn meets_open_segment(wall: &Wall, p: DVec2, q: DVec2) -> bool {
+    let (a, b) = (wall.a, wall.b);
+    let [of_p, of_q] = [orient(a, b, p), orient(a, b, q)];
+    if of_p == 0.0 && of_q == 0.0 {
+        let is_between = |c| strictly_between(p, q, c);
+        // On one line: they overlap where the wall begins or ends in between, or reaches over both.
+        return is_between(a) || is_between(b) || strictly_between(a, b, p.midpoint(q));
+    }
+    let [of_a, of_b] = [orient(p, q, a), orient(p, q, b)];
+    let apart = |s: f64, t: f64| (s < 0.0 && t > 0.0) || (s > 0.0 && t < 0.0);
+    apart(of_p, of_q) && (apart(of_a, of_b) || of_a == 0.0 || of_b == 0.0)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod city;
 mod courtyards;
 mod footprint;
+mod gaps;
 #[cfg(feature = "geojson")]
 mod geojson;
 mod locate;
@@ -122,6 +123,32 @@ impl Area {
     }
 }
 
+/// How a scene is made from footprints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SceneConfig {
+    /// The area that terminals are confined to; none for the whole plane.
+    pub area: Option<Area>,
+    /// Slits between walls are filled where they are narrower \[m\]; 0 leaves all open. At most a thousandth of the
+    /// buildings' extent counts, so that a model city in millimetres keeps its streets.
+    ///
+    /// The default, 0.04 m, is just below half a wavelength at 3.5 GHz: a wave whose field is parallel to the walls does not
+    /// pass a slit below half a wavelength. Maps do not resolve as much: OpenStreetMap stores positions to 0.01 m, and
+    /// buildings are surveyed to some 0.1 m.
+    pub close_gaps_m: f64,
+}
+
+impl Default for SceneConfig {
+    fn default() -> Self {
+        Self {
+            area: None,
+            close_gaps_m: 0.04,
+        }
+    }
+}
+
+/// Largest part of the scene's extent that the tolerance of gaps may be.
+const MAX_GAP_SHARE: f64 = 1e-3;
+
 /// A checked city: the walls that waves can meet.
 ///
 /// Walls are numbered outline by outline, outlines by their lowest, then leftmost vertex, so
@@ -138,30 +165,46 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Checks, repairs and unites footprints.
+    /// Checks, repairs and unites footprints, with the default [`SceneConfig`] but for the area.
     ///
-    /// Terminals are confined to `area` when one is given. Costs O(n log n) in the number of
+    /// # Errors
+    /// As [`Scene::with_config`].
+    pub fn new(footprints: &[Footprint], area: Option<Area>) -> Result<Self, SceneError> {
+        let config = SceneConfig {
+            area,
+            ..SceneConfig::default()
+        };
+        Self::with_config(footprints, &config)
+    }
+
+    /// Checks, repairs and unites footprints. Costs O(n log n) in the number of
     /// vertices, a few milliseconds for a city district.
     ///
     /// # Errors
     /// [`SceneError`] for what no repair can make sense of, naming building and vertex.
     ///
     /// ```
-    /// use aps_raytrace::{Footprint, Scene, glam::DVec2};
+    /// use aps_raytrace::{Footprint, Scene, glam::DVec2, scene::SceneConfig};
     /// let house = [(0.0, 0.0), (0.0, 8.0), (10.0, 8.0), (10.0, 0.0)].map(DVec2::from);
-    /// let scene = Scene::new(&[Footprint::new(house)], None)?;
+    /// let scene = Scene::with_config(&[Footprint::new(house)], &SceneConfig::default())?;
     /// assert_eq!(scene.walls().len(), 4);
     /// assert_eq!(scene.report().to_string(), "1 reoriented");
     /// # Ok::<(), aps_raytrace::SceneError>(())
     /// ```
-    pub fn new(footprints: &[Footprint], area: Option<Area>) -> Result<Self, SceneError> {
+    pub fn with_config(footprints: &[Footprint], config: &SceneConfig) -> Result<Self, SceneError> {
+        let area = config.area;
         if let Some(Area { min, max }) = area
             && !(min.is_finite() && max.is_finite() && min.cmplt(max).all())
         {
             return Err(SceneError::Area { min, max });
         }
+        let width_m = config.close_gaps_m;
+        if !(width_m.is_finite() && width_m >= 0.0) {
+            return Err(SceneError::CloseGaps { width_m });
+        }
         let mut report = RepairReport::default();
-        let min_area_m2 = min_building_area_m2(footprints);
+        let extent_m = extent_m(footprints);
+        let min_area_m2 = (MIN_BUILDING_SHARE * extent_m * extent_m).min(MIN_BUILDING_AREA_M2);
         let mut buildings = Vec::with_capacity(footprints.len());
         for (building, footprint) in footprints.iter().enumerate() {
             if let Some(material) = footprint.material {
@@ -175,7 +218,12 @@ impl Scene {
             }
         }
         let material = |building: usize| footprints[building].material;
-        let outlines = union::unite(&buildings, |p, q| material(p) == material(q), &mut report);
+        let outlines = union::unite(
+            &buildings,
+            width_m.min(MAX_GAP_SHARE * extent_m),
+            |p, q| material(p) == material(q),
+            &mut report,
+        );
         report.repairs.sort_by_key(|r| r.building);
 
         let mut walls = Vec::with_capacity(outlines.iter().map(|o| o.points.len()).sum());
@@ -213,6 +261,17 @@ impl Scene {
     #[must_use]
     pub fn walls(&self) -> &[Wall] {
         &self.walls
+    }
+
+    /// The outlines of the united buildings \[m\]: outer ones counter-clockwise, courtyards clockwise, each from its lowest,
+    /// then leftmost vertex, which is not repeated.
+    #[must_use]
+    pub fn outlines(&self) -> Vec<Vec<DVec2>> {
+        // Walls of one outline are numbered in a row; its last one leads back to its first.
+        let ids = (0..self.walls.len()).collect::<Vec<_>>();
+        let outlines = ids.chunk_by(|&id, &following| self.walls[id].next as usize == following);
+        let points = |ids: &[usize]| ids.iter().map(|&id| self.walls[id].a).collect();
+        outlines.map(points).collect()
     }
 
     /// The area that terminals are confined to.
@@ -308,15 +367,14 @@ impl Scene {
     }
 }
 
-/// The area below which a building of these is a sliver.
-fn min_building_area_m2(footprints: &[Footprint]) -> f64 {
+/// The longer side of the box around all buildings \[m\].
+fn extent_m(footprints: &[Footprint]) -> f64 {
     let points = || footprints.iter().flat_map(|f| f.outer.iter().copied());
     let (min, max) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| {
         (min.min(p), max.max(p))
     });
     // What is not finite is refused when its ring is cleaned.
-    let extent_m = (max - min).max_element();
-    (MIN_BUILDING_SHARE * extent_m * extent_m).min(MIN_BUILDING_AREA_M2)
+    (max - min).max_element()
 }
 
 fn clean_building(

@@ -45,6 +45,14 @@ pub enum RepairKind {
         /// The other building.
         other: usize,
     },
+    /// A hole surrounds the outer ring; the two changed places.
+    RingsReordered,
+    /// A slit narrower than [`SceneConfig::close_gaps_m`](super::SceneConfig::close_gaps_m) between walls of this building
+    /// and another, or of its own; it was filled.
+    Gap {
+        /// The building on the other side.
+        other: usize,
+    },
 }
 
 /// All findings of one scene, in the order of the buildings.
@@ -77,7 +85,7 @@ impl fmt::Display for RepairReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         use RepairKind as K;
         type Select = fn(&K) -> bool;
-        let kinds: [(&str, Select); 7] = [
+        let kinds: [(&str, Select); 9] = [
             ("reoriented", |k| matches!(k, K::Reoriented)),
             ("duplicate vertices", |k| {
                 matches!(k, K::DuplicateVertex { .. })
@@ -91,6 +99,10 @@ impl fmt::Display for RepairReport {
             ("slivers dropped", |k| matches!(k, K::Sliver)),
             ("overlapping pairs", |k| matches!(k, K::Overlaps { .. })),
             ("touching pairs", |k| matches!(k, K::Touches { .. })),
+            ("holes taken for outer rings", |k| {
+                matches!(k, K::RingsReordered)
+            }),
+            ("gaps closed", |k| matches!(k, K::Gap { .. })),
         ];
         let mut separator = "";
         for (name, select) in kinds {

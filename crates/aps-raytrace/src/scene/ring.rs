@@ -111,8 +111,8 @@ pub(super) fn report_crossings(building: usize, ring: &Ring, report: &mut Repair
     }
 }
 
-/// Whether two closed segments, whose boxes overlap, share a point.
-fn segments_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
+/// Tells if two closed segments share a point; segments on one line must have boxes that overlap.
+pub(super) fn segments_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
     let apart = |s: f64, t: f64| (s > 0.0 && t > 0.0) || (s < 0.0 && t < 0.0);
     !apart(orient(a, b, c), orient(a, b, d)) && !apart(orient(c, d, a), orient(c, d, b))
 }

@@ -16,8 +16,9 @@ use i_overlay::i_float::int::point::IntPoint;
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
+use super::gaps::{self, Edge, Filling};
 use super::repair::{RepairKind, RepairReport};
-use super::ring::Ring;
+use super::ring::{self, Ring};
 use crate::predicates::orient;
 
 type Contour = Vec<IntPoint<i64>>;
@@ -26,6 +27,8 @@ type Contour = Vec<IntPoint<i64>>;
 const GRID_BITS: i32 = 40;
 /// How far, in cells, rounding of crossings may bend an edge.
 const TOLERANCE_CELLS: f64 = 8.0;
+/// How far, in cells, the filling of a slit reaches into the walls on its sides.
+const OVERLAP_CELLS: f64 = 4096.0;
 
 /// One closed outline of the union: interior to the left of every edge.
 pub(super) struct Outline {
@@ -35,11 +38,13 @@ pub(super) struct Outline {
     pub edge_building: Vec<usize>,
 }
 
-/// Unites cleaned buildings (outer ring counter-clockwise, holes clockwise).
+/// Unites cleaned buildings (outer ring counter-clockwise, holes clockwise) and closes slits narrower than `close_gaps_m`
+/// between them.
 ///
-/// `same_material` tells whether flush walls of two buildings may become one.
+/// `same_material` tells if flush walls of two buildings may become one.
 pub(super) fn unite(
     buildings: &[(usize, Vec<Ring>)],
+    close_gaps_m: f64,
     same_material: impl Fn(usize, usize) -> bool,
     report: &mut RepairReport,
 ) -> Vec<Outline> {
@@ -48,38 +53,61 @@ pub(super) fn unite(
     };
     let shapes: Vec<(usize, Vec<Contour>)> = buildings
         .iter()
-        .map(|(building, rings)| (*building, grid.resolve(rings)))
-        .filter(|(building, contours)| {
-            // Its holes leave nothing of it.
-            let is_gone = contours.iter().all(Vec::is_empty);
-            if is_gone {
-                report.push(*building, RepairKind::Sliver);
-            }
-            !is_gone
-        })
+        .map(|(building, rings)| (*building, grid.resolve(*building, rings, report)))
+        .filter(|(_, contours)| !contours.is_empty())
         .collect();
     report_contacts(&shapes, report);
 
-    let mut overlay = keeping_collinear(buildings.iter().map(|b| b.1.len() * 8).sum());
-    for (_, contours) in &shapes {
-        overlay.add_source(contours, ShapeType::Subject);
+    let mut edges = Vec::new();
+    for (building, rings) in buildings {
+        for ring in rings {
+            edges.extend(edges_of(&ring.points, |_| *building));
+        }
     }
-    let edges = InputEdges::new(buildings);
-    let mut outlines: Vec<Outline> = overlay
-        .overlay(OverlayRule::Subject, FillRule::NonZero)
-        .into_iter()
-        .flatten()
-        .filter_map(|contour| {
-            let points = contour.iter().map(|&p| grid.to_metres(p)).collect();
-            grid.outline(points, &edges, &same_material)
-        })
-        .collect();
-    // An order of our own: wall ids must not depend on how the union was computed.
-    outlines.sort_by(|p, q| {
-        let key = |o: &Outline| (o.points[0].y, o.points[0].x, o.points[1].y, o.points[1].x);
-        key(p).partial_cmp(&key(q)).expect("coordinates are finite")
-    });
-    outlines
+    let contours = united(shapes.iter().flat_map(|(_, contours)| contours));
+    let outlines = grid.outlines(&contours, &InputEdges::new(edges.clone()), &same_material);
+
+    let walls = outlines.iter();
+    let walls = walls.flat_map(|o| edges_of(&o.points, |i| o.edge_building[i]));
+    let overlap_m = OVERLAP_CELLS * grid.cell_m;
+    let fillings = gaps::fillings(&walls.collect::<Vec<_>>(), close_gaps_m, overlap_m);
+    if fillings.is_empty() {
+        return outlines;
+    }
+    let mut closed: Vec<[usize; 2]> = fillings.iter().map(|f| f.buildings).collect();
+    closed.sort_unstable();
+    closed.dedup();
+    for [building, other] in closed {
+        report.push(building, RepairKind::Gap { other });
+    }
+    let of_filling = |filling: &Filling| filling.points.iter().map(|&p| grid.to_cell(p)).collect();
+    let filled: Vec<Contour> = fillings.iter().map(of_filling).collect();
+    for filling in &fillings {
+        edges.extend(edges_of(&filling.points, |_| filling.buildings[0]));
+    }
+    let contours = united(contours.iter().chain(&filled));
+    grid.outlines(&contours, &InputEdges::new(edges), &same_material)
+}
+
+/// The edges of a closed ring.
+fn edges_of(points: &[DVec2], building: impl Fn(usize) -> usize) -> impl Iterator<Item = Edge> {
+    let n = points.len();
+    (0..n).map(move |i| Edge {
+        a: points[i],
+        b: points[(i + 1) % n],
+        building: building(i),
+    })
+}
+
+/// The union of contours without self-intersection, outer ones counter-clockwise.
+fn united<'a>(contours: impl Iterator<Item = &'a Contour>) -> Vec<Contour> {
+    let contours: Vec<&Contour> = contours.collect();
+    let mut overlay = keeping_collinear(contours.iter().map(|c| c.len()).sum());
+    for contour in contours {
+        overlay.add_contour(contour, ShapeType::Subject);
+    }
+    let shapes = overlay.overlay(OverlayRule::Subject, FillRule::NonZero);
+    shapes.into_iter().flatten().collect()
 }
 
 fn keeping_collinear(capacity: usize) -> Overlay<i64> {
@@ -171,19 +199,60 @@ impl Grid {
 
     /// One building as contours without self-intersection: all that its outer ring winds
     /// around, less its courtyards.
-    fn resolve(&self, rings: &[Ring]) -> Vec<Contour> {
+    fn resolve(&self, building: usize, rings: &[Ring], report: &mut RepairReport) -> Vec<Contour> {
+        let contours = self.difference(rings, 0);
+        if !contours.is_empty() {
+            return contours;
+        }
+        // The holes leave nothing: the largest ring may be the outer one.
+        let area = |i: &usize| ring::doubled_area(&rings[*i].points).abs();
+        let largest = (0..rings.len()).max_by(|i, j| area(i).total_cmp(&area(j)));
+        let contours = match largest {
+            Some(outer) if outer != 0 => self.difference(rings, outer),
+            _ => Vec::new(),
+        };
+        report.push(
+            building,
+            match contours.is_empty() {
+                true => RepairKind::Sliver,
+                false => RepairKind::RingsReordered,
+            },
+        );
+        contours
+    }
+
+    /// All that one ring winds around, less the others.
+    fn difference(&self, rings: &[Ring], outer: usize) -> Vec<Contour> {
         let mut overlay = keeping_collinear(rings.iter().map(|r| r.points.len()).sum());
         for (i, ring) in rings.iter().enumerate() {
             let contour: Contour = ring.points.iter().map(|&p| self.to_cell(p)).collect();
-            let role = if i == 0 {
-                ShapeType::Subject
-            } else {
-                ShapeType::Clip
+            let role = match i == outer {
+                true => ShapeType::Subject,
+                false => ShapeType::Clip,
             };
             overlay.add_contour(&contour, role);
         }
         let shapes = overlay.overlay(OverlayRule::Difference, FillRule::NonZero);
         shapes.into_iter().flatten().collect()
+    }
+
+    /// The outlines that contours on the grid stand for, in an order that does not depend on how they were computed.
+    fn outlines(
+        &self,
+        contours: &[Contour],
+        edges: &InputEdges,
+        same_material: &impl Fn(usize, usize) -> bool,
+    ) -> Vec<Outline> {
+        let outline = |contour: &Contour| {
+            let points = contour.iter().map(|&p| self.to_metres(p)).collect();
+            self.outline(points, edges, same_material)
+        };
+        let mut outlines: Vec<Outline> = contours.iter().filter_map(outline).collect();
+        outlines.sort_by(|p, q| {
+            let key = |o: &Outline| (o.points[0].y, o.points[0].x, o.points[1].y, o.points[1].x);
+            key(p).partial_cmp(&key(q)).expect("coordinates are finite")
+        });
+        outlines
     }
 
     /// Names each edge's building, joins flush walls of one material and starts the ring at its
@@ -244,22 +313,15 @@ impl Grid {
 
 /// All edges of the input, to find out whose wall an edge of the union is.
 struct InputEdges {
-    edges: Vec<(DVec2, DVec2, usize)>,
+    edges: Vec<Edge>,
     bvh: Bvh,
 }
 
 impl InputEdges {
-    fn new(buildings: &[(usize, Vec<Ring>)]) -> Self {
-        let mut edges = Vec::new();
-        for (building, rings) in buildings {
-            for Ring { points, .. } in rings {
-                let n = points.len();
-                edges.extend((0..n).map(|i| (points[i], points[(i + 1) % n], *building)));
-            }
-        }
+    fn new(edges: Vec<Edge>) -> Self {
         let boxes: Vec<Aabb> = edges
             .iter()
-            .map(|&(a, b, _)| Aabb::new(a.min(b), a.max(b)))
+            .map(|e| Aabb::new(e.a.min(e.b), e.a.max(e.b)))
             .collect();
         Self {
             bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
@@ -274,8 +336,11 @@ impl InputEdges {
         self.bvh
             .intersect_aabb(&around)
             .map(|i| self.edges[i as usize])
-            .filter(|&(p, q, _)| (q - p).perp_dot(middle - p).abs() <= tolerance * p.distance(q))
-            .min_by_key(|&(p, q, building)| ((q - p).dot(b - a) <= 0.0, building))
-            .map_or(0, |(_, _, building)| building)
+            .filter(|e| {
+                let height = (e.b - e.a).perp_dot(middle - e.a).abs();
+                height <= tolerance * e.a.distance(e.b)
+            })
+            .min_by_key(|e| ((e.b - e.a).dot(b - a) <= 0.0, e.building))
+            .map_or(0, |e| e.building)
     }
 }

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use aps_data::{Dataset, MapData, MapEntry};
+use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
 use serde_json::Value;
@@ -53,6 +54,7 @@ pub fn check_against(
         ));
         return Ok(false);
     }
+    check_pixels(map, &given.scene, findings);
     let is_wrong = |p: [f64; 2]| match given.scene.locate(DVec2::from(p)) {
         Location::Outdoor => None,
         Location::OnWall { .. } => Some("on a wall"),
@@ -61,6 +63,23 @@ pub fn check_against(
     };
     check_ends(map, is_wrong, findings);
     Ok(true)
+}
+
+/// Pixels that show another city than the one traced: each is set where its part of the row touches a building of the scene.
+fn check_pixels(map: &MapData, scene: &Scene, findings: &mut Findings) {
+    let grid = map.buildings.grid();
+    let pixels = (0..grid.height).flat_map(|y| (0..grid.width).map(move |x| (x, y)));
+    let is_wrong = |&(x, y): &(usize, usize)| {
+        let at = |dx: f64| DVec2::new(x as f64 + dx, y as f64) * grid.metres_per_pixel;
+        scene.touches_building(at(-0.5), at(0.5)) != (map.buildings.row(y)[x] == 1)
+    };
+    let wrong: Vec<(usize, usize)> = pixels.filter(is_wrong).collect();
+    if let Some((x, y)) = wrong.first() {
+        let (id, n) = (map.id, wrong.len());
+        findings.add(format!(
+            "map {id}: {n} pixels are not as the buildings traced, the first at column {x}, row {y}"
+        ));
+    }
 }
 
 /// Numbers of terminals and links that contradict the settings.
