@@ -281,7 +281,7 @@ fn data_set_of_a_newer_format_is_refused_by_every_command() {
     make(&maps, &folder.arg("data"), &[]);
     let manifest = folder.path("data/manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();
-    let newer = text.replace("\"format_version\": 1", "\"format_version\": 2");
+    let newer = text.replace("\"format_version\": 2", "\"format_version\": 3");
     fs::write(&manifest, newer).unwrap();
     let (data, other) = (folder.arg("data"), folder.arg("other"));
     let again = args(&maps, &data);
@@ -293,6 +293,6 @@ fn data_set_of_a_newer_format_is_refused_by_every_command() {
         vec!["dataset", "merge", &data, "--out", &other],
     ] {
         let told = fail(&command);
-        assert!(told.contains("format version 2"), "{command:?}: {told}");
+        assert!(told.contains("format version 3"), "{command:?}: {told}");
     }
 }

@@ -38,8 +38,7 @@ impl DatasetWriter {
         self.must_want(id)?;
         let source = other.as_ref().join(MapEntry::folder_of(id));
         let manifest = MapManifest::read_of(id, &source)?;
-        self.config()
-            .must_equal(&manifest.config(), &source.join(MAP_FILE))?;
+        manifest.must_be_made_with(self.config(), &source.join(MAP_FILE))?;
         let folder = PartialFolder::create(self.root(), &MapEntry::folder_of(id))?;
         for file in &manifest.map.files {
             let (from, to) = (source.join(&file.name), folder.path().join(&file.name));

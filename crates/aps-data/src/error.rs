@@ -55,6 +55,16 @@ pub enum Error {
         /// Newest version this crate knows.
         supported: u64,
     },
+    /// What is stored was written by an earlier version of this crate, whose bytes this one does not repeat.
+    #[error("{} has format version {found}, this program writes {written}: finish it with the program that began it, or use another folder", path.display())]
+    OlderFormat {
+        /// The manifest.
+        path: PathBuf,
+        /// Version in the manifest.
+        found: u64,
+        /// Version this crate writes.
+        written: u64,
+    },
     /// What is stored contradicts itself.
     #[error("{} is damaged: {problem}", path.display())]
     Damaged {

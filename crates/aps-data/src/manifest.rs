@@ -21,7 +21,7 @@ use crate::split::Split;
 mod fuzz;
 
 /// The version of the format this crate writes, and the newest it reads.
-pub const FORMAT_VERSION: u64 = 1;
+pub const FORMAT_VERSION: u64 = 2;
 
 /// The name by which the manifests of this format are told from other JSON.
 pub(crate) const FORMAT: &str = "aps-dataset";
@@ -203,6 +203,16 @@ impl Manifest {
         }
     }
 
+    /// Refuses a data set that this version, with these settings, would not have written.
+    pub(crate) fn must_be_made_with(
+        &self,
+        config: &DatasetConfig,
+        path: &Path,
+    ) -> Result<(), Error> {
+        must_be_current(self.format_version, path)?;
+        config.must_equal(&self.config(), path)
+    }
+
     /// Reads a manifest and checks that it agrees with itself.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         Self::parse(path, &json::read_bytes(path)?)
@@ -252,6 +262,12 @@ impl MapManifest {
             configuration,
             map,
         }
+    }
+
+    /// Refuses a map that this version, with these settings, would not have written.
+    pub fn must_be_made_with(&self, config: &DatasetConfig, path: &Path) -> Result<(), Error> {
+        must_be_current(self.format_version, path)?;
+        config.must_equal(&self.config(), path)
     }
 
     /// Reads the manifest of map `id` in its folder and checks that it agrees with itself.
@@ -392,6 +408,17 @@ impl Totals {
             }
         }
         Some(totals)
+    }
+}
+
+fn must_be_current(found: u64, path: &Path) -> Result<(), Error> {
+    match found {
+        FORMAT_VERSION => Ok(()),
+        _ => Err(Error::OlderFormat {
+            path: path.into(),
+            found,
+            written: FORMAT_VERSION,
+        }),
     }
 }
 

@@ -250,12 +250,12 @@ fn is_of_dataset(name: &str) -> bool {
 fn finished_maps(root: &Path, config: &DatasetConfig) -> Result<BTreeMap<u32, MapEntry>, Error> {
     let manifest = root.join(MANIFEST_FILE);
     if manifest.exists() {
-        config.must_equal(&Manifest::read(&manifest)?.config(), &manifest)?;
+        Manifest::read(&manifest)?.must_be_made_with(config, &manifest)?;
     }
     let mut finished = BTreeMap::new();
     for (id, folder) in MapEntry::folders_in(root)? {
         let stored = MapManifest::read_of(id, &folder)?;
-        config.must_equal(&stored.config(), &folder.join(MAP_FILE))?;
+        stored.must_be_made_with(config, &folder.join(MAP_FILE))?;
         check_sizes(&folder, &stored.map)?;
         finished.insert(id, stored.map);
     }

@@ -174,7 +174,7 @@ fn newer_format_is_refused_before_anything_else_is_read() {
     let path = root.path().join("manifest.json");
     fs::write(
         &path,
-        r#"{"format": "aps-dataset", "format_version": 2, "worlds": []}"#,
+        r#"{"format": "aps-dataset", "format_version": 3, "worlds": []}"#,
     )
     .unwrap();
     let error = Dataset::open(root.path()).unwrap_err();
@@ -182,8 +182,8 @@ fn newer_format_is_refused_before_anything_else_is_read() {
         matches!(
             error,
             Error::NewerFormat {
-                found: 2,
-                supported: 1,
+                found: 3,
+                supported: 2,
                 ..
             }
         ),
@@ -191,6 +191,33 @@ fn newer_format_is_refused_before_anything_else_is_read() {
     );
     let error = DatasetWriter::open(root.path(), sample::config()).unwrap_err();
     assert!(matches!(error, Error::NewerFormat { .. }), "{error:?}");
+}
+
+#[test]
+fn older_format_is_read_but_not_continued() {
+    let root = tempfile::tempdir().unwrap();
+    sample::write(root.path());
+    for path in [
+        root.path().join("manifest.json"),
+        root.path().join("map_0003/map.json"),
+    ] {
+        let text = fs::read_to_string(&path).unwrap();
+        let older = text.replace("\"format_version\": 2", "\"format_version\": 1");
+        assert_ne!(older, text);
+        fs::write(&path, older).unwrap();
+    }
+    assert_eq!(
+        Dataset::open(root.path())
+            .unwrap()
+            .manifest()
+            .format_version,
+        1
+    );
+    let error = DatasetWriter::open(root.path(), sample::config()).unwrap_err();
+    assert!(
+        matches!(error, Error::OlderFormat { found: 1, .. }),
+        "{error:?}"
+    );
 }
 
 #[test]
