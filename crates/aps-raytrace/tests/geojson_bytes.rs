@@ -18,7 +18,7 @@ const CITY: &str = r#"{"type":"FeatureCollection","features":[
 {"type":"MultiPolygon","coordinates":[[[[24.947,60.168,3],[24.9475,60.168],[24.947,60.169]]]]}]}}]}"#;
 
 fn read_all_ways(text: &str) {
-    for coordinates in [Coordinates::Auto, Coordinates::Metres] {
+    for coordinates in [Coordinates::Degrees, Coordinates::Metres] {
         let config = GeoJsonConfig {
             coordinates,
             all_polygons: text.len().is_multiple_of(2),
