@@ -6,7 +6,7 @@ use aps_data::Dataset;
 
 use crate::{fail, succeed, xtask};
 
-const HELSINKI: &str = concat!(
+pub const HELSINKI: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../tests/data/helsinki.geojson"
 );

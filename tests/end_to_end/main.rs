@@ -5,6 +5,7 @@ mod dataset;
 mod exchange;
 mod faults;
 mod folder;
+mod foreign_city;
 mod info;
 mod label;
 mod metrics;

@@ -1,4 +1,6 @@
 //! Where maps come from: a folder of RadioMapSeer files, a city in GeoJSON, or the synthetic city.
+//!
+//! A file that is there is read for what it holds, whatever its name.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -11,14 +13,14 @@ use aps_raytrace::Scene;
 use aps_raytrace::scene::{Area, CityConfig, Footprint, parse_radiomapseer};
 use serde_json::{Value, json};
 
-use crate::tiles::{CutCity, TileArgs};
+use crate::tiles::{CutCity, MIN_BUILDING_M, TileArgs, TileSettings, size_m};
 
 /// A value of `--maps`.
 #[derive(Debug, Clone)]
 pub enum MapSource {
-    /// `DIR`: files `0.json`, `1.json`, ...
+    /// `DIR`: files `0.json`, `1.json`, ..., also with zeros before the number.
     Folder(PathBuf),
-    /// `FILE.geojson`, cut into tiles by [`MapSource::cut`].
+    /// A file, cut into tiles by [`MapSource::cut`].
     City {
         /// The GeoJSON file.
         file: PathBuf,
@@ -44,7 +46,7 @@ impl FromStr for MapSource {
                     "'{count}' is not a number of maps; try synthetic:10"
                 )),
             },
-            _ if is_geojson(Path::new(text)) => Ok(Self::City {
+            _ if is_file(Path::new(text)) => Ok(Self::City {
                 file: text.into(),
                 cut: None,
             }),
@@ -53,10 +55,16 @@ impl FromStr for MapSource {
     }
 }
 
-/// Whether a file is a city in GeoJSON, by its name.
-pub fn is_geojson(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("geojson"))
+/// Whether a path is a file, or by its name should be.
+fn is_file(path: &Path) -> bool {
+    let is_geojson = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("geojson");
+    path.is_file() || path.extension().is_some_and(is_geojson)
+}
+
+/// Whether a JSON text is a list, as RadioMapSeer's maps are, and no object, as those of GeoJSON are.
+pub fn is_list(bytes: &[u8]) -> bool {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    bytes.trim_ascii_start().first() == Some(&b'[')
 }
 
 impl fmt::Display for MapSource {
@@ -87,14 +95,36 @@ impl Map {
 
 impl MapSource {
     /// Reads a city and cuts it into tiles; other sources stay as they are.
-    pub fn cut(self, args: &TileArgs) -> Result<Self> {
+    pub fn cut(self, settings: TileSettings) -> Result<Self> {
         match self {
             Self::City { file, .. } => Ok(Self::City {
-                cut: Some(Arc::new(CutCity::read(&file, args)?)),
+                cut: Some(Arc::new(CutCity::read(&file, settings)?)),
                 file,
             }),
             _ => Ok(self),
         }
+    }
+
+    /// The same for the maps of a data set, by the settings in its configuration; refuses others than those it was made of,
+    /// as far as that can be told.
+    pub fn cut_for(self, folder: &Path, configuration: &Value, args: &TileArgs) -> Result<Self> {
+        let stored = &configuration["maps"];
+        let maps = self.cut(args.settings_of(stored))?;
+        let given = maps.describe();
+        let is_same = match (stored, &given) {
+            (Value::Null, _) => true,
+            // Manifests of earlier versions say less.
+            (Value::Object(stored), Value::Object(given)) => stored
+                .iter()
+                .all(|(name, value)| given.get(name) == Some(value)),
+            _ => *stored == given,
+        };
+        ensure!(
+            is_same,
+            "'{}' was made of maps {stored}, --maps gives {given}",
+            folder.display()
+        );
+        Ok(maps)
     }
 
     /// What decides the maps, as a manifest keeps it.
@@ -125,7 +155,7 @@ impl MapSource {
         };
         let entries = std::fs::read_dir(folder).with_context(|| {
             format!(
-                "cannot read the maps in '{}' (give a folder of files 0.json, 1.json, ..., or synthetic:N)",
+                "cannot read the maps in '{}' (give a folder of files 0.json, 1.json, ..., a GeoJSON file, or synthetic:N)",
                 folder.display()
             )
         })?;
@@ -133,7 +163,7 @@ impl MapSource {
         for entry in entries {
             let name = entry?.file_name();
             let stem = name.to_str().and_then(|n| n.strip_suffix(".json"));
-            ids.extend(stem.and_then(|s| s.parse::<u32>().ok()));
+            ids.extend(stem.and_then(id_of));
         }
         ids.sort_unstable();
         ensure!(
@@ -141,13 +171,16 @@ impl MapSource {
             "no map in '{}': expected files named 0.json, 1.json, ...",
             folder.display()
         );
+        if let Some(twice) = ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            file_of(folder, twice[0])?;
+        }
         Ok(ids)
     }
 
     /// Reads and checks one map. City `id` has the seed `seed + id`.
     pub fn load(&self, id: u32, seed: u64) -> Result<Map> {
         match self {
-            Self::Folder(folder) => load_file(&folder.join(format!("{id}.json"))),
+            Self::Folder(folder) => load_file(&file_of(folder, id)?),
             Self::City { file, cut } => uncut(file, cut)?.load(id),
             Self::Synthetic { .. } => {
                 let config = CityConfig {
@@ -163,17 +196,78 @@ impl MapSource {
     }
 }
 
+/// How the maps of a data set are given, if they must be.
+pub fn wanted(configuration: &Value) -> &'static str {
+    match configuration["maps"]["kind"] == "geojson" {
+        true => "--maps FILE.geojson, the city it was made from",
+        false => "--maps DIR, the maps it was made from",
+    }
+}
+
 fn uncut<'a>(file: &Path, cut: &'a Option<Arc<CutCity>>) -> Result<&'a CutCity> {
     let place = || format!("city '{}' was not cut into tiles", file.display());
     cut.as_deref().with_context(place)
 }
 
-/// Reads and checks one RadioMapSeer file.
-pub fn load_file(path: &Path) -> Result<Map> {
+/// Most digits of a map's name.
+const MAX_DIGITS: usize = 10;
+
+/// The map that a file is by its name without the ending: digits alone.
+fn id_of(stem: &str) -> Option<u32> {
+    let is_number = stem.len() <= MAX_DIGITS && stem.bytes().all(|b| b.is_ascii_digit());
+    is_number.then(|| stem.parse().ok())?
+}
+
+/// The file of a map in a folder, its number with or without zeros before it.
+fn file_of(folder: &Path, id: u32) -> Result<PathBuf> {
+    let mut names: Vec<String> = (1..=MAX_DIGITS).map(|n| format!("{id:0n$}.json")).collect();
+    names.dedup();
+    let named: Vec<&String> = names.iter().filter(|n| folder.join(n).exists()).collect();
+    match named[..] {
+        [] => Ok(folder.join(&names[0])),
+        [name] => Ok(folder.join(name)),
+        [a, b, ..] => bail!(
+            "'{}' has two files of map {id}, {a} and {b}; remove one",
+            folder.display()
+        ),
+    }
+}
+
+/// Reads the one map that a command asks for: a RadioMapSeer file, a tile of a city in GeoJSON (the first that is a map,
+/// if none is named), or `synthetic`.
+pub fn load_one(path: &Path, tile: Option<u32>, seed: u64, args: &TileArgs) -> Result<Map> {
+    if path == Path::new("synthetic") {
+        return MapSource::Synthetic { count: None }.load(0, seed);
+    }
     let place = || format!("map '{}'", path.display());
-    let text = std::fs::read_to_string(path).with_context(place)?;
-    let footprints = parse_radiomapseer(&text).with_context(place)?;
-    let scene = Scene::new(&footprints, Some(Area::RADIOMAPSEER)).with_context(place)?;
+    let bytes = std::fs::read(path).with_context(place)?;
+    match is_list(&bytes) {
+        true => of_radiomapseer(&bytes).with_context(place),
+        false => {
+            let city = CutCity::of_bytes(&bytes, path, args.settings())?;
+            city.load(tile.unwrap_or(city.ids()?[0]))
+        }
+    }
+}
+
+/// Reads and checks one RadioMapSeer file.
+fn load_file(path: &Path) -> Result<Map> {
+    let place = || format!("map '{}'", path.display());
+    let bytes = std::fs::read(path).with_context(place)?;
+    of_radiomapseer(&bytes).with_context(place)
+}
+
+fn of_radiomapseer(bytes: &[u8]) -> Result<Map> {
+    let footprints = parse_radiomapseer(bytes)?;
+    ensure!(!footprints.is_empty(), "no building in it");
+    let sizes = footprints.iter().map(|f| size_m(&f.outer));
+    let size_m = sizes.fold(0.0, f64::max);
+    ensure!(
+        size_m >= MIN_BUILDING_M,
+        "the largest of {} buildings is {size_m:.3} m long: the numbers must be in another unit",
+        footprints.len()
+    );
+    let scene = Scene::new(&footprints, Some(Area::RADIOMAPSEER))?;
     Ok(Map { footprints, scene })
 }
 

@@ -10,9 +10,10 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Receiver, TraceConfig, Tracer, Transmitter};
 use rayon::prelude::*;
 
-use crate::maps::{Map, MapSource};
+use crate::maps::{self, Map, MapSource};
 use crate::picture::Outlines;
 use crate::settings;
+use crate::tiles::TileArgs;
 use crate::view::{LinkView, PathView};
 
 /// A data set, and the maps it was made from where they are at hand.
@@ -33,8 +34,8 @@ pub struct SourceMap {
 }
 
 impl Source {
-    /// Opens a data set. Without `maps` its own are used if they were synthetic.
-    pub fn open(folder: &Path, maps: Option<MapSource>) -> Result<Self> {
+    /// Opens a data set. Without `maps` its own are used if they were synthetic; a city is cut as it was.
+    pub fn open(folder: &Path, maps: Option<MapSource>, tiles: &TileArgs) -> Result<Self> {
         let place = || format!("data set '{}'", folder.display());
         let dataset = Dataset::open(folder).with_context(place)?;
         let configuration = &dataset.manifest().configuration;
@@ -47,6 +48,9 @@ impl Source {
         let is_synthetic = configuration
             .get("maps")
             .is_some_and(|maps| maps == "synthetic");
+        let maps = maps
+            .map(|maps| maps.cut_for(folder, configuration, tiles))
+            .transpose()?;
         let own = is_synthetic.then_some((MapSource::Synthetic { count: None }, false));
         Ok(Self {
             maps: maps.map(|maps| (maps, true)).or(own),
@@ -83,6 +87,22 @@ impl Source {
             stored,
             again,
         })
+    }
+
+    /// Refuses a link that has no paths to look at, and says why.
+    pub fn must_have_paths(&self, map: &SourceMap, row: usize) -> Result<()> {
+        ensure!(
+            map.has_paths(),
+            "the data set stores no paths; give {}, or make it with --store aps,paths",
+            maps::wanted(&self.dataset.manifest().configuration)
+        );
+        let status = map.data.status[row];
+        ensure!(
+            status.is_valid(),
+            "link {row} of map {} has no label: {status}",
+            map.data.id
+        );
+        Ok(())
     }
 
     /// The map it was made from: one given by name must be it, another is used if it is.
@@ -209,19 +229,4 @@ impl std::str::FromStr for LinkId {
             _ => Err(wrong()),
         }
     }
-}
-
-/// Refuses a link that has no paths to look at, and says why.
-pub fn must_have_paths(map: &SourceMap, row: usize) -> Result<()> {
-    ensure!(
-        map.has_paths(),
-        "the data set stores no paths; give the maps it was made from with --maps, or make it with --store aps,paths"
-    );
-    let status = map.data.status[row];
-    ensure!(
-        status.is_valid(),
-        "link {row} of map {} has no label: {status}",
-        map.data.id
-    );
-    Ok(())
 }

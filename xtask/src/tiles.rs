@@ -4,31 +4,64 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use aps_raytrace::Scene;
-use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Tiling, parse_geojson};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::{Coordinates, GeoJsonConfig, GeoJsonError, Tiling, parse_geojson};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::maps::{Map, ranges};
+use crate::maps::{Map, is_list, ranges};
 
 /// Tiles with a larger share of buildings have no room for terminals.
 const MAX_BUILT_SHARE: f64 = 0.95;
+
+/// A map needs a building as large as this [m].
+pub const MIN_BUILDING_M: f64 = 1.0;
 
 /// How a city in GeoJSON becomes maps.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "City in GeoJSON")]
 pub struct TileArgs {
-    /// Side of the maps it is cut into [m]; numbered row by row from the south-west.
-    #[arg(long, default_value_t = 256.0, value_name = "METRES")]
-    pub tile: f64,
-    /// Leave out maps with fewer buildings.
-    #[arg(long, default_value_t = 1)]
-    pub min_buildings: usize,
+    /// Side of the maps it is cut into [m]; numbered row by row from the south-west [default: 256, or as the data set
+    /// at hand was made].
+    #[arg(long, value_name = "METRES")]
+    pub tile: Option<f64>,
+    /// Leave out maps with fewer buildings [default: 1, or as the data set at hand was made].
+    #[arg(long)]
+    pub min_buildings: Option<usize>,
     /// Its coordinates are metres, not degrees.
     #[arg(long)]
     pub metric: bool,
     /// Take every polygon for a building, with or without a building tag.
     #[arg(long)]
     pub all_polygons: bool,
+}
+
+/// [`TileArgs`] with everything said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TileSettings {
+    pub tile_m: f64,
+    pub min_buildings: usize,
+    pub metric: bool,
+    pub all_polygons: bool,
+}
+
+impl TileArgs {
+    /// For maps of one's own.
+    pub fn settings(&self) -> TileSettings {
+        self.settings_of(&Value::Null)
+    }
+
+    /// For the maps of a data set: what is not said is as [`CutCity::describe`] has put it into its manifest, as far as that
+    /// tells.
+    pub fn settings_of(&self, stored: &Value) -> TileSettings {
+        let stored_min = stored["min_buildings"].as_u64().map(|n| n as usize);
+        TileSettings {
+            tile_m: self.tile.or(stored["tile_m"].as_f64()).unwrap_or(256.0),
+            min_buildings: self.min_buildings.or(stored_min).unwrap_or(1),
+            metric: self.metric || stored["coordinates"] == "metres",
+            all_polygons: self.all_polygons || stored["all_polygons"] == true,
+        }
+    }
 }
 
 /// A city, its tiles, and which of them are maps.
@@ -41,31 +74,42 @@ pub struct CutCity {
 
 impl CutCity {
     /// Reads and cuts a city, and says what was found.
-    pub fn read(file: &Path, args: &TileArgs) -> Result<Self> {
+    pub fn read(file: &Path, settings: TileSettings) -> Result<Self> {
         let place = || format!("city '{}'", file.display());
-        let text = std::fs::read_to_string(file).with_context(place)?;
+        let bytes = std::fs::read(file).with_context(place)?;
+        Self::of_bytes(&bytes, file, settings)
+    }
+
+    /// The same from the bytes of a file.
+    pub fn of_bytes(bytes: &[u8], file: &Path, settings: TileSettings) -> Result<Self> {
+        let place = || format!("city '{}'", file.display());
+        ensure!(
+            !is_list(bytes),
+            "'{}' holds a list, as RadioMapSeer's maps do, and no GeoJSON; give the folder that it is in, with its number in \
+             --map-ids",
+            file.display()
+        );
         let config = GeoJsonConfig {
-            coordinates: if args.metric {
-                Coordinates::Metres
-            } else {
-                Coordinates::Auto
+            coordinates: match settings.metric {
+                true => Coordinates::Metres,
+                false => Coordinates::Degrees,
             },
-            all_polygons: args.all_polygons,
+            all_polygons: settings.all_polygons,
         };
-        let city = parse_geojson(&text, &config).with_context(|| match args.all_polygons {
-            true => place(),
-            false => format!("{} (--all-polygons takes untagged ones)", place()),
-        })?;
-        let (unit, digits) = match city.coordinates {
-            Coordinates::Metres => ("metres", 1),
-            _ => ("degrees", 5),
+        let city = parse_geojson(bytes, &config)
+            .map_err(|error| anyhow::anyhow!("{}: {error}{}", place(), advice(&error)))?;
+        let (unit, digits) = match settings.metric {
+            true => ("metres", 1),
+            false => ("degrees", 5),
         };
         let [x, y] = city.origin;
-        let settings = json!({
+        let description = json!({
             "kind": "geojson",
-            "tile_m": args.tile,
-            "min_buildings": args.min_buildings,
+            "tile_m": settings.tile_m,
+            "min_buildings": settings.min_buildings,
+            "all_polygons": settings.all_polygons,
             "coordinates": unit,
+            "crs": city.crs,
             "origin": city.origin,
             "buildings": city.footprints.len(),
         });
@@ -74,8 +118,15 @@ impl CutCity {
             "{} buildings about ({x:.digits$}, {y:.digits$}) {unit}",
             city.footprints.len()
         );
+        if let Some(crs) = city.crs {
+            words += &format!(", read as {crs}");
+        }
         for (count, what) in [
             (skipped.features, "features that are no building"),
+            (
+                skipped.not_standing,
+                "buildings planned, under construction, in ruins or demolished",
+            ),
             (skipped.without_area, "buildings without an area"),
             (skipped.rings, "rings without an area"),
         ] {
@@ -83,14 +134,14 @@ impl CutCity {
                 words += &format!("; {count} {what} passed over");
             }
         }
-        let tiling = Tiling::new(city.footprints, args.tile).with_context(place)?;
+        let tiling = Tiling::new(city.footprints, settings.tile_m).with_context(place)?;
         let [columns, rows] = tiling.size();
-        let is_open = |id: &u32| tiling.contents(*id).1 <= MAX_BUILT_SHARE;
-        let ids: Vec<u32> = tiling.ids(args.min_buildings).filter(is_open).collect();
+        let is_map = |id: &u32| tiling.contents(*id).1 <= MAX_BUILT_SHARE && is_built(&tiling, *id);
+        let ids: Vec<u32> = tiling.ids(settings.min_buildings).filter(is_map).collect();
         eprintln!(
             "{}: {words}\n{columns} x {rows} tiles of {} m, {} of them maps: {}",
             place(),
-            args.tile,
+            settings.tile_m,
             ids.len(),
             ranges(&ids)
         );
@@ -98,12 +149,12 @@ impl CutCity {
             !ids.is_empty(),
             "{}: no tile has {} buildings and room between them",
             place(),
-            args.min_buildings
+            settings.min_buildings
         );
         Ok(Self {
             tiling,
             ids,
-            settings,
+            settings: description,
         })
     }
 
@@ -136,5 +187,35 @@ impl CutCity {
             footprints: tile.footprints,
             scene,
         })
+    }
+}
+
+/// Whether a tile has a building as large as one.
+fn is_built(tiling: &Tiling, id: u32) -> bool {
+    let tile = tiling.tile(id);
+    tile.is_some_and(|tile| {
+        let mut rings = tile.footprints.iter().map(|f| &f.outer);
+        rings.any(|ring| size_m(ring) >= MIN_BUILDING_M)
+    })
+}
+
+/// Longest side of the bounding box of some points.
+pub fn size_m(points: &[DVec2]) -> f64 {
+    let grow = |(min, max): (DVec2, DVec2), &p: &DVec2| (min.min(p), max.max(p));
+    let none = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (min, max) = points.iter().fold(none, grow);
+    (max - min).max_element()
+}
+
+/// What to type where a file was read in another way than its writer meant.
+fn advice(error: &GeoJsonError) -> &'static str {
+    match error {
+        GeoJsonError::NoTag { .. } => " (--all-polygons takes untagged ones)",
+        GeoJsonError::Coordinate { .. }
+        | GeoJsonError::Latitude { .. }
+        | GeoJsonError::TooLarge { .. }
+        | GeoJsonError::UnknownCrs => " (--metric takes its numbers for metres)",
+        GeoJsonError::NotMetres { .. } => "; leave --metric away",
+        _ => "",
     }
 }

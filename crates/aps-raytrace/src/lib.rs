@@ -79,6 +79,7 @@ mod occlusion;
 mod path;
 pub mod predicates;
 pub mod scene;
+mod text;
 mod tracer;
 pub mod transition;
 pub mod utd;

@@ -49,8 +49,8 @@ pub struct Args {
 /// Which data set to make, and where; whoever makes it.
 #[derive(Debug, clap::Args)]
 pub struct Order {
-    /// Folder of RadioMapSeer files 0.json, 1.json, ..., a city in FILE.geojson, or synthetic[:N]
-    /// for N made-up cities.
+    /// Folder of RadioMapSeer files 0.json, 1.json, ..., a FILE with a city in GeoJSON, or
+    /// synthetic[:N] for N made-up cities.
     #[arg(long, default_value = "synthetic")]
     pub maps: MapSource,
     /// Which of them, like 0-4,7 [default: by profile].
@@ -148,7 +148,7 @@ impl Args {
 impl Order {
     /// The same with its maps read, if they come from a city.
     pub fn read(mut self) -> Result<Self> {
-        self.maps = self.maps.cut(&self.tiles)?;
+        self.maps = self.maps.cut(self.tiles.settings())?;
         Ok(self)
     }
 

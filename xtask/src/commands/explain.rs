@@ -8,9 +8,10 @@ use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
 
 use crate::args::{TraceArgs, parse_point};
-use crate::maps::{MapSource, load_file};
+use crate::maps::{MapSource, load_one};
 use crate::picture::Outlines;
-use crate::source::{LinkId, Source, must_have_paths};
+use crate::source::{LinkId, Source};
+use crate::tiles::TileArgs;
 use crate::view::LinkView;
 
 mod explanation;
@@ -28,12 +29,15 @@ pub struct Args {
     #[arg(long, requires = "dataset")]
     link: Option<LinkId>,
     /// The maps the data set was made from, where it stores no paths: a folder of RadioMapSeer
-    /// files. Synthetic ones are found without.
+    /// files, or the GeoJSON file of the city, which is cut as it was. Synthetic ones are found without.
     #[arg(long, requires = "dataset")]
     maps: Option<MapSource>,
-    /// Trace a link now: a RadioMapSeer file, or synthetic for the made-up city of --seed.
+    /// Trace a link now: a RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, requires_all = ["tx", "rx"])]
     map: Option<PathBuf>,
+    /// Which tile of a city [default: the first with a building].
+    #[arg(long, requires = "map")]
+    map_id: Option<u32>,
     /// Seed of the synthetic city.
     #[arg(long, default_value_t = 42)]
     seed: u64,
@@ -51,6 +55,8 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     trace: TraceArgs,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 /// A link with everything that is to be shown of it.
@@ -100,10 +106,10 @@ impl Args {
 
     fn subject(&self) -> Result<Subject> {
         if let (Some(folder), Some(id)) = (&self.dataset, self.link) {
-            let source = Source::open(folder, self.maps.clone())?;
+            let source = Source::open(folder, self.maps.clone(), &self.tiles)?;
             let map = source.map(id.map)?;
             let row = map.row_of(id.tx, id.rx)?;
-            must_have_paths(&map, row)?;
+            source.must_have_paths(&map, row)?;
             return Ok(Subject {
                 title: format!("Map {}, transmitter {}, receiver {}", id.map, id.tx, id.rx),
                 link: map.links(&[row])?.remove(0),
@@ -114,10 +120,7 @@ impl Args {
         let (Some(file), Some(tx), Some(rx)) = (&self.map, self.tx, self.rx) else {
             bail!("name a link: DATASET --link MAP,TX,RX, or --map FILE --tx X,Y --rx X,Y");
         };
-        let map = match file.to_str() {
-            Some("synthetic") => MapSource::Synthetic { count: None }.load(0, self.seed)?,
-            _ => load_file(file)?,
-        };
+        let map = load_one(file, self.map_id, self.seed, &self.tiles)?;
         let tracer = Tracer::new(&map.scene, self.trace.config())?;
         let link = tracer.trace(tx, rx)?;
         Ok(Subject {

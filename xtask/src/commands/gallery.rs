@@ -12,6 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::maps::MapSource;
 use crate::page::{Page, Section};
 use crate::source::{LinkId, Source};
+use crate::tiles::TileArgs;
 
 mod charts;
 mod links;
@@ -40,13 +41,16 @@ pub struct Args {
     /// Links that the statistics are taken from, drawn from all maps.
     #[arg(long, default_value_t = 20_000)]
     sample: usize,
-    /// The maps the data set was made from: a folder of RadioMapSeer files. Gives paths where none
-    /// are stored, and exact walls. Synthetic ones are found without.
+    /// The maps the data set was made from: a folder of RadioMapSeer files, or the GeoJSON file of
+    /// the city, which is cut as it was. Gives paths where none are stored, and exact walls.
+    /// Synthetic ones are found without.
     #[arg(long)]
     maps: Option<MapSource>,
     /// Seed of the random choices.
     #[arg(long, default_value_t = 42)]
     seed: u64,
+    #[command(flatten)]
+    tiles: TileArgs,
 }
 
 /// Rows of a map that are needed.
@@ -59,7 +63,7 @@ struct Wanted {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        let source = Source::open(&self.dataset, self.maps.clone())?;
+        let source = Source::open(&self.dataset, self.maps.clone(), &self.tiles)?;
         let manifest = source.dataset().manifest();
         let valid = |map: &aps_data::MapEntry| map.status.get("valid").copied().unwrap_or(0);
         let counts: Vec<(u32, u64)> = manifest.maps.iter().map(|m| (m.id, valid(m))).collect();

@@ -12,7 +12,7 @@ use aps_label::Labeler;
 use super::dataset::Order;
 use crate::command_line;
 use crate::maps::{MapSource, ranges};
-use crate::tiles::TileArgs;
+use crate::tiles::TileSettings;
 use crate::whole_files;
 
 mod scripts;
@@ -159,21 +159,19 @@ fn dataset_words(ids: &[u32]) -> Vec<String> {
 
 /// What tells `verify` the maps: nothing where it makes them itself.
 fn maps_words(order: &Order) -> Vec<String> {
-    let (
-        TileArgs {
-            tile,
-            min_buildings,
-            metric,
-            all_polygons,
-        },
-        maps,
-    ) = (&order.tiles, &order.maps);
+    let TileSettings {
+        tile_m,
+        min_buildings,
+        metric,
+        all_polygons,
+    } = order.tiles.settings();
+    let maps = &order.maps;
     let mut words = Vec::new();
     if !matches!(maps, MapSource::Synthetic { .. }) {
         words.extend(["--maps".into(), maps.to_string()]);
     }
     if matches!(maps, MapSource::City { .. }) {
-        words.extend(["--tile".into(), tile.to_string()]);
+        words.extend(["--tile".into(), tile_m.to_string()]);
         words.extend(["--min-buildings".into(), min_buildings.to_string()]);
         words.extend(metric.then(|| "--metric".into()));
         words.extend(all_polygons.then(|| "--all-polygons".into()));

@@ -10,10 +10,10 @@ use aps_raytrace::{Link, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
-use crate::maps::{Map, MapSource, is_geojson, load_file};
+use crate::maps::{Map, load_one};
 use crate::picture::{self, Outlines};
 use crate::spectra::Spectrum;
-use crate::tiles::{CutCity, TileArgs};
+use crate::tiles::TileArgs;
 use crate::view::{LinkView, PathView};
 use crate::wire::{LinkEntry, LinkList};
 
@@ -28,7 +28,7 @@ pub enum Format {
 /// Trace single links and print or draw their paths.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A RadioMapSeer file, a city in FILE.geojson, or synthetic for the made-up city of --seed.
+    /// A RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, default_value = "synthetic")]
     map: PathBuf,
     /// Which tile of a city [default: the first with a building].
@@ -81,14 +81,7 @@ impl Args {
     }
 
     fn map(&self) -> Result<Map> {
-        if self.map == Path::new("synthetic") {
-            MapSource::Synthetic { count: None }.load(0, self.seed)
-        } else if is_geojson(&self.map) {
-            let city = CutCity::read(&self.map, &self.tiles)?;
-            city.load(self.map_id.unwrap_or(city.ids()?[0]))
-        } else {
-            load_file(&self.map)
-        }
+        load_one(&self.map, self.map_id, self.seed, &self.tiles)
     }
 
     /// Transmitter and receiver of each link.

@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::maps::MapSource;
+use crate::maps::{self, MapSource};
 use crate::progress;
 use crate::settings::{self, Stored};
 use crate::tiles::TileArgs;
@@ -25,7 +25,8 @@ use recompute::Recomputation;
 pub struct Args {
     /// Folder of the data set.
     dataset: PathBuf,
-    /// The maps it was made of [default: synthetic cities are made anew; other maps are not looked at].
+    /// The maps it was made of; a city in GeoJSON is cut as it was [default: synthetic cities are made anew; other maps
+    /// are not looked at].
     #[arg(long)]
     maps: Option<MapSource>,
     /// Compute so many random links anew and compare them with what is stored [default: 100 if the maps can be had].
@@ -74,8 +75,8 @@ impl Args {
             (Some(_), None) => bail!(
                 "links can be computed anew only from the maps of a data set that was traced here: {}",
                 match source {
-                    None => "give --maps",
-                    Some(_) => "this one was imported; use --sample 0",
+                    None => format!("give {}", maps::wanted(&manifest.configuration)),
+                    Some(_) => "this one was imported; use --sample 0".into(),
                 }
             ),
         };
@@ -117,7 +118,10 @@ impl Args {
             bail!("{} findings in '{place}'", findings.count);
         }
         let anew = match (&source, sample) {
-            (None, _) => "maps not looked at: give --maps".into(),
+            (None, _) => format!(
+                "maps not looked at: give {}",
+                maps::wanted(&manifest.configuration)
+            ),
             (_, sample) => format!("{sample} links computed anew"),
         };
         println!(
@@ -129,20 +133,13 @@ impl Args {
 
     /// The maps, given or made anew; refuses others than those the data set was made of, as far as that can be told.
     fn source(&self, dataset: &Dataset) -> Result<Option<MapSource>> {
-        let stored = dataset.manifest().configuration.get("maps");
+        let configuration = &dataset.manifest().configuration;
         let Some(maps) = self.maps.clone() else {
-            let is_synthetic = stored.is_some_and(|maps| maps == "synthetic");
+            let is_synthetic = configuration["maps"] == "synthetic";
             return Ok(is_synthetic.then_some(MapSource::Synthetic { count: None }));
         };
-        let maps = maps.cut(&self.tiles)?;
-        let given = maps.describe();
-        match stored {
-            Some(stored) if !stored.is_null() && *stored != given => bail!(
-                "'{}' was made of maps {stored}, --maps gives {given}",
-                self.dataset.display()
-            ),
-            _ => Ok(Some(maps)),
-        }
+        let maps = maps.cut_for(&self.dataset, configuration, &self.tiles)?;
+        Ok(Some(maps))
     }
 }
 

@@ -6,11 +6,12 @@ use serde_json::Value;
 
 use super::footprint::Footprint;
 use crate::error::SceneError;
+use crate::text;
 
 /// Reads RadioMapSeer footprints.
 ///
 /// # Errors
-/// [`SceneError::Syntax`] for text that is not JSON, [`SceneError::Shape`] naming the first
+/// [`SceneError::Syntax`] for text that is not JSON in UTF-8, [`SceneError::Shape`] naming the first
 /// building and vertex of another shape. Geometry is checked later, by the scene.
 ///
 /// ```
@@ -19,13 +20,17 @@ use crate::error::SceneError;
 /// assert_eq!(buildings[0].outer.len(), 5);
 /// # Ok::<(), aps_raytrace::SceneError>(())
 /// ```
-pub fn parse_radiomapseer(text: &str) -> Result<Vec<Footprint>, SceneError> {
-    let root: Value = serde_json::from_str(text).map_err(|e| SceneError::Syntax {
-        reason: e.to_string(),
-    })?;
+pub fn parse_radiomapseer(text: impl AsRef<[u8]>) -> Result<Vec<Footprint>, SceneError> {
+    let syntax = |reason| SceneError::Syntax { reason };
+    let text = text::of_json(text.as_ref()).map_err(syntax)?;
+    let root: Value =
+        serde_json::from_str(&text).map_err(|e| syntax(text::json_error(&text, &e)))?;
     let polygons = root.as_array().ok_or_else(|| SceneError::Shape {
         place: "top level".into(),
-        expected: "a list of polygons",
+        expected: match root.get("type") {
+            Some(_) => "a list of polygons, not GeoJSON, which is a map source of its own",
+            None => "a list of polygons",
+        },
     })?;
     polygons
         .iter()
@@ -67,9 +72,22 @@ mod tests {
     }
 
     #[test]
+    fn byte_order_mark_is_no_part_of_the_text() {
+        assert_eq!(
+            parse_radiomapseer("\u{feff}[[[0,0],[1,0],[1,1]]]")
+                .unwrap()
+                .len(),
+            1
+        );
+    }
+
+    #[test]
     fn errors_name_building_and_vertex() {
         check_error("[[[0, 0], [1, 0]", "not valid JSON");
         check_error("{}", "top level");
+        check_error(r#"{"type": "FeatureCollection"}"#, "not GeoJSON");
+        check_error("", "empty");
+        check_error("[[[0, NaN]]]", "NaN at line 1 column 7");
         check_error("[3]", "building 0");
         check_error("[[[0,0],[1,0],[1,1]], [[0,0],[1]]]", "building 1, vertex 1");
         check_error(r#"[[[0,0],[1,"a"]]]"#, "building 0, vertex 1");

@@ -39,7 +39,7 @@ impl Args {
         let source = self
             .maps
             .clone()
-            .map(|maps| maps.cut(&self.tiles))
+            .map(|maps| maps.cut(self.tiles.settings()))
             .transpose()?;
         let maps = self.find()?;
         must_have_maps(

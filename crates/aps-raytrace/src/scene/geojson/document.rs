@@ -1,0 +1,95 @@
+//! From a text to its features, whatever holds them: a collection, a feature, a bare geometry, or several of these in a
+//! row, one a line (GeoJSONL) or as a text sequence (RFC 8142).
+
+use serde_json::{Deserializer, Map, Value};
+
+use super::GeoJsonError;
+use super::crs::Crs;
+use crate::text;
+
+/// One feature of a file.
+pub(super) struct Feature {
+    properties: Value,
+    /// An object, or null.
+    pub(super) geometry: Value,
+    /// As it says itself, or what holds it.
+    pub(super) crs: Option<Crs>,
+}
+
+impl Feature {
+    /// The value of a tag: a property, or a member of `tags` among the properties, where exports of Overpass keep them.
+    pub(super) fn tag(&self, key: &str) -> Option<&Value> {
+        let of = |tags: &'_ Value| tags.get(key).is_some_and(|v| !v.is_null());
+        let nested = self.properties.get("tags");
+        let tags = [Some(&self.properties), nested].into_iter().flatten();
+        tags.filter(|tags| of(tags)).find_map(|tags| tags.get(key))
+    }
+}
+
+/// The features of a text in their order.
+pub(super) fn features(text: &[u8]) -> Result<Vec<Feature>, GeoJsonError> {
+    let text = text::of_json(text).map_err(syntax)?;
+    let mut features = Vec::new();
+    for document in Deserializer::from_str(&text).into_iter::<Value>() {
+        let document = document.map_err(|e| syntax(text::json_error(&text, &e)))?;
+        add(document, &mut features)?;
+    }
+    Ok(features)
+}
+
+fn add(document: Value, features: &mut Vec<Feature>) -> Result<(), GeoJsonError> {
+    let Value::Object(mut document) = document else {
+        return Err(syntax("expected an object with a `type`".into()));
+    };
+    let crs = Crs::of(&document)?;
+    match kind(&document) {
+        Some("FeatureCollection") => {
+            let Some(Value::Array(members)) = document.remove("features") else {
+                return Err(syntax("a FeatureCollection without `features`".into()));
+            };
+            features.reserve(members.len());
+            for member in members {
+                match member {
+                    Value::Object(f) if kind(&f) == Some("Feature") => {
+                        features.push(feature(f, crs)?)
+                    }
+                    _ => {
+                        let place = features.len();
+                        return Err(syntax(format!("feature {place} is not of type Feature")));
+                    }
+                }
+            }
+        }
+        Some("Feature") => features.push(feature(document, crs)?),
+        Some(
+            "Point" | "MultiPoint" | "LineString" | "MultiLineString" | "Polygon" | "MultiPolygon"
+            | "GeometryCollection",
+        ) => features.push(Feature {
+            properties: Value::Null,
+            geometry: document.into(),
+            crs,
+        }),
+        Some(other) => return Err(syntax(format!("a {other} is no object of GeoJSON"))),
+        None => return Err(syntax("expected an object with a `type`".into())),
+    }
+    Ok(())
+}
+
+fn kind(object: &Map<String, Value>) -> Option<&str> {
+    object.get("type")?.as_str()
+}
+
+fn feature(mut members: Map<String, Value>, outer: Option<Crs>) -> Result<Feature, GeoJsonError> {
+    let own = Crs::of(&members)?;
+    let geometry = members.remove("geometry").unwrap_or_default();
+    let inner = geometry.as_object().map(Crs::of).transpose()?.flatten();
+    Ok(Feature {
+        properties: members.remove("properties").unwrap_or_default(),
+        crs: inner.or(own).or(outer),
+        geometry,
+    })
+}
+
+pub(super) fn syntax(reason: String) -> GeoJsonError {
+    GeoJsonError::Syntax { reason }
+}

@@ -1,0 +1,342 @@
+//! Foreign map files: what they say is read, what they do not say is asked for, and nothing is guessed.
+
+use std::fs;
+
+use aps_data::Dataset;
+
+use crate::city::HELSINKI;
+use crate::folder::{Folder, assert_same, files, map};
+use crate::{fail, succeed, xtask};
+
+/// Corners of three houses \[m\], west, south, width and height.
+const HOUSES: [[f64; 4]; 3] = [
+    [0.0, 0.0, 20.0, 10.0],
+    [60.0, 40.0, 20.0, 30.0],
+    [120.0, 10.0, 30.0, 20.0],
+];
+
+/// A house whose corners go through a function, as a feature of its own.
+fn house([x, y, w, h]: [f64; 4], tags: &str, place: impl Fn(f64, f64) -> [f64; 2]) -> String {
+    let corners = [(x, y), (x + w, y), (x + w, y + h), (x, y + h), (x, y)];
+    let ring = corners.map(|(x, y)| place(x, y));
+    format!(
+        r#"{{"type":"Feature","properties":{tags},"geometry":{{"type":"Polygon","coordinates":[{ring:?}]}}}}"#
+    )
+}
+
+const YES: &str = r#"{"building":"yes"}"#;
+
+fn houses(place: impl Fn(f64, f64) -> [f64; 2]) -> Vec<String> {
+    let houses = HOUSES.iter();
+    houses.map(|&h| house(h, YES, &place)).collect()
+}
+
+/// At 60 degrees north, 20 degrees east, near enough for a test.
+fn degrees(x: f64, y: f64) -> [f64; 2] {
+    [20.0 + x / 55_800.0, 60.0 + y / 111_412.0]
+}
+
+/// The same in Web Mercator.
+fn web_mercator(x: f64, y: f64) -> [f64; 2] {
+    let [longitude, latitude] = degrees(x, y).map(f64::to_radians);
+    [longitude, latitude.tan().asinh()].map(|angle| angle * 6_378_137.0)
+}
+
+fn collection(features: &[String], crs: &str) -> String {
+    let features = features.join(",");
+    format!(r#"{{"type":"FeatureCollection",{crs}"features":[{features}]}}"#)
+}
+
+fn named(crs: &str) -> String {
+    format!(r#""crs":{{"type":"name","properties":{{"name":"{crs}"}}}},"#)
+}
+
+/// The words of a command that makes a small data set of a file.
+fn make<'a>(maps: &'a str, out: &'a str) -> Vec<&'a str> {
+    let fixed = "dataset --profile smoke --tx-per-map 2 --rx-per-map 10 --maps";
+    fixed.split(' ').chain([maps, "--out", out]).collect()
+}
+
+/// What the runner tells of a city it must take.
+#[track_caller]
+fn told(args: &[&str]) -> String {
+    let output = xtask(args);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{args:?}: {told}");
+    told
+}
+
+fn built(out: &std::path::Path) -> usize {
+    let dataset = Dataset::open(out).unwrap();
+    let maps = &dataset.manifest().maps;
+    let pixels = |id| {
+        dataset
+            .map(id)
+            .unwrap()
+            .buildings
+            .pixels()
+            .iter()
+            .filter(|&&p| p == 1)
+            .count()
+    };
+    maps.iter().map(|entry| pixels(entry.id)).sum()
+}
+
+#[test]
+fn reference_system_is_read_and_recorded() {
+    let folder = Folder::new();
+    let (city, out) = (folder.arg("city.geojson"), folder.arg("data"));
+    let mut pixels = Vec::new();
+    for (text, crs) in [
+        (collection(&houses(degrees), ""), "OGC:CRS84"),
+        (
+            collection(&houses(web_mercator), &named("urn:ogc:def:crs:EPSG::3857")),
+            "EPSG:3857",
+        ),
+    ] {
+        fs::write(&city, text).unwrap();
+        let _ = fs::remove_dir_all(&out);
+        let words = told(&make(&city, &out));
+        assert!(
+            words.contains("3 buildings") && words.contains(crs),
+            "{words}"
+        );
+        let dataset = Dataset::open(&out).unwrap();
+        let maps = &dataset.manifest().configuration["maps"];
+        assert_eq!(
+            (maps["crs"].as_str(), maps["all_polygons"].as_bool()),
+            (Some(crs), Some(false))
+        );
+        pixels.push(built(folder.path("data").as_path()) as f64);
+    }
+    // 1400 m2, with the pixels that walls run through; Web Mercator's own metres make 5600.
+    assert!(
+        pixels.iter().all(|p| (1400.0..1700.0).contains(p)),
+        "{pixels:?}"
+    );
+    assert!((pixels[0] / pixels[1] - 1.0).abs() < 0.02, "{pixels:?}");
+
+    let feet = |x: f64, y: f64| [984_250.0 + 3.281 * x, 196_850.0 + 3.281 * y];
+    fs::write(
+        &city,
+        collection(&houses(feet), &named("urn:ogc:def:crs:EPSG::2263")),
+    )
+    .unwrap();
+    let error = fail(&make(&city, &folder.arg("feet")));
+    assert!(
+        error.contains("EPSG::2263") && error.contains("ogr2ogr"),
+        "{error}"
+    );
+}
+
+#[test]
+fn metres_are_asked_for() {
+    let folder = Folder::new();
+    let city = folder.arg("city.geojson");
+    let refused = |features: &[String]| {
+        fs::write(&city, collection(features, "")).unwrap();
+        fail(&make(&city, &folder.arg("refused")))
+    };
+    for shift in [0.0, 400_000.0] {
+        let error = refused(&houses(|x, y| [x + shift, y + shift]));
+        assert!(
+            error.contains("feature ") && error.contains("--metric"),
+            "{error}"
+        );
+    }
+    let out = folder.arg("data");
+    let words = told(&[&make(&city, &out)[..], &["--metric"]].concat());
+    assert!(words.contains("metres"), "{words}");
+    succeed(&["verify", &out, "--maps", &city]);
+    // Latitude first, in Japan.
+    let error = refused(&houses(|x, y| [35.6 + y / 111e3, 139.7 + x / 91e3]));
+    assert!(
+        error.contains("no latitude") && error.contains("swapped"),
+        "{error}"
+    );
+    // Kilometres.
+    fs::write(&city, collection(&houses(|x, y| [x / 1e3, y / 1e3]), "")).unwrap();
+    let error = fail(&[&make(&city, &folder.arg("refused"))[..], &["--metric"]].concat());
+    assert!(error.contains("another unit"), "{error}");
+}
+
+#[test]
+fn same_city_comes_in_many_wrappings() {
+    let folder = Folder::new();
+    let houses = houses(degrees);
+    let whole = collection(&houses, "");
+    let bytes = |text: &str| text.as_bytes().to_vec();
+    let tagged = |h, tags| house(h, tags, degrees);
+    let nested = [
+        tagged(HOUSES[0], r#"{"id":1,"tags":{"building":"yes"}}"#),
+        houses[1].clone(),
+        tagged([0.0, 0.0, 150.0, 80.0], r#"{"tags":{"landuse":"residential"}}"#),
+        tagged(HOUSES[2], YES),
+        tagged([20.0, 60.0, 10.0, 10.0], r#"{"building":"construction"}"#),
+        r#"{"type":"Feature","properties":{"building":"yes"},"geometry":{"type":"MultiPolygon","coordinates":[[]]}}"#.into(),
+    ];
+    let variants = [
+        ("city.geojson", bytes(&whole)),
+        ("city.json", bytes(&whole)),
+        (
+            "mark.geojson",
+            [&b"\xef\xbb\xbf"[..], whole.as_bytes()].concat(),
+        ),
+        ("lines.geojsonl", bytes(&houses.join("\n"))),
+        (
+            "sequence.geojsons",
+            bytes(
+                &houses
+                    .iter()
+                    .map(|h| format!("\u{1e}{h}\n"))
+                    .collect::<String>(),
+            ),
+        ),
+        (
+            "collections.geojson",
+            bytes(
+                &houses
+                    .iter()
+                    .map(|h| collection(std::slice::from_ref(h), ""))
+                    .collect::<String>(),
+            ),
+        ),
+        ("nested.geojson", bytes(&collection(&nested, ""))),
+    ];
+    let arrays = |name: &str| {
+        let mut found = files(&folder.path(name));
+        found.retain(|name, _| name.ends_with(".npy"));
+        found
+    };
+    for (name, text) in variants {
+        fs::write(folder.path(name), text).unwrap();
+        let out = format!("data-{name}");
+        let words = told(&make(&folder.arg(name), &folder.arg(&out)));
+        assert!(words.contains("3 buildings about"), "{name}: {words}");
+        if name == "nested.geojson" {
+            assert!(words.contains("1 features that are no building"), "{words}");
+            assert!(
+                words.contains("1 buildings planned, under construction"),
+                "{words}"
+            );
+            assert!(words.contains("1 buildings without an area"), "{words}");
+        }
+        assert_same(&arrays("data-city.geojson"), &arrays(&out));
+    }
+    let wide: Vec<u8> = whole.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let with_nan = whole.replace("\"yes\"", "\"yes\",\"height\":NaN");
+    for (text, expected) in [
+        (wide, "UTF-16"),
+        (bytes(&with_nan), "NaN at line 1 column"),
+        (Vec::new(), "the file is empty"),
+        (bytes(&map(0)), "--map-ids"),
+    ] {
+        fs::write(folder.path("bad.geojson"), text).unwrap();
+        let error = fail(&make(&folder.arg("bad.geojson"), &folder.arg("bad")));
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn folders_are_read_as_they_are_or_not_at_all() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    fs::rename(folder.path("maps/0.json"), folder.path("maps/000.json")).unwrap();
+    fs::write(folder.path("maps/010.json"), format!("\u{feff}{}", map(1))).unwrap();
+    let out = folder.arg("data");
+    succeed(&make(&maps, &out));
+    let dataset = Dataset::open(&out).unwrap();
+    let ids: Vec<u32> = dataset.manifest().maps.iter().map(|m| m.id).collect();
+    assert_eq!(ids, [0, 10]);
+    succeed(&["verify", &out, "--maps", &maps]);
+
+    fs::write(folder.path("maps/10.json"), map(2)).unwrap();
+    let error = fail(&make(&maps, &folder.arg("two")));
+    assert!(error.contains("10.json and 010.json"), "{error}");
+    assert!(fail(&["verify", &out, "--maps", &maps]).contains("two files of map 10"));
+    fs::remove_file(folder.path("maps/10.json")).unwrap();
+
+    for (text, expected) in [
+        ("[]", "no building"),
+        ("[[[0,0],[0.2,0],[0.2,0.1]]]", "another unit"),
+        (
+            r#"{"type":"FeatureCollection","features":[]}"#,
+            "not GeoJSON",
+        ),
+    ] {
+        fs::write(folder.path("maps/000.json"), text).unwrap();
+        let error = fail(&make(&maps, &folder.arg("bad")));
+        assert!(
+            error.contains("000.json") && error.contains(expected),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn pictures_and_checks_cut_the_city_as_the_data_set_has_it() {
+    let folder = Folder::new();
+    let (city, out) = (folder.arg("city.geojson"), folder.arg("data"));
+    let untagged: Vec<String> = HOUSES
+        .iter()
+        .map(|&h| house(h, "{}", |x, y| [x, y]))
+        .collect();
+    fs::write(&city, collection(&untagged, "")).unwrap();
+    let settings = ["--tile", "90", "--metric", "--all-polygons"];
+    told(&[&make(&city, &out)[..], &settings].concat());
+    let page = folder.arg("page.html");
+
+    let told = succeed(&["verify", &out, "--maps", &city]);
+    assert!(told.contains("links computed anew"), "{told}");
+    succeed(&["gallery", &out, "--out", &page]);
+    succeed(&["gallery", &out, "--maps", &city, "--out", &page]);
+    let dataset = Dataset::open(&out).unwrap();
+    let map = dataset.map(dataset.manifest().maps[0].id).unwrap();
+    let [tx, rx] = map.links[map.valid_links().next().unwrap()];
+    let link = format!("{},{tx},{rx}", map.id);
+    let explain = ["explain", &out, "--link", &link, "--out", &page];
+    let error = fail(&explain);
+    assert!(error.contains("--maps FILE.geojson"), "{error}");
+    succeed(&[&explain[..], &["--maps", &city]].concat());
+    let error = fail(&[&explain[..], &["--maps", &city, "--tile", "50"]].concat());
+    assert!(error.contains("was made of maps"), "{error}");
+    assert!(succeed(&["verify", &out]).contains("--maps FILE.geojson"));
+
+    let one = ["--map", &city, "--tx", "30,5", "--rx", "40,60"];
+    let explain = ["explain", "--out", &page].into_iter();
+    succeed(&explain.chain(one).chain(settings).collect::<Vec<_>>());
+    succeed(
+        &["trace"]
+            .into_iter()
+            .chain(one)
+            .chain(settings)
+            .collect::<Vec<_>>(),
+    );
+}
+
+#[test]
+fn manifests_that_say_less_are_still_read() {
+    let folder = Folder::new();
+    let out = folder.arg("data");
+    succeed(
+        &[
+            &make(HELSINKI, &out)[..],
+            &["--map-ids", "0", "--tile", "200"],
+        ]
+        .concat(),
+    );
+    let manifest = folder.path("data/manifest.json");
+    let text = fs::read_to_string(&manifest).unwrap();
+    let is_new = |line: &&str| {
+        !["\"crs\":", "\"all_polygons\":"]
+            .iter()
+            .any(|name| line.contains(name))
+    };
+    let older: Vec<&str> = text.lines().filter(is_new).collect();
+    assert_eq!(older.len() + 2, text.lines().count());
+    fs::write(&manifest, older.join("\n")).unwrap();
+    let page = folder.arg("page.html");
+    let told = succeed(&["gallery", &out, "--maps", HELSINKI, "--out", &page]);
+    assert!(told.contains("12 links"), "{told}");
+    succeed(&["info", &out]);
+}
