@@ -9,6 +9,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::maps::{Map, ranges};
+use crate::note;
 
 /// Tiles with a larger share of buildings have no room for terminals.
 const MAX_BUILT_SHARE: f64 = 0.95;
@@ -87,7 +88,7 @@ impl CutCity {
         let [columns, rows] = tiling.size();
         let is_open = |id: &u32| tiling.contents(*id).1 <= MAX_BUILT_SHARE;
         let ids: Vec<u32> = tiling.ids(args.min_buildings).filter(is_open).collect();
-        eprintln!(
+        note!(
             "{}: {words}\n{columns} x {rows} tiles of {} m, {} of them maps: {}",
             place(),
             args.tile,

@@ -13,6 +13,7 @@ use crate::maps::{IdList, MapSource, choose};
 use crate::plan::DatasetPlan;
 use crate::production;
 use crate::progress;
+use crate::say;
 use crate::summary::Summary;
 use crate::tiles::TileArgs;
 
@@ -128,18 +129,18 @@ impl Args {
             writer.finish(&Split::of_maps(all, order.seed))?;
         }
         for line in repairs {
-            println!("{line}");
+            say!("{line}")?;
         }
         let tally = &tally;
-        println!("{}", Summary { tally, wall });
+        say!("{}", Summary { tally, wall })?;
         match self.shard {
-            None => println!("data set '{}'", out.display()),
-            Some(shard) => println!(
+            None => say!("data set '{}'", out.display())?,
+            Some(shard) => say!(
                 "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
                 out.display(),
                 own.len(),
                 command_line::shown(["dataset", "merge"]),
-            ),
+            )?,
         }
         Ok(())
     }

@@ -10,6 +10,7 @@ use aps_raytrace::glam::DVec2;
 use crate::args::{TraceArgs, parse_point};
 use crate::maps::{MapSource, load_file};
 use crate::picture::Outlines;
+use crate::say;
 use crate::source::{LinkId, Source, must_have_paths};
 use crate::view::LinkView;
 
@@ -88,13 +89,13 @@ impl Args {
         } else {
             picture.drawing().save(&self.out)?;
         }
-        println!(
+        say!(
             "{}: {} lobes, {} paths: '{}'",
             subject.title,
             explanation.lobes.len(),
             subject.link.paths.len(),
             self.out.display()
-        );
+        )?;
         Ok(())
     }
 

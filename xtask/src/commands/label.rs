@@ -9,6 +9,7 @@ use aps_label::{DelayAxis, LabelConfig, Labeler, PathSample};
 use npyz::WriterBuilder;
 
 use crate::args::LabelArgs;
+use crate::note;
 use crate::samples;
 use crate::wire::LinkList;
 
@@ -73,7 +74,7 @@ impl Args {
         if let Some(file) = &self.pdp {
             write_npy(file, &pdp, [links, labeler.delays_s().len()])?;
         }
-        eprintln!("{links} labels in '{}'", self.out.display());
+        note!("{links} labels in '{}'", self.out.display());
         Ok(())
     }
 

@@ -26,6 +26,7 @@ use super::rows::Rows;
 use super::{LINKS_AT_ONCE, Target, buildings, must_have_maps};
 use crate::args::{self, LabelArgs, Store};
 use crate::maps::MapSource;
+use crate::say;
 use crate::settings;
 use crate::tiles::TileArgs;
 
@@ -112,7 +113,7 @@ impl Args {
             ),
         ] {
             if count > 0 {
-                println!("left out: {count} {what}");
+                say!("left out: {count} {what}")?;
             }
         }
         Ok(())
