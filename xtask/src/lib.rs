@@ -10,6 +10,7 @@
 
 mod args;
 pub mod benchmark;
+mod cautions;
 pub mod chart;
 pub mod cli;
 mod command_line;

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
-use aps_data::{Access, DatasetWriter, Plan, Split};
+use anyhow::Result;
+use aps_data::{Access, Plan, Split};
 use aps_label::{LabelConfig, Labeler, Protocol};
 use clap::{Subcommand, ValueEnum};
 
 use crate::args::{self, Shard, Store, TraceArgs};
+use crate::cautions;
 use crate::command_line;
 use crate::maps::{IdList, MapSource, choose};
 use crate::plan::DatasetPlan;
@@ -102,11 +103,11 @@ impl Args {
         let ids = order.map_ids()?;
         let plan = order.plan();
         plan.trace.validate()?;
+        cautions::tell_carrier(&plan.trace);
         let labeler = Labeler::new(&plan.label)?;
         let access = self.shard.map_or(Access::Whole, |shard| shard.access());
         let out = &order.out;
-        let writer = DatasetWriter::open_with(out, plan.config(), access)
-            .with_context(|| format!("data set '{}'", out.display()))?;
+        let writer = plan.open(out, access)?;
         if ids.iter().any(|&id| !writer.has_map(id)) {
             writer.set_plan(&Plan {
                 maps: ids.clone(),
@@ -128,6 +129,7 @@ impl Args {
             let all = writer.map_ids();
             writer.finish(&Split::of_maps(all, order.seed))?;
         }
+        cautions::tell_near(&plan.trace, tally.near_links);
         for line in repairs {
             say!("{line}")?;
         }

@@ -8,6 +8,7 @@ use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
 
 use crate::args::{TraceArgs, parse_point};
+use crate::cautions;
 use crate::maps::{MapSource, load_file};
 use crate::picture::Outlines;
 use crate::say;
@@ -119,8 +120,11 @@ impl Args {
             Some("synthetic") => MapSource::Synthetic { count: None }.load(0, self.seed)?,
             _ => load_file(file)?,
         };
-        let tracer = Tracer::new(&map.scene, self.trace.config())?;
+        let config = self.trace.config();
+        let tracer = Tracer::new(&map.scene, config.clone())?;
         let link = tracer.trace(tx, rx)?;
+        cautions::tell_carrier(&config);
+        cautions::tell_near(&config, cautions::count_near(&config, [(tx, rx)]));
         Ok(Subject {
             title: format!("From ({}, {}) m to ({}, {}) m", tx.x, tx.y, rx.x, rx.y),
             outlines: Outlines::of_scene(&map.scene),

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::DatasetWriter;
+use aps_data::Access;
 use aps_label::Labeler;
 
 use super::dataset::Order;
+use crate::cautions;
 use crate::command_line;
 use crate::maps::{MapSource, ranges};
 use crate::tiles::TileArgs;
@@ -77,6 +78,7 @@ impl Args {
         let plan = order.plan();
         // What every task would refuse is refused here.
         plan.trace.validate()?;
+        cautions::tell_carrier(&plan.trace);
         Labeler::new(&plan.label)?;
         let ids = order.map_ids()?;
         let count = ids.len() as u32;
@@ -88,8 +90,7 @@ impl Args {
             tasks <= count,
             "{tasks} tasks for {count} maps: some would have nothing to do; give --tasks {count} or less"
         );
-        let place = || format!("data set '{}'", order.out.display());
-        let begun = DatasetWriter::open(&order.out, plan.config()).with_context(place)?;
+        let begun = plan.open(&order.out, Access::Whole)?;
         let todo = ids.iter().filter(|&&id| !begun.has_map(id));
         let shards: BTreeSet<u32> = todo.map(|id| id % tasks + 1).collect();
         let shards: Vec<u32> = shards.into_iter().collect();

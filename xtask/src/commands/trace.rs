@@ -10,6 +10,7 @@ use aps_raytrace::{Link, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
+use crate::cautions;
 use crate::maps::{Map, MapSource, is_geojson, load_file};
 use crate::note;
 use crate::output;
@@ -68,8 +69,11 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let map = self.map()?;
         let ends = self.ends()?;
-        let tracer = Tracer::new(&map.scene, self.trace.config())?;
+        let config = self.trace.config();
+        let tracer = Tracer::new(&map.scene, config.clone())?;
         let links = trace_all(&tracer, &ends)?;
+        cautions::tell_carrier(&config);
+        cautions::tell_near(&config, cautions::count_near(&config, ends.iter().copied()));
         match self.format {
             Format::Json => print_json(&ends, &links)?,
             Format::Csv => print_csv(&ends, &links)?,

@@ -29,15 +29,15 @@ pub enum SampleError {
     /// The file is no archive, or a damaged one.
     #[error("not a readable .npz archive")]
     Zip(#[from] ZipError),
-    /// An array of the archive cannot be unpacked: its compression is not known, or it is damaged.
+    /// An array of the archive is compressed in a way that is not read.
     #[error(
-        "cannot unpack the array {array}; numpy.savez_compressed writes archives that are read"
+        "array {array} is compressed by {method}; save it with numpy.savez or numpy.savez_compressed"
     )]
-    Unpack {
+    Compression {
         /// Name of the array.
         array: &'static str,
-        /// What is wrong with it.
-        source: ZipError,
+        /// The method, or its number in the archive.
+        method: String,
     },
     /// The archive has no array of that name.
     #[error(
@@ -168,9 +168,15 @@ fn array<R: Read + Seek>(
             .collect();
         return Err(SampleError::Missing { array, found });
     };
-    let file = zip
-        .by_index(index)
-        .map_err(|source| SampleError::Unpack { array, source })?;
+    let file = zip.by_index(index)?;
+    let method = file.compression();
+    if !matches!(
+        method,
+        CompressionMethod::Stored | CompressionMethod::Deflated
+    ) {
+        let method = method.to_string();
+        return Err(SampleError::Compression { array, method });
+    }
     // What the archive says its array is long; a lie is found when the array does not fit it.
     let bytes = file.size();
     if bytes > MAX_SAMPLE_BYTES {
