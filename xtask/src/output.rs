@@ -72,3 +72,37 @@ pub fn told(error: &(dyn std::error::Error + 'static)) -> String {
     }
     told
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn causes_are_told_once() {
+        // zip's and csv's errors repeat their cause.
+        let cause = io::Error::other("the disk is full");
+        let repeated = zip_like(cause);
+        assert_eq!(
+            told(anyhow::Error::new(repeated).context("map 3").as_ref()),
+            "map 3: i/o error: the disk is full"
+        );
+        let plain = anyhow::anyhow!("no such link").context("data set 'x'");
+        assert_eq!(told(plain.as_ref()), "data set 'x': no such link");
+    }
+
+    fn zip_like(cause: io::Error) -> impl std::error::Error + Send + Sync + 'static {
+        #[derive(Debug)]
+        struct Repeats(io::Error);
+        impl fmt::Display for Repeats {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "i/o error: {}", self.0)
+            }
+        }
+        impl std::error::Error for Repeats {
+            fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+                Some(&self.0)
+            }
+        }
+        Repeats(cause)
+    }
+}
