@@ -81,6 +81,7 @@ SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 SchedulerParameters=sched_interval=1
 SlurmdParameters=config_overrides
+MaxArraySize=7
 ReturnToService=2
 NodeName=$host NodeAddr=127.0.0.1 CPUs=4
 PartitionName=all Nodes=ALL Default=YES State=UP
@@ -111,6 +112,12 @@ queue_is_empty() { [ -z "$(squeue --noheader)" ]; }
 has_map() { [ -d "$1/map_000$2" ]; }
 # The process that makes a shard.
 maker() { pgrep --full -- "--out $1 --shard $2/4 "; }
+
+"$XTASK" slurm "${settings[@]}" --nodes 3 --tasks 8 --out too-many --submit 2>refused && fail "8 tasks were submitted"
+grep -q -- "--tasks 6 or less" refused || fail "the limit of the cluster is not told: $(cat refused)"
+queue_is_empty || fail "something was submitted"
+shellcheck too-many-slurm/*.sh
+echo "== more tasks than the cluster takes: refused"
 
 campaign shards --cpus 1 | tail -n 1
 shellcheck "$repository/tests/slurm.sh" shards-slurm/*.sh

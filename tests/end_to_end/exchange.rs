@@ -369,6 +369,71 @@ fn paths_written_by_others_are_labelled_like_traced_ones() {
 }
 
 #[test]
+fn angles_in_degrees_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    for (name, departure, arrival) in [("arrival", 0.5, 135.0), ("departure", -90.0, 0.5)] {
+        let mut file = Propbin::new(Version::Full, [10.0, 20.0, 1.5]);
+        file.add_receiver(7, [30.0, 20.0, 1.5], None, None);
+        let direction = |azimuth_rad| Direction {
+            azimuth_rad,
+            elevation_rad: 0.0,
+        };
+        let path = RayPath {
+            loss_db: 61.0,
+            length_m: 20.0,
+            delay_ns: 66.7,
+            departure: direction(departure),
+            arrival: direction(arrival),
+        };
+        file.add_path(&path, &Chain::Points([].as_slice().into()))
+            .unwrap();
+        let source = root.path().join("source_0.propbin");
+        fs::write(&source, file.to_bytes().unwrap()).unwrap();
+        let out = root.path().join("out");
+        let told = fail(&["import", "propbin", text(&source), "--out", text(&out)]);
+        assert!(told.contains("receiver 7") && told.contains(name), "{told}");
+        assert!(told.contains("are the units radians?"), "{told}");
+    }
+}
+
+#[test]
+fn a_bad_sample_is_told_once() {
+    let root = tempfile::tempdir().unwrap();
+    make(&root.path().join("ours"), "aps");
+    let out = root.path().join("samples");
+    let export = [
+        "export",
+        text(&root.path().join("ours")),
+        "--layout",
+        "samples",
+        "--out",
+    ]
+    .map(str::to_owned);
+    let export: Vec<&str> = export
+        .iter()
+        .map(String::as_str)
+        .chain([text(&out), "--limit", "1"])
+        .collect();
+    succeed(&export);
+    let file = fs::read_dir(out.join("samples"))
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
+    let whole = fs::read(&file).unwrap();
+    let told = |bytes: &[u8]| {
+        fs::write(&file, bytes).unwrap();
+        let to = root.path().join("imported");
+        fail(&["import", "samples", text(&out), "--out", text(&to)])
+    };
+    let error = told(&whole[..whole.len() / 2]);
+    let cause = error.trim_end().rsplit(": ").next().unwrap();
+    assert_eq!(error.matches(cause).count(), 1, "{error}");
+    assert!(error.contains("not a readable .npz archive"), "{error}");
+}
+
+#[test]
 fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
     let root = tempfile::tempdir().unwrap();
     let ours = make(&root.path().join("ours"), "aps,paths");

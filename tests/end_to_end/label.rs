@@ -85,8 +85,47 @@ fn bad_lists_are_told() {
         run(r#"{"links": [{"paths": []}]}"#).contains("no path"),
         "empty"
     );
+    // A number that is none, as Python's json writes it: link, path and field are named, and a way out.
+    let good = r#"{"delay_s": 2e-7, "arrival_azimuth_rad": 0.5, "gain_db": -90}"#;
+    let second = |path: &str| {
+        let list =
+            format!(r#"{{"links": [{{"paths": [{good}]}}, {{"paths": [{good}, {path}]}}]}}"#);
+        run(&list)
+    };
+    for value in ["-Infinity", "NaN", "null"] {
+        let told = second(&good.replace("-90", value));
+        assert!(told.contains("links[1].paths[1].gain_db"), "{told}");
+        assert!(told.contains("leave out a path that has no gain"), "{told}");
+    }
+    for value in ["135.0", "-1e9", "6.4"] {
+        let told = second(&good.replace("0.5", value));
+        assert!(
+            told.contains("link 1: path 1: arrival_azimuth_rad"),
+            "{told}"
+        );
+        assert!(told.contains("are the units radians?"), "{told}");
+    }
+    let told = run(&format!(
+        "{0}\n{0}",
+        format!(r#"{{"links": [{{"paths": [{good}]}}]}}"#)
+    ));
+    assert!(told.contains("one list a file"), "{told}");
     let negative =
         r#"{"links": [{"paths": [{"delay_s": -1, "arrival_azimuth_rad": 0, "gain_db": -80}]}]}"#;
     assert!(run(negative).contains("link 0"), "delay");
     assert!(!out.exists());
+    for azimuth in ["6.283185307179587", "-6.28"] {
+        let list = format!(
+            r#"{{"links": [{{"paths": [{}]}}]}}"#,
+            good.replace("0.5", azimuth)
+        );
+        fs::write(&paths, list).unwrap();
+        succeed(&[
+            "label",
+            "--paths",
+            paths.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+    }
 }

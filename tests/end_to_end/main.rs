@@ -10,6 +10,8 @@ mod info;
 mod label;
 mod metrics;
 mod pages;
+#[cfg(unix)]
+mod pipes;
 mod relabel;
 mod shards;
 #[cfg(unix)]

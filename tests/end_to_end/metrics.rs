@@ -208,6 +208,12 @@ fn what_does_not_fit_is_told() {
     fs::write(&text, "1, 2, 3, 4, 5, 6, 7").unwrap();
     assert!(refused(&argument(&text), &[]).contains("not an .npy file"));
 
+    let bytes = fs::read(folder.path("truth.npy")).unwrap();
+    let twice = folder.path("twice.npy");
+    fs::write(&twice, [&bytes[..], &bytes].concat()).unwrap();
+    let error = refused(&argument(&twice), &[]);
+    assert!(error.contains("more than one array"), "{error}");
+
     let bytes = fs::read(folder.path("short.npy")).unwrap();
     let cut = folder.path("cut.npy");
     fs::write(&cut, &bytes[..bytes.len() - 4]).unwrap();

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::folder::{Folder, assert_same, files};
-use crate::{fail, succeed};
+use crate::{fail, succeed, xtask};
 
 const SETTINGS: &str = "--profile full --tx-per-map 2 --rx-per-map 9";
 
@@ -160,6 +160,42 @@ fn the_merge_waits_for_all_tasks() {
         );
     }
     assert!(read(&folder, "array.sh").contains("#SBATCH --cpus-per-task=4\n"));
+}
+
+#[test]
+fn no_more_tasks_are_submitted_than_the_cluster_numbers() {
+    let folder = Folder::new();
+    let out = folder.arg("shards");
+    let asked = words("slurm --nodes 300 --maps synthetic:5000 --profile full");
+    let said = succeed(&[&asked[..], &["--out", &out]].concat());
+    assert!(said.contains("1000 of 1000 tasks"), "{said}");
+    assert!(read(&folder, "array.sh").contains("#SBATCH --array=1-1000%300\n"));
+
+    let folder = Folder::new();
+    let out = folder.arg("shards");
+    let asked = words("slurm --nodes 300 --tasks 1200 --maps synthetic:5000 --profile full");
+    let output = xtask(&[&asked[..], &["--out", &out]].concat());
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("1200") && said.contains("MaxArraySize"),
+        "{said}"
+    );
+    stand_in(&folder, "sbatch", "echo 71");
+    for (limit, is_enough) in [("1001", false), ("1200", false), ("1201", true)] {
+        stand_in(
+            &folder,
+            "scontrol",
+            &format!("echo 'MaxArraySize            = {limit}'"),
+        );
+        let output = run(&folder, "submit.sh", 0, 0);
+        assert_eq!(output.status.success(), is_enough, "{limit}: {output:?}");
+        assert_eq!(called(&folder).contains("sbatch"), is_enough);
+    }
+    let remedy = format!("--tasks {} or less", 1001 - 1);
+    stand_in(&folder, "scontrol", "echo 'MaxArraySize            = 1001'");
+    let said = run(&folder, "submit.sh", 0, 0).stderr;
+    assert!(String::from_utf8_lossy(&said).contains(&remedy), "{said:?}");
 }
 
 #[test]

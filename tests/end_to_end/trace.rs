@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::{fail, succeed};
+use crate::{fail, succeed, xtask};
 
 /// One house, 20 m x 10 m; both terminals north of it.
 fn house() -> (tempfile::TempDir, String) {
@@ -106,6 +106,35 @@ fn picture_and_csv_are_made() {
     assert!(csv.lines().any(|l| l.starts_with("1,")), "{csv}");
     let picture = fs::read_to_string(svg).unwrap();
     assert!(picture.starts_with("<svg") && picture.contains("Angle power spectrum"));
+}
+
+#[test]
+fn what_deserves_a_second_look_is_said_in_a_line() {
+    let (_root, map) = house();
+    let notes = |rx: &str, more: &[&str]| -> Vec<String> {
+        let args = ["trace", "--map", &map, "--tx", "90,110", "--rx", rx];
+        let output = xtask(&[&args, more].concat());
+        assert!(output.status.success(), "{output:?}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        text.lines().map(Into::into).collect()
+    };
+    assert!(notes("90,120", &[]).is_empty());
+    assert!(notes("90,120", &["--frequency-hz", "1e9"]).is_empty());
+    assert!(notes("90,120", &["--frequency-hz", "3e11", "--material", "pec"]).is_empty());
+    for frequency in ["923e6", "3e11"] {
+        let told = notes("90,120", &["--frequency-hz", frequency]);
+        assert!(told.len() == 1, "{told:?}");
+        assert!(
+            told[0].contains("ITU-R P.2040-3") && told[0].contains("1e9 to 1e11 Hz"),
+            "{told:?}"
+        );
+    }
+    let told = notes("90,110.0001", &[]);
+    assert!(
+        told.len() == 1 && told[0].contains("less than a wavelength"),
+        "{told:?}"
+    );
+    assert!(notes("90,110.09", &[]).is_empty());
 }
 
 #[test]

@@ -5,6 +5,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::commands;
+use crate::note;
+use crate::output;
 
 /// City maps to ray-traced paths to angle power spectra.
 #[derive(Debug, Parser)]
@@ -83,50 +85,9 @@ pub fn run() -> ExitCode {
 pub fn exit_code(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever reads the output has seen enough.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {}", words(&error));
+            note!("error: {}", output::told(error.as_ref()));
             ExitCode::FAILURE
         }
-    }
-}
-
-/// An error and its causes, each once: some say themselves what they come from.
-fn words(error: &anyhow::Error) -> String {
-    let mut words = String::new();
-    for cause in error.chain().map(ToString::to_string) {
-        if words.is_empty() {
-            words = cause;
-        } else if !words.ends_with(&cause) {
-            words = format!("{words}: {cause}");
-        }
-    }
-    words
-}
-
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    let is_pipe = |e: &std::io::Error| e.kind() == std::io::ErrorKind::BrokenPipe;
-    error
-        .chain()
-        .any(|cause| cause.downcast_ref().is_some_and(is_pipe))
-}
-
-#[cfg(test)]
-mod tests {
-    use anyhow::Context;
-
-    use super::*;
-
-    #[test]
-    fn causes_are_told_once() {
-        let cause = std::io::Error::other("disk full");
-        let error = anyhow::Error::new(aps_data::Error::Io {
-            action: "write",
-            path: "a.npy".into(),
-            source: cause,
-        });
-        let error = Err::<(), _>(error).context("map 3").unwrap_err();
-        assert_eq!(words(&error), "map 3: cannot write a.npy: disk full");
     }
 }

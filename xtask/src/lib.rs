@@ -3,11 +3,14 @@
 //! A library, so that the commands that need models (package `xtask-models`) draw the same pictures and read the same
 //! maps, while those that need none are built without them.
 
+// Both panic when the reader has gone away: see [`output`].
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 // Brackets in the comments of arguments are units in the help that clap makes of them.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
 pub mod benchmark;
+mod cautions;
 pub mod chart;
 pub mod cli;
 mod command_line;
@@ -17,6 +20,7 @@ pub mod interrupt;
 mod lobes;
 pub mod machine;
 mod maps;
+pub mod output;
 pub mod page;
 mod picture;
 mod plan;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use aps_data::{DatasetConfig, DatasetWriter, Split};
+use aps_data::{Access, DatasetConfig, DatasetWriter, Error, Split};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::glam::DVec2;
@@ -48,8 +48,7 @@ impl DatasetPlan {
     pub fn make(&self, out: &Path, split: &Split) -> Result<Vec<MapTime>> {
         self.trace.validate()?;
         let labeler = Labeler::new(&self.label)?;
-        let writer = DatasetWriter::open(out, self.config())
-            .with_context(|| format!("data set '{}'", out.display()))?;
+        let writer = self.open(out, Access::Whole)?;
         let mut todo = [&split.train[..], &split.develop, &split.test].concat();
         todo.sort_unstable();
         let all = todo.len();
@@ -86,6 +85,23 @@ impl DatasetPlan {
         let outlines = Outlines::of_scene(&self.maps.load(id, self.seed)?.scene);
         let ring = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect();
         Ok(outlines.rings.iter().map(ring).collect())
+    }
+
+    /// Opens the folder of the data set for writing. One that was begun before manifests named the source of the
+    /// material goes on without it: all its manifests must say the same.
+    ///
+    /// # Errors
+    /// Any of [`DatasetWriter::open_with`].
+    pub(crate) fn open(&self, out: &Path, access: Access) -> Result<DatasetWriter> {
+        let mut config = self.config();
+        let mut opened = DatasetWriter::open_with(out, config.clone(), access);
+        if let Err(Error::ConfigMismatch { differences, .. }) = &opened
+            && settings::lack_material_source(differences)
+        {
+            settings::remove_material_source(&mut config.configuration);
+            opened = DatasetWriter::open_with(out, config, access);
+        }
+        opened.with_context(|| format!("data set '{}'", out.display()))
     }
 
     /// Everything that decides the bytes, as the manifest keeps it.

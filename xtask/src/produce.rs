@@ -15,6 +15,7 @@ use aps_raytrace::{Receiver, TraceConfig, Tracer};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
+use crate::cautions;
 use crate::maps::Map;
 use crate::sampling::Terminals;
 use crate::summary::Tally;
@@ -59,6 +60,7 @@ impl Run<'_> {
             .with_context(|| format!("map {id}: receiver"))?;
         let mut tally = Tally {
             prepare: started.elapsed(),
+            near_links: cautions::count_near(trace, terminals.pairs()),
             maps_without_walls: u64::from(map.scene.walls().is_empty()),
             maps_without_corners: u64::from(tracer.corner_count() == 0),
             ..Tally::default()

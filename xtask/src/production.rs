@@ -9,6 +9,7 @@ use aps_data::DatasetWriter;
 use aps_label::Labeler;
 
 use crate::interrupt::interrupt_flag;
+use crate::note;
 use crate::produce::Run;
 use crate::progress;
 use crate::summary::Tally;
@@ -61,6 +62,6 @@ pub fn make_maps(
 /// Says how many of the maps there is nothing left to do for.
 pub fn tell_finished(todo: usize, all: usize) {
     if todo < all {
-        eprintln!("{} of {all} maps are there already", all - todo);
+        note!("{} of {all} maps are there already", all - todo);
     }
 }

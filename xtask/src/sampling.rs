@@ -14,6 +14,14 @@ pub struct Terminals {
     pub rx: Vec<DVec2>,
 }
 
+impl Terminals {
+    /// Transmitter and receiver of each link.
+    pub fn pairs(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
+        let of_tx = |&tx| self.rx.iter().map(move |&rx| (tx, rx));
+        self.tx.iter().flat_map(of_tx)
+    }
+}
+
 /// Draws the terminals of map `id`. Depends on seed, id and the scene alone, so that shards draw
 /// alike; the receivers do not depend on how many transmitters are drawn.
 pub fn draw(scene: &Scene, seed: u64, id: u32, tx: usize, rx: usize) -> Result<Terminals> {

@@ -4,7 +4,7 @@
 //! a stored data set can be labelled anew, and its links computed again and compared.
 
 use anyhow::{Context, Result, bail};
-use aps_data::{Axis, Layout, ProfileLayout, RasterGrid};
+use aps_data::{Axis, Difference, Layout, ProfileLayout, RasterGrid};
 use aps_label::{LabelConfig, Protocol};
 use aps_raytrace::{Material, TraceConfig};
 use serde::{Deserialize, Serialize};
@@ -85,12 +85,34 @@ pub fn tracing_of(configuration: &Value) -> Result<Option<(Sampling, TraceConfig
     Ok(Some((sampling, trace.config()?)))
 }
 
+/// Where the settings name the source of the material.
+const MATERIAL_SOURCE: [&str; 2] = ["trace", "material_source"];
+
+/// Whether a folder differs from a run only in that it does not name the source of the material.
+pub fn lack_material_source(differences: &[Difference]) -> bool {
+    let key = format!("configuration.{}", MATERIAL_SOURCE.join("."));
+    differences
+        .iter()
+        .all(|d| d.key == key && d.stored == "nothing")
+}
+
+/// Takes the source of the material out of a `configuration`.
+pub fn remove_material_source(configuration: &mut Value) {
+    let [trace, source] = MATERIAL_SOURCE;
+    if let Some(trace) = configuration.get_mut(trace).and_then(Value::as_object_mut) {
+        trace.remove(source);
+    }
+}
+
 /// [`TraceConfig`] without `max_images` and `max_wave_bytes`, which decide whether a map can be traced, not what comes out.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TraceSettings {
     frequency_hz: f64,
     material: MaterialSetting,
+    /// Document, edition and table that the material's values are from. Missing in older manifests.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    material_source: Option<String>,
     max_reflections: usize,
     max_diffractions: usize,
     max_interactions: usize,
@@ -119,6 +141,7 @@ impl TraceSettings {
                     conductivity_s_per_m,
                 } => MaterialSetting::Values([relative_permittivity, conductivity_s_per_m]),
             },
+            material_source: config.material.source().map(|s| s.document.into()),
             max_reflections: config.max_reflections,
             max_diffractions: config.max_diffractions,
             max_interactions: config.max_interactions,

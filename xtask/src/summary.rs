@@ -35,6 +35,8 @@ pub struct Tally {
     pub maps_without_walls: u64,
     /// Maps on which nothing can diffract, or the limits allow none: diffraction was never set up.
     pub maps_without_corners: u64,
+    /// Links whose ends are nearer to each other than a wavelength.
+    pub near_links: u64,
     /// Images of transmitters that light no further wall: branches that ended.
     pub empty_beams: u64,
     /// Paths left out by an upper bound of their gain.
@@ -175,6 +177,7 @@ impl Tally {
             }
         }
         self.links += part.links;
+        self.near_links += part.near_links;
         self.paths += part.paths;
         merge(&mut self.status, &part.status);
         merge(&mut self.dominant_peaks, &part.dominant_peaks);

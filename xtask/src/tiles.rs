@@ -10,6 +10,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use crate::maps::{Map, is_list, ranges};
+use crate::note;
 
 /// Tiles with a larger share of buildings have no room for terminals.
 const MAX_BUILT_SHARE: f64 = 0.95;
@@ -138,7 +139,7 @@ impl CutCity {
         let [columns, rows] = tiling.size();
         let is_map = |id: &u32| tiling.contents(*id).1 <= MAX_BUILT_SHARE && is_built(&tiling, *id);
         let ids: Vec<u32> = tiling.ids(settings.min_buildings).filter(is_map).collect();
-        eprintln!(
+        note!(
             "{}: {words}\n{columns} x {rows} tiles of {} m, {} of them maps: {}",
             place(),
             settings.tile_m,

@@ -1,5 +1,8 @@
 //! Paths as JSON: what `trace` writes and `label` reads.
 
+use std::io::Read;
+
+use anyhow::{Context, Result, anyhow};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Interaction, InteractionKind, PathRecord};
 use serde::{Deserialize, Serialize};
@@ -58,6 +61,26 @@ pub struct InteractionEntry {
 pub enum Kind {
     Reflection,
     Diffraction,
+}
+
+impl LinkList {
+    /// Reads a list.
+    ///
+    /// # Errors
+    /// Text of another form; the error names the link, the path and the field.
+    pub fn read(reader: impl Read) -> Result<Self> {
+        let mut json = serde_json::Deserializer::from_reader(reader);
+        let list = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+            anyhow!(
+                "{error}; expected {{\"links\": [{{\"paths\": [{{\"delay_s\": 2e-7, \"arrival_azimuth_rad\": 0.5, \
+                 \"gain_db\": -90}}]}}]}}, all numbers finite: leave out a path that has no gain, as NaN, null and \
+                 -Infinity say"
+            )
+        })?;
+        json.end()
+            .context("more text follows the list; give one list a file")?;
+        Ok(list)
+    }
 }
 
 impl LinkEntry {

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use crate::npy::NpyError;
 
 /// Why a data set could not be written or read; names the file, and what to do where that is not
-/// plain.
+/// plain. The cause, where there is one, is the error's source.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused something: a full disk, a read-only folder, a file that is not
     /// there.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}", path.display())]
     Io {
         /// What was tried.
         action: &'static str,
@@ -22,7 +22,7 @@ pub enum Error {
         source: io::Error,
     },
     /// An array file is not what it should be.
-    #[error("{}: {source}", path.display())]
+    #[error("{} is not an array as it should be", path.display())]
     Npy {
         /// The array file.
         path: PathBuf,
@@ -30,7 +30,7 @@ pub enum Error {
         source: NpyError,
     },
     /// A manifest is not the JSON it should be.
-    #[error("{}: {source}", path.display())]
+    #[error("{} is not a manifest as it should be", path.display())]
     Json {
         /// The manifest.
         path: PathBuf,

@@ -81,7 +81,7 @@ pub enum Error {
         what: String,
     },
     /// The operating system refused a file of weights.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}", path.display())]
     WeightsIo {
         /// What was tried.
         action: &'static str,

@@ -96,3 +96,26 @@ fn settings_survive_json_and_names_are_those_of_the_command_line() {
     let read: (ConditionConfig, TrainConfig) = serde_json::from_str(&text).unwrap();
     assert_eq!(read, settings);
 }
+
+#[test]
+fn no_message_repeats_its_cause() {
+    let io = || std::io::Error::other("the cause");
+    let errors: [Box<dyn std::error::Error>; 2] = [
+        Box::new(Error::WeightsIo {
+            action: "read",
+            path: "file".into(),
+            source: io(),
+        }),
+        Box::new(TrainError::Io {
+            action: "read",
+            path: "file".into(),
+            source: io(),
+        }),
+    ];
+    for error in errors {
+        assert!(
+            error.source().is_some() && !error.to_string().contains("the cause"),
+            "{error}"
+        );
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::error::ConfigError;
 use crate::fronts::Limits;
-use crate::material::Material;
+use crate::material::{Material, MaterialSource, SPEED_OF_LIGHT_M_PER_S};
 
 /// Carriers \[Hz\]: from long wave to X-rays.
 pub(crate) const FREQUENCY_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e18;
@@ -87,6 +87,20 @@ impl TraceConfig {
             max_fallback_diffractions: 0,
             ..Self::default()
         }
+    }
+
+    /// Wavelength of the carrier \[m\]. The formulas are those of the far field: of a path that is not
+    /// longer they say too much, from a twelfth of it down even a gain above 0 dB.
+    #[must_use]
+    pub fn wavelength_m(&self) -> f64 {
+        SPEED_OF_LIGHT_M_PER_S / self.frequency_hz
+    }
+
+    /// The source of the material's values, where it does not state them for this carrier; they are then continued.
+    #[must_use]
+    pub fn material_out_of_range(&self) -> Option<MaterialSource> {
+        let source = self.material.source();
+        source.filter(|source| !source.carriers_hz.contains(&self.frequency_hz))
     }
 
     /// Checks every setting.

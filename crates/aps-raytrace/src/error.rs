@@ -54,7 +54,7 @@ pub enum SceneError {
         distinct: usize,
     },
     /// A material with impossible values.
-    #[error("building {building}: {source}")]
+    #[error("building {building} is made of nothing that exists")]
     Material {
         /// Building index.
         building: usize,
@@ -117,7 +117,7 @@ pub enum ConfigError {
     #[error("accuracy {0} dB must be finite and positive")]
     Accuracy(f64),
     /// The images of a corner exceed the limit.
-    #[error("corner as a source of diffracted waves: {0}")]
+    #[error("a corner cannot be a source of diffracted waves")]
     Corner(#[source] TerminalError),
     /// What is kept for all corners would grow beyond the limit.
     #[error(
@@ -208,10 +208,10 @@ impl TerminalError {
 #[non_exhaustive]
 pub enum TraceError {
     /// The transmitter cannot stand where it is.
-    #[error("transmitter: {0}")]
+    #[error("the transmitter cannot be used")]
     Transmitter(#[source] TerminalError),
     /// The receiver cannot stand where it is.
-    #[error("receiver: {0}")]
+    #[error("the receiver cannot be used")]
     Receiver(#[source] TerminalError),
     /// The chains of corners for links without a path would grow beyond the limit.
     #[error(

@@ -88,7 +88,9 @@ pub use config::{MAX_INTERACTIONS, TraceConfig};
 pub use error::{ConfigError, SceneError, TerminalError, TraceError};
 pub use glam;
 pub use link::{Link, Omitted};
-pub use material::{Material, Reflector, SPEED_OF_LIGHT_M_PER_S, VACUUM_PERMITTIVITY_F_PER_M};
+pub use material::{
+    Material, MaterialSource, Reflector, SPEED_OF_LIGHT_M_PER_S, VACUUM_PERMITTIVITY_F_PER_M,
+};
 pub use num_complex::Complex64;
 pub use path::{Interaction, InteractionKind, Interactions, PathRecord};
 pub use scene::{Area, Footprint, Scene, Wall};

@@ -1,5 +1,7 @@
 //! What walls are made of, and what that does to a reflected wave.
 
+use std::ops::RangeInclusive;
+
 use num_complex::Complex64;
 
 use crate::error::ConfigError;
@@ -31,7 +33,10 @@ pub(crate) const MAX_CONDUCTIVITY_S_PER_M: f64 = 1e12;
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Material {
     /// Concrete after ITU-R P.2040-3, table 3: relative permittivity 5.24, conductivity
-    /// 0.0462 f^0.7822 S/m with f in GHz, stated for 1 to 100 GHz.
+    /// 0.0462 f^0.7822 S/m with f in GHz, stated for 1 to 100 GHz and continued beyond.
+    ///
+    /// P.2040-4 keeps that row and adds one for 110 to 330 GHz, which is not used: one curve for all
+    /// carriers has no step between the two.
     #[default]
     Concrete,
     /// Perfect electric conductor: reflection coefficient -1 at every angle.
@@ -45,7 +50,35 @@ pub enum Material {
     },
 }
 
+/// The publication that a material's values are from.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct MaterialSource {
+    /// Document, edition and table.
+    pub document: &'static str,
+    /// Carriers that it states the values for \[Hz\].
+    pub carriers_hz: RangeInclusive<f64>,
+}
+
 impl Material {
+    /// Where the values are from; `None` for those that no table states: the perfect conductor's and the user's.
+    ///
+    /// ```
+    /// let source = aps_raytrace::Material::Concrete.source().expect("a table");
+    /// assert_eq!(source.document, "ITU-R P.2040-3, table 3");
+    /// assert!(source.carriers_hz.contains(&3.5e9) && !source.carriers_hz.contains(&923e6));
+    /// ```
+    #[must_use]
+    pub fn source(self) -> Option<MaterialSource> {
+        match self {
+            Self::Concrete => Some(MaterialSource {
+                document: "ITU-R P.2040-3, table 3",
+                carriers_hz: 1e9..=100e9,
+            }),
+            Self::PerfectConductor | Self::Dielectric { .. } => None,
+        }
+    }
+
     /// Checks user values.
     ///
     /// # Errors

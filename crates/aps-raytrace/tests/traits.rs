@@ -63,3 +63,47 @@ fn records_and_settings_survive_json() {
         assert!((read.gain - path.gain).norm() <= 1e-15 * path.gain.norm());
     }
 }
+
+#[test]
+fn no_message_repeats_its_cause() {
+    let config = ConfigError::Accuracy(0.0);
+    let terminal = TerminalError::NotFinite(f64::NAN, 0.0);
+    let errors: [Box<dyn std::error::Error>; 4] = [
+        Box::new(SceneError::Material {
+            building: 0,
+            source: config,
+        }),
+        Box::new(ConfigError::Corner(terminal)),
+        Box::new(TraceError::Transmitter(terminal)),
+        Box::new(TraceError::Receiver(terminal)),
+    ];
+    for error in errors {
+        let cause = error.source().expect("a cause").to_string();
+        assert!(!error.to_string().contains(&cause), "{error}");
+    }
+}
+
+#[test]
+fn a_material_is_told_with_the_carriers_that_its_table_states() {
+    let at = |frequency_hz, material| {
+        let config = TraceConfig {
+            frequency_hz,
+            material,
+            ..TraceConfig::default()
+        };
+        config.material_out_of_range().is_some()
+    };
+    for (frequency_hz, is_outside) in [(923e6, true), (1e9, false), (100e9, false), (300e9, true)] {
+        assert_eq!(
+            at(frequency_hz, Material::Concrete),
+            is_outside,
+            "{frequency_hz}"
+        );
+        assert!(!at(frequency_hz, Material::PerfectConductor));
+    }
+    let config = TraceConfig {
+        frequency_hz: 299_792_458.0,
+        ..TraceConfig::default()
+    };
+    assert_eq!(config.wavelength_m(), 1.0);
+}

@@ -46,7 +46,8 @@ impl Journal {
 
 fn first_lines(path: &Path, columns: &[String], rows: u64) -> Result<String> {
     let text = fs::read_to_string(path)?;
-    let lines: Vec<&str> = text.split_inclusive('\n').take(rows as usize + 1).collect();
+    let wanted = usize::try_from(rows).map_or(usize::MAX, |rows| rows.saturating_add(1));
+    let lines: Vec<&str> = text.split_inclusive('\n').take(wanted).collect();
     ensure!(
         lines
             .first()
@@ -54,7 +55,7 @@ fn first_lines(path: &Path, columns: &[String], rows: u64) -> Result<String> {
         "its columns are not those of this run; move it away to continue without it"
     );
     ensure!(
-        lines.len() as u64 == rows + 1 && lines.iter().all(|line| line.ends_with('\n')),
+        lines.len() == wanted && lines.iter().all(|line| line.ends_with('\n')),
         "it has fewer rows than its checkpoint has seen; restore it, or start anew in another folder"
     );
     Ok(lines.concat())

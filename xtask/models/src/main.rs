@@ -1,5 +1,7 @@
 //! The commands of `cargo xtask` that need models. The runner builds and starts this program when one is asked for.
 
+// Both panic when the reader has gone away: see `xtask::output`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 // Brackets in the comments of arguments are units in the help that clap makes of them.
 #![allow(rustdoc::broken_intra_doc_links)]
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use xtask::note;
 
 use anyhow::{Context, Result, bail};
 use aps_model::candle_core::{DType, Device};
@@ -52,7 +53,7 @@ pub fn trainees(
     };
     if let Beginning::Backbone(path) | Beginning::Model(path) = begin {
         let report = load(path).with_context(|| format!("first weights: {begin}"))?;
-        eprintln!("first weights: {begin}: {report}");
+        note!("first weights: {begin}: {report}");
     }
     Ok(Trainees {
         predictor,

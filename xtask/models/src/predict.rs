@@ -18,6 +18,7 @@ use crate::device::Device;
 use crate::labels::{Labels, Row, valid_links};
 use crate::network;
 use crate::settings::Settings;
+use xtask::note;
 
 /// Parts of a data set's split.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -165,7 +166,7 @@ impl Args {
         }
         names.flush()?;
         let rows = output.finish()?;
-        eprintln!(
+        note!(
             "{rows} spectra of the {part:?} maps {maps:?} in '{}', their links in '{}'",
             self.out.display(),
             self.links_path().display()
@@ -222,7 +223,7 @@ impl Args {
             output.push(&spectra)?;
         }
         let rows = output.finish()?;
-        eprintln!("{rows} spectra in '{}'", self.out.display());
+        note!("{rows} spectra in '{}'", self.out.display());
         Ok(())
     }
 
@@ -232,7 +233,7 @@ impl Args {
             self.image_size,
             trained.filter(|&t| Some(t) != self.image_size),
         ) {
-            eprintln!("note: the model was trained on images of {trained} pixels, not {asked}");
+            note!("note: the model was trained on images of {trained} pixels, not {asked}");
         }
         self.image_size
             .or(trained)
@@ -248,7 +249,7 @@ impl Args {
 fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
     let here = dataset.manifest().configuration.get("label");
     if trained.data_configuration.get("label") != here {
-        eprintln!(
+        note!(
             "note: the model was trained on labels made with other settings than those of '{}'",
             root.display()
         );

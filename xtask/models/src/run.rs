@@ -22,6 +22,7 @@ use crate::network::{self, Beginning};
 use crate::rows;
 use crate::score::{self, Development};
 use crate::settings::{RunFolder, Settings};
+use xtask::{note, say};
 
 /// Steps between two checkpoints within an epoch.
 const STEPS_BETWEEN_CHECKPOINTS: NonZeroU64 = NonZeroU64::new(1000).unwrap();
@@ -165,7 +166,7 @@ impl TrainingPlan {
         folder.write_settings(&settings)?;
         let steps = Journal::open(folder.steps(), &rows::step_columns(), trainer.steps_done())?;
         let scores = Journal::open(folder.scores(), &rows::score_columns(), progress.scores)?;
-        eprintln!(
+        note!(
             "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, images {image_size} x {image_size}, {} steps of {} links",
             settings.model,
             settings.preset,
@@ -335,18 +336,18 @@ impl Run {
             (format!("best, epoch {}", short(self.epochs(steps))), &best),
             ("mean training spectrum".to_owned(), &mean),
         ];
-        println!(
+        say!(
             "{} development links:\n{}",
             self.development.len(),
             score::table(&rows)
-        );
-        println!("best weights in '{}'", self.folder.best().display());
+        )?;
+        say!("best weights in '{}'", self.folder.best().display())?;
         let cosine = |group| score::mean(group, Metric::Cosine);
         if cosine(&best) <= cosine(&mean) {
-            println!(
+            say!(
                 "WARNING: the model's spectra are no more like the true ones (CosSim) than the mean training spectrum is: \
                  it has not learnt; give it more links or epochs"
-            );
+            )?;
         }
         Ok(())
     }

@@ -1,10 +1,11 @@
 //! Scores of single links: one npy file an entry and protocol.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::BufWriter;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use aps_data::npy::{self, NpyError};
 use aps_metrics::Metric;
 use npyz::WriterBuilder;
 
@@ -50,26 +51,21 @@ impl ScoreTable {
             "'{}' is not in the folder of the results",
             scores.file.display()
         );
-        let file = BufReader::new(File::open(&path).with_context(place)?);
-        let array = npyz::NpyFile::new(file).with_context(place)?;
-        let expected = [links as u64, scores.metrics.len() as u64];
+        let (shape, values) = match npy::read::<f64>(&path) {
+            Err(NpyError::Dtype { .. }) => {
+                let array = npy::read::<f32>(&path).with_context(place)?;
+                (array.shape, array.data.into_iter().map(f64::from).collect())
+            }
+            array => array.map(|a| (a.shape, a.data)).with_context(place)?,
+        };
+        let expected = [links, scores.metrics.len()];
         ensure!(
-            array.shape() == expected && array.order() == npyz::Order::C,
-            "'{}' has shape {:?}; {} links and {} metrics need {expected:?} in C order",
+            shape == expected,
+            "'{}' has shape {shape:?}; {} links and {} metrics need {expected:?}",
             path.display(),
-            array.shape(),
             links,
             scores.metrics.len(),
         );
-        let values: Vec<f64> = match array.try_data::<f64>() {
-            Ok(data) => data.collect::<Result<_, _>>().with_context(place)?,
-            Err(array) => {
-                let data = array.data::<f32>().with_context(place)?;
-                data.map(|v| v.map(f64::from))
-                    .collect::<Result<_, _>>()
-                    .with_context(place)?
-            }
-        };
         let width = scores.metrics.len();
         let column = |i: usize| values.iter().skip(i).step_by(width).copied().collect();
         let known = scores.metrics.iter().enumerate().filter_map(|(i, key)| {

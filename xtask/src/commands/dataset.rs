@@ -2,17 +2,19 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
-use aps_data::{Access, DatasetWriter, Plan, Split};
+use anyhow::Result;
+use aps_data::{Access, Plan, Split};
 use aps_label::{LabelConfig, Labeler, Protocol};
 use clap::{Subcommand, ValueEnum};
 
 use crate::args::{self, Shard, Store, TraceArgs};
+use crate::cautions;
 use crate::command_line;
 use crate::maps::{IdList, MapSource, choose};
 use crate::plan::DatasetPlan;
 use crate::production;
 use crate::progress;
+use crate::say;
 use crate::summary::Summary;
 use crate::tiles::TileArgs;
 
@@ -101,11 +103,11 @@ impl Args {
         let ids = order.map_ids()?;
         let plan = order.plan();
         plan.trace.validate()?;
+        cautions::tell_carrier(&plan.trace);
         let labeler = Labeler::new(&plan.label)?;
         let access = self.shard.map_or(Access::Whole, |shard| shard.access());
         let out = &order.out;
-        let writer = DatasetWriter::open_with(out, plan.config(), access)
-            .with_context(|| format!("data set '{}'", out.display()))?;
+        let writer = plan.open(out, access)?;
         if ids.iter().any(|&id| !writer.has_map(id)) {
             writer.set_plan(&Plan {
                 maps: ids.clone(),
@@ -127,19 +129,20 @@ impl Args {
             let all = writer.map_ids();
             writer.finish(&Split::of_maps(all, order.seed))?;
         }
+        cautions::tell_near(&plan.trace, tally.near_links);
         for line in repairs {
-            println!("{line}");
+            say!("{line}")?;
         }
         let tally = &tally;
-        println!("{}", Summary { tally, wall });
+        say!("{}", Summary { tally, wall })?;
         match self.shard {
-            None => println!("data set '{}'", out.display()),
-            Some(shard) => println!(
+            None => say!("data set '{}'", out.display())?,
+            Some(shard) => say!(
                 "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
                 out.display(),
                 own.len(),
                 command_line::shown(["dataset", "merge"]),
-            ),
+            )?,
         }
         Ok(())
     }

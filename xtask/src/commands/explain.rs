@@ -8,8 +8,10 @@ use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
 
 use crate::args::{TraceArgs, parse_point};
+use crate::cautions;
 use crate::maps::{MapSource, load_one};
 use crate::picture::Outlines;
+use crate::say;
 use crate::source::{LinkId, Source};
 use crate::tiles::TileArgs;
 use crate::view::LinkView;
@@ -94,13 +96,13 @@ impl Args {
         } else {
             picture.drawing().save(&self.out)?;
         }
-        println!(
+        say!(
             "{}: {} lobes, {} paths: '{}'",
             subject.title,
             explanation.lobes.len(),
             subject.link.paths.len(),
             self.out.display()
-        );
+        )?;
         Ok(())
     }
 
@@ -121,8 +123,11 @@ impl Args {
             bail!("name a link: DATASET --link MAP,TX,RX, or --map FILE --tx X,Y --rx X,Y");
         };
         let map = load_one(file, self.map_id, self.seed, &self.tiles)?;
-        let tracer = Tracer::new(&map.scene, self.trace.config())?;
+        let config = self.trace.config();
+        let tracer = Tracer::new(&map.scene, config.clone())?;
         let link = tracer.trace(tx, rx)?;
+        cautions::tell_carrier(&config);
+        cautions::tell_near(&config, cautions::count_near(&config, [(tx, rx)]));
         Ok(Subject {
             title: format!("From ({}, {}) m to ({}, {}) m", tx.x, tx.y, rx.x, rx.y),
             outlines: Outlines::of_scene(&map.scene),

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::maps::{IdList, choose};
+use crate::say;
 use crate::whole_files;
 
 mod released;
@@ -132,12 +133,12 @@ impl Args {
             samples::write_table(&names, &self.out)?;
         }
         progress.finish_and_clear();
-        println!(
+        say!(
             "{} links in '{}', {:.1} MB written",
             names.len(),
             self.out.display(),
             written.into_inner() as f64 / 1e6
-        );
+        )?;
         Ok(())
     }
 

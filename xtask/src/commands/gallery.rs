@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::maps::MapSource;
 use crate::page::{Page, Section};
+use crate::say;
 use crate::source::{LinkId, Source};
 use crate::tiles::TileArgs;
 
@@ -128,11 +129,11 @@ impl Args {
             .section(gallery)
             .section(settings(&source)?);
         page.save(&self.out)?;
-        println!(
+        say!(
             "{exhibits} links of '{}' on '{}'",
             self.dataset.display(),
             self.out.display()
-        );
+        )?;
         Ok(())
     }
 

@@ -13,6 +13,7 @@ use indicatif::ProgressBar;
 use crate::command_line;
 use crate::maps::MapSource;
 use crate::progress;
+use crate::say;
 
 mod propbin;
 mod released;
@@ -94,14 +95,14 @@ impl Target {
         let states: Vec<String> = states
             .map(|(name, count)| format!("{count} {name}"))
             .collect();
-        println!(
+        say!(
             "{} maps, {} links ({}), {} paths in '{}'",
             manifest.totals.maps,
             manifest.totals.links,
             states.join(", "),
             manifest.totals.paths,
             self.out.display()
-        );
+        )?;
         Ok(())
     }
 }

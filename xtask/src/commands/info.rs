@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::command_line;
 use crate::maps::ranges;
+use crate::output;
 
 /// Tell what a data set holds, and what an unfinished one lacks.
 #[derive(Debug, clap::Args)]
@@ -27,7 +28,7 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let survey = Survey::of(&self.dataset)?;
         let facts = Facts::of(&survey);
-        let mut out = io::stdout().lock();
+        let mut out = output::stdout();
         if self.json {
             let mut json = facts.json(&survey);
             json["dataset"] = json!(self.dataset.display().to_string());

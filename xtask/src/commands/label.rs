@@ -9,6 +9,7 @@ use aps_label::{DelayAxis, LabelConfig, Labeler, PathSample};
 use npyz::WriterBuilder;
 
 use crate::args::LabelArgs;
+use crate::note;
 use crate::samples;
 use crate::wire::LinkList;
 
@@ -40,20 +41,18 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let place = || format!("paths '{}'", self.paths.display());
         let file = File::open(&self.paths).with_context(place)?;
-        let list: LinkList = serde_json::from_reader(BufReader::new(file)).with_context(|| {
-            format!(
-                "{}: expected {{\"links\": [{{\"paths\": [{{\"delay_s\", \"arrival_azimuth_rad\", \"gain_db\"}}]}}]}}",
-                place()
-            )
-        })?;
+        let list = LinkList::read(BufReader::new(file)).with_context(place)?;
         let labeler = Labeler::new(&self.config())?;
         let (mut aps, mut pdp) = (Vec::new(), Vec::new());
         let mut unlabelled = Vec::new();
         for (i, link) in list.links.iter().enumerate() {
-            let samples: Vec<PathSample> = link.paths.iter().map(samples::of_entry).collect();
-            let label = labeler
-                .label(&samples)
-                .with_context(|| format!("{}: link {i}", place()))?;
+            let place = || format!("{}: link {i}", place());
+            let paths = link.paths.iter().enumerate();
+            let samples: Vec<PathSample> = paths
+                .map(|(k, path)| samples::of_entry(path).with_context(|| format!("path {k}")))
+                .collect::<Result<_>>()
+                .with_context(place)?;
+            let label = labeler.label(&samples).with_context(place)?;
             match label {
                 Some(label) => {
                     aps.extend(label.aps_db);
@@ -73,7 +72,7 @@ impl Args {
         if let Some(file) = &self.pdp {
             write_npy(file, &pdp, [links, labeler.delays_s().len()])?;
         }
-        eprintln!("{links} labels in '{}'", self.out.display());
+        note!("{links} labels in '{}'", self.out.display());
         Ok(())
     }
 

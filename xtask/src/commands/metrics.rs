@@ -4,6 +4,7 @@ mod output;
 mod rows;
 mod truth;
 
+use crate::note;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
@@ -116,7 +117,7 @@ impl Args {
             .or(truth.own_protocol())
             .unwrap_or(Protocol::Released);
         if let Some(own) = truth.own_protocol().filter(|&own| own != protocol) {
-            eprintln!(
+            note!(
                 "note: the labels were made under the {own} protocol, on its angle grid; \
                  they are scored under the {protocol} one"
             );

@@ -11,6 +11,7 @@ use crate::args::{self, Store};
 use crate::command_line;
 use crate::production;
 use crate::progress;
+use crate::say;
 use crate::settings::{self, Stored};
 use crate::summary::Summary;
 
@@ -97,8 +98,8 @@ impl Args {
             })?;
         writer.finish(&source.manifest().split)?;
         let tally = &tally;
-        println!("{}", Summary { tally, wall });
-        println!("data set '{}'", self.out.display());
+        say!("{}", Summary { tally, wall })?;
+        say!("data set '{}'", self.out.display())?;
         Ok(())
     }
 

@@ -11,6 +11,7 @@ use super::models;
 use crate::command_line;
 use crate::machine;
 use crate::maps::{IdList, MapSource};
+use crate::say;
 use crate::studies::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
 
 /// What the options' one line each leaves open.
@@ -119,7 +120,7 @@ impl Args {
         }
         // If the study of models fails, the others are in the report.
         if studies != [Asked::Models] {
-            println!("report '{}'", publish(&out)?.display());
+            say!("report '{}'", publish(&out)?.display())?;
         }
         match studies.contains(&Asked::Models) {
             true => self.hand_over_models(&out),

@@ -6,18 +6,23 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::DatasetWriter;
+use aps_data::Access;
 use aps_label::Labeler;
 
 use super::dataset::Order;
+use crate::cautions;
 use crate::command_line;
 use crate::maps::{MapSource, ranges};
 use crate::tiles::TileSettings;
 use crate::whole_files;
+use crate::{note, say};
 
 mod scripts;
 
 use scripts::{ARRAY, Job, MERGE, PROGRAM, SUBMIT};
+
+/// Highest number of a task in an array where the cluster says nothing else: MaxArraySize is 1001.
+const USUAL_LAST_TASK: u32 = 1000;
 
 /// Options of this command that the tasks are not given, and their values.
 const OWN_OPTIONS: [&str; 8] = [
@@ -41,7 +46,8 @@ pub struct Args {
     /// Most tasks at once, one a node.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     nodes: u32,
-    /// Tasks in all, with a shard each [default: 4 a node, or one a map if that is less].
+    /// Tasks in all, with a shard each [default: 4 a node, or one a map if that is less; at most 1000, which is what
+    /// Slurm takes where MaxArraySize is not set].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     tasks: Option<u32>,
     /// Cores of a task, which may then share its node with others [default: the whole node].
@@ -72,21 +78,30 @@ impl Args {
         let plan = order.plan();
         // What every task would refuse is refused here.
         plan.trace.validate()?;
+        cautions::tell_carrier(&plan.trace);
         Labeler::new(&plan.label)?;
         let ids = order.map_ids()?;
         let count = ids.len() as u32;
-        let tasks = self
-            .tasks
-            .unwrap_or(self.nodes.saturating_mul(4).min(count));
+        let tasks = self.tasks.unwrap_or_else(|| {
+            let by_nodes = self.nodes.saturating_mul(4).min(count);
+            by_nodes.min(USUAL_LAST_TASK)
+        });
         ensure!(
             tasks <= count,
             "{tasks} tasks for {count} maps: some would have nothing to do; give --tasks {count} or less"
         );
-        let place = || format!("data set '{}'", order.out.display());
-        let begun = DatasetWriter::open(&order.out, plan.config()).with_context(place)?;
+        let begun = plan.open(&order.out, Access::Whole)?;
         let todo = ids.iter().filter(|&&id| !begun.has_map(id));
         let shards: BTreeSet<u32> = todo.map(|id| id % tasks + 1).collect();
         let shards: Vec<u32> = shards.into_iter().collect();
+        if let Some(&last) = shards.last()
+            && last > USUAL_LAST_TASK
+        {
+            note!(
+                "note: tasks up to number {last}; Slurm takes numbers up to {USUAL_LAST_TASK} where MaxArraySize is not \
+                 set. {SUBMIT} asks the cluster, and submits nothing if this is too much"
+            );
+        }
         let job = Job {
             here: text(&here)?,
             folder: text(&folder)?,
@@ -95,6 +110,7 @@ impl Args {
             maps: maps_words(&order),
             tasks,
             shards: ranges(&shards),
+            last_shard: shards.last().copied(),
             at_once: self.nodes,
             cpus: self.cpus,
             retries: self.retries,
@@ -112,14 +128,14 @@ impl Args {
             whole_files::write(&folder.join(name), script.as_bytes())?;
         }
         let submit = folder.join(SUBMIT);
-        println!(
+        say!(
             "{count} maps, {} links; {} of {tasks} tasks to do, {} at once",
             u64::from(count) * order.links_per_map(),
             shards.len(),
             self.nodes.min(shards.len() as u32),
-        );
+        )?;
         if !self.submit {
-            println!("to submit: bash {}", command_line::quoted(text(&submit)?));
+            say!("to submit: bash {}", command_line::quoted(text(&submit)?))?;
             return Ok(());
         }
         let status = Command::new("bash").arg(&submit).status();

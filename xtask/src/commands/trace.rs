@@ -1,6 +1,6 @@
 //! `cargo xtask trace`: the paths of single links, as JSON, CSV, a table or a picture.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
@@ -10,7 +10,10 @@ use aps_raytrace::{Link, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
+use crate::cautions;
 use crate::maps::{Map, load_one};
+use crate::note;
+use crate::output;
 use crate::picture::{self, Outlines};
 use crate::spectra::Spectrum;
 use crate::tiles::TileArgs;
@@ -66,8 +69,11 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let map = self.map()?;
         let ends = self.ends()?;
-        let tracer = Tracer::new(&map.scene, self.trace.config())?;
+        let config = self.trace.config();
+        let tracer = Tracer::new(&map.scene, config.clone())?;
         let links = trace_all(&tracer, &ends)?;
+        cautions::tell_carrier(&config);
+        cautions::tell_near(&config, cautions::count_near(&config, ends.iter().copied()));
         match self.format {
             Format::Json => print_json(&ends, &links)?,
             Format::Csv => print_csv(&ends, &links)?,
@@ -117,7 +123,7 @@ impl Args {
         let spectrum = Spectrum::of(&labeler, &view.samples())?;
         let outlines = Outlines::of_scene(&map.scene);
         picture::link(&outlines, &view, spectrum.as_ref()).save(file)?;
-        eprintln!("picture '{}'", file.display());
+        note!("picture '{}'", file.display());
         Ok(())
     }
 }
@@ -136,7 +142,7 @@ fn trace_all(tracer: &Tracer<'_>, ends: &[(DVec2, DVec2)]) -> Result<Vec<Link>> 
     for (i, &(tx, rx)) in ends.iter().enumerate() {
         match tracer.trace(tx, rx) {
             Ok(link) => links.push(link),
-            Err(e) => errors.push(format!("link {i}: {e}")),
+            Err(error) => errors.push(format!("link {i}: {}", output::told(&error))),
         }
     }
     ensure!(errors.is_empty(), "{}", errors.join("\n"));
@@ -151,16 +157,12 @@ fn print_json(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
             .map(|(&(tx, rx), link)| LinkEntry::new(tx, rx, &link.paths))
             .collect(),
     };
-    writeln!(
-        io::stdout().lock(),
-        "{}",
-        serde_json::to_string_pretty(&list)?
-    )?;
+    writeln!(output::stdout(), "{}", serde_json::to_string_pretty(&list)?)?;
     Ok(())
 }
 
 fn print_csv(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
-    let mut out = csv::Writer::from_writer(io::stdout());
+    let mut out = csv::Writer::from_writer(output::stdout());
     out.write_record([
         "link",
         "tx_x",
@@ -194,7 +196,7 @@ fn print_csv(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
 }
 
 fn print_table(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     for ((tx, rx), link) in ends.iter().zip(links) {
         writeln!(
             out,

@@ -9,7 +9,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::maps::{self, MapSource};
+use crate::output;
 use crate::progress;
+use crate::say;
 use crate::settings::{self, Stored};
 use crate::tiles::TileArgs;
 
@@ -46,13 +48,18 @@ pub struct Args {
 pub struct Findings {
     progress: ProgressBar,
     count: usize,
+    /// Failure to tell one.
+    output: Result<()>,
 }
 
 impl Findings {
     /// One line about one thing that is wrong.
     fn add(&mut self, finding: impl std::fmt::Display) {
         let line = finding.to_string().replace('\n', " ");
-        self.progress.suspend(|| println!("{line}"));
+        let said = self.progress.suspend(|| say!("{line}"));
+        if self.output.is_ok() {
+            self.output = said;
+        }
         self.count += 1;
     }
 }
@@ -84,9 +91,10 @@ impl Args {
         let mut findings = Findings {
             progress: progress::bar(manifest.totals.bytes, "bytes"),
             count: 0,
+            output: Ok(()),
         };
         for problem in dataset.verify_manifest() {
-            findings.add(problem);
+            findings.add(output::told(&problem));
         }
         check_axes(&dataset, &mut findings);
         for entry in &manifest.maps {
@@ -107,12 +115,13 @@ impl Args {
                 }
             }
             for problem in problems {
-                findings.add(problem);
+                findings.add(output::told(&problem));
             }
             let bytes = entry.files.iter().map(|file| file.bytes).sum();
             findings.progress.inc(bytes);
         }
         findings.progress.finish_and_clear();
+        findings.output?;
         let place = self.dataset.display();
         if findings.count > 0 {
             bail!("{} findings in '{place}'", findings.count);
@@ -124,10 +133,12 @@ impl Args {
             ),
             (_, sample) => format!("{sample} links computed anew"),
         };
-        println!(
+        say!(
             "'{place}' is as it should be: {} maps, {} links, {} bytes; {anew}",
-            manifest.totals.maps, manifest.totals.links, manifest.totals.bytes
-        );
+            manifest.totals.maps,
+            manifest.totals.links,
+            manifest.totals.bytes
+        )?;
         Ok(())
     }
 

@@ -15,10 +15,17 @@ const MAX_AXES: usize = 32;
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 
+/// First bytes of a zip archive.
+const ZIP_MAGIC: &[u8; 4] = b"PK\x03\x04";
+
+/// Most characters told of a description of records.
+const MAX_TOLD_CHARS: usize = 80;
+
 /// What the header of an `.npy` file says.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
-    /// NumPy's name of the element type, e.g. `<f2`.
+    /// NumPy's name of the element type, e.g. `<f2`. A float without a byte order, `f2` or `=f2`, is told as
+    /// little endian: NumPy takes the reading machine's order.
     pub dtype: String,
     /// Whether the first axis is the fastest.
     pub fortran_order: bool,
@@ -39,7 +46,10 @@ impl Header {
             return Err(NpyError::NotNpy);
         }
         reader.read_exact(&mut start)?;
-        if &start[..6] != MAGIC {
+        if start.starts_with(ZIP_MAGIC) {
+            return Err(NpyError::Archive);
+        }
+        if !start.starts_with(MAGIC) {
             return Err(NpyError::NotNpy);
         }
         // Version 1 has a 16 bit length, 2 and 3 have 32 bits.
@@ -78,13 +88,26 @@ impl Header {
         if self.fortran_order && self.shape.len() > 1 {
             return Err(NpyError::FortranOrder);
         }
+        self.count(T::SIZE, file_length)
+    }
+
+    /// Number of elements, each of so many bytes, in a file of `file_length` bytes.
+    ///
+    /// # Errors
+    /// [`NpyError::Length`] or [`NpyError::Longer`] when the file holds less or more than the shape says.
+    pub fn count(&self, element_bytes: usize, file_length: u64) -> Result<usize, NpyError> {
         let bytes = file_length.saturating_sub(self.length);
         let count = self
             .shape
             .iter()
             .try_fold(1, |product: usize, &n| product.checked_mul(n));
-        match count {
-            Some(count) if (count as u64).checked_mul(T::SIZE as u64) == Some(bytes) => Ok(count),
+        let wanted = count.and_then(|count| (count as u64).checked_mul(element_bytes as u64));
+        match (count, wanted) {
+            (Some(count), Some(wanted)) if wanted == bytes => Ok(count),
+            (_, Some(wanted)) if wanted < bytes => Err(NpyError::Longer {
+                shape: self.shape.clone(),
+                extra: bytes - wanted,
+            }),
             _ => Err(NpyError::Length {
                 shape: self.shape.clone(),
                 bytes,
@@ -143,7 +166,7 @@ impl Parser<'_> {
             match self.string()?.as_str() {
                 "descr" if dtype.is_none() => {
                     self.expect(b':', "':'")?;
-                    dtype = Some(self.string()?);
+                    dtype = Some(self.dtype()?);
                 }
                 "fortran_order" if fortran_order.is_none() => {
                     self.expect(b':', "':'")?;
@@ -202,6 +225,26 @@ impl Parser<'_> {
         }
     }
 
+    /// The description of the elements: a quoted name, or a list of the fields of a record.
+    fn dtype(&mut self) -> Result<String, NpyError> {
+        if matches!(self.peek(), Some(b'[' | b'(')) {
+            let rest = String::from_utf8_lossy(&self.text[self.at..]);
+            let fields = rest.split(']').next().unwrap_or_default();
+            let mut descr: String = fields.chars().take(MAX_TOLD_CHARS).collect();
+            descr.push_str(if descr.len() < fields.len() {
+                "..."
+            } else {
+                "]"
+            });
+            return Err(NpyError::Structured { descr });
+        }
+        let name = self.string()?;
+        Ok(match name.trim_start_matches('=') {
+            native @ ("f2" | "f4" | "f8") => format!("<{native}"),
+            _ => name,
+        })
+    }
+
     /// A quoted string without escapes.
     fn string(&mut self) -> Result<String, NpyError> {
         let quote = match self.peek() {
@@ -256,7 +299,9 @@ impl Parser<'_> {
             .and_then(|digits| digits.parse().ok());
         match number {
             Some(number) => {
-                self.at += digits;
+                // Python 2 marked its long integers.
+                let is_long = rest.get(digits) == Some(&b'L');
+                self.at += digits + usize::from(is_long);
                 Ok(number)
             }
             None => self.fail("the length of an axis"),

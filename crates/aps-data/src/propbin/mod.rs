@@ -185,7 +185,7 @@ pub struct Propbin {
 #[non_exhaustive]
 pub enum PropbinError {
     /// Reading, writing or decompressing failed.
-    #[error("{0}")]
+    #[error(transparent)]
     Io(#[from] io::Error),
     /// The file does not start with the magic number.
     #[error("not a .propbin file: it starts with {found:#010x}, not 0x50524f50")]

@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Read, Seek, Write};
 
+use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
@@ -26,10 +27,31 @@ pub struct Sample {
 #[non_exhaustive]
 pub enum SampleError {
     /// The file is no archive, or a damaged one.
-    #[error("not a readable .npz archive: {0}")]
-    Zip(#[from] zip::result::ZipError),
+    #[error("not a readable .npz archive")]
+    Zip(#[from] ZipError),
+    /// An array of the archive is compressed in a way that is not read.
+    #[error(
+        "array {array} is compressed by {method}; save it with numpy.savez or numpy.savez_compressed"
+    )]
+    Compression {
+        /// Name of the array.
+        array: &'static str,
+        /// The method, or its number in the archive.
+        method: String,
+    },
+    /// The archive has no array of that name.
+    #[error(
+        "no {array}.npy in the archive, {}; save it with numpy.savez(file, {TARGET}=..., {IMAGE}=...)",
+        listed(found)
+    )]
+    Missing {
+        /// Name of the array.
+        array: &'static str,
+        /// Names of the files in the archive.
+        found: Vec<String>,
+    },
     /// An array of the archive is not what it should be.
-    #[error("{array}: {source}")]
+    #[error("array {array}")]
     Npy {
         /// Name of the array.
         array: &'static str,
@@ -62,6 +84,23 @@ pub enum SampleError {
     },
 }
 
+/// Most names told of what an archive holds.
+const MAX_TOLD_NAMES: usize = 8;
+
+/// What an archive holds, in words.
+fn listed(names: &[String]) -> String {
+    let told: Vec<String> = names
+        .iter()
+        .take(MAX_TOLD_NAMES)
+        .map(|n| format!("{n:?}"))
+        .collect();
+    match names.len().saturating_sub(told.len()) {
+        0 if told.is_empty() => "which is empty".into(),
+        0 => format!("which holds {}", told.join(", ")),
+        more => format!("which holds {} and {more} more", told.join(", ")),
+    }
+}
+
 const TARGET: &str = "aps_norm";
 const IMAGE: &str = "cond_img";
 
@@ -85,7 +124,7 @@ impl Sample {
             npy::write_to(&mut bytes, &shape, data)
                 .map_err(|source| SampleError::Npy { array, source })?;
             zip.start_file(format!("{array}.npy"), options)?;
-            zip.write_all(&bytes).map_err(zip::result::ZipError::Io)?;
+            zip.write_all(&bytes).map_err(ZipError::Io)?;
         }
         Ok(zip.finish()?.into_inner())
     }
@@ -121,7 +160,23 @@ fn array<R: Read + Seek>(
     zip: &mut ZipArchive<R>,
     array: &'static str,
 ) -> Result<Array<f32>, SampleError> {
-    let file = zip.by_name(&format!("{array}.npy"))?;
+    let name = format!("{array}.npy");
+    let Some(index) = zip.index_for_name(&name) else {
+        let found = zip
+            .file_names()
+            .filter_map(|name| Some(name.ok()?.into_owned()))
+            .collect();
+        return Err(SampleError::Missing { array, found });
+    };
+    let file = zip.by_index(index)?;
+    let method = file.compression();
+    if !matches!(
+        method,
+        CompressionMethod::Stored | CompressionMethod::Deflated
+    ) {
+        let method = method.to_string();
+        return Err(SampleError::Compression { array, method });
+    }
     // What the archive says its array is long; a lie is found when the array does not fit it.
     let bytes = file.size();
     if bytes > MAX_SAMPLE_BYTES {

@@ -27,7 +27,6 @@ fn number_and_vector_have_shapes_of_their_own() {
 
 #[test]
 fn headers_of_other_writers_are_read() {
-    // Python 2's long integers are not: no NumPy since 2017 writes them.
     let cases = [
         (
             "{\"shape\":(2,),\"descr\":\"|u1\",\"fortran_order\":False}",
@@ -43,6 +42,14 @@ fn headers_of_other_writers_are_read() {
         ),
         (
             "{'descr': '|u1', 'fortran_order': False, 'shape': (2L,)}\n",
+            true,
+        ),
+        (
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (L,)}\n",
+            false,
+        ),
+        (
+            "{'descr': '|u1', 'fortran_order': False, 'shape': (2LL,)}\n",
             false,
         ),
         (
@@ -72,6 +79,78 @@ fn headers_of_other_writers_are_read() {
             assert!(array.is_err() || array.unwrap().data == [3, 4]);
         }
     }
+}
+
+/// A file of version 1.0 with such a header and such bytes after it.
+fn file(header: &str, bytes: &[u8]) -> Vec<u8> {
+    let length = (header.len() as u16).to_le_bytes();
+    [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), bytes].concat()
+}
+
+/// The refusal of a file of two f32 with such a description of the elements.
+fn refusal_of(descr: &str) -> String {
+    let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': (2,)}}");
+    npy::from_bytes::<f32>(&file(&header, &[0; 8]))
+        .unwrap_err()
+        .to_string()
+}
+
+#[test]
+fn floats_without_a_byte_order_are_those_of_the_usual_machine() {
+    for descr in ["'f4'", "'=f4'", "'<f4'"] {
+        let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': (1,)}}");
+        let array = npy::from_bytes::<f32>(&file(&header, &1.5_f32.to_le_bytes()));
+        assert_eq!(array.unwrap().data, [1.5], "{descr}");
+    }
+    assert!(refusal_of("'>f4'").contains("convert with NumPy's astype"));
+}
+
+#[test]
+fn what_numpy_cannot_cast_is_to_be_cast_before_it_is_saved() {
+    for descr in ["'<V2'", "'|V2'"] {
+        let told = refusal_of(descr);
+        assert!(told.contains("bfloat16"), "{told}");
+        assert!(told.contains("array.astype(np.float32)"), "{told}");
+        assert!(told.contains("view(np.uint16)"), "{told}");
+    }
+    let told = refusal_of("'|V1'");
+    assert!(told.contains("before saving"), "{told}");
+    let told = refusal_of("'<c8'");
+    assert!(told.contains("np.abs"), "{told}");
+}
+
+#[test]
+fn records_are_named_as_such() {
+    let told = refusal_of("[('a', '<f4'), ('b', '<f4')]");
+    assert!(told.contains("[('a', '<f4'), ('b', '<f4')]"), "{told}");
+    assert!(told.contains("save one field"), "{told}");
+    for rest in ["[", "[(", "('<f4', (2,))", "[[[[]"] {
+        assert!(refusal_of(rest).contains("records"), "{rest}");
+    }
+    let many = format!("[{}]", "('longer than a line', '<f4'), ".repeat(100));
+    assert!(refusal_of(&many).len() < 200);
+}
+
+#[test]
+fn two_arrays_in_one_file_are_not_a_truncated_one() {
+    let mut bytes = Vec::new();
+    npy::write_to(&mut bytes, &[2], &[1.0_f32, 2.0]).unwrap();
+    let one = bytes.clone();
+    npy::write_to(&mut bytes, &[3], &[1.0_f32; 3]).unwrap();
+    let error = npy::from_bytes::<f32>(&bytes).unwrap_err();
+    let extra = (bytes.len() - one.len()) as u64;
+    assert!(matches!(&error, NpyError::Longer { extra: found, .. } if *found == extra));
+    assert!(error.to_string().contains("more than one array"), "{error}");
+    let cut = npy::from_bytes::<f32>(&one[..one.len() - 1]).unwrap_err();
+    assert!(cut.to_string().contains("truncated"), "{cut}");
+}
+
+#[test]
+fn an_archive_is_told_apart_from_other_files() {
+    let archive = npy::from_bytes::<f32>(b"PK\x03\x04 and what follows in an archive");
+    assert!(matches!(archive, Err(NpyError::Archive)));
+    let text = npy::from_bytes::<f32>(b"1.0, 2.0, 3.0, 4.0");
+    assert!(matches!(text, Err(NpyError::NotNpy)));
 }
 
 #[test]

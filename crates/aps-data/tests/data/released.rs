@@ -69,6 +69,69 @@ fn bad_samples_are_told_apart() {
     ));
 }
 
+/// The archive of a sample with its bytes changed.
+fn archive(change: impl FnOnce(&mut Vec<u8>)) -> SampleError {
+    let sample = Sample::from_npz(golden!("sample.npz")).unwrap();
+    let mut bytes = sample.to_npz().unwrap();
+    change(&mut bytes);
+    Sample::from_npz(&bytes).unwrap_err()
+}
+
+/// Replaces a text wherever it stands by one of the same length.
+fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
+    for at in 0..=bytes.len() - old.len() {
+        if bytes[at..].starts_with(old) {
+            bytes[at..at + old.len()].copy_from_slice(new);
+        }
+    }
+}
+
+#[test]
+fn a_missing_array_is_named_with_those_that_are_there() {
+    let error = archive(|bytes| replace(bytes, b"aps_norm.npy", b"arr_0.npy\0\0\0"));
+    assert!(matches!(
+        &error,
+        SampleError::Missing {
+            array: "aps_norm",
+            ..
+        }
+    ));
+    let told = error.to_string();
+    for word in ["aps_norm.npy", "arr_0.npy", "cond_img.npy", "numpy.savez("] {
+        assert!(told.contains(word), "{told}");
+    }
+}
+
+#[test]
+fn a_compression_that_is_not_read_is_named() {
+    // The method stands after signature, version and flags, in the central directory after one version more.
+    let error = archive(|bytes| {
+        for at in 0..bytes.len() - 12 {
+            let method = match &bytes[at..at + 4] {
+                b"PK\x03\x04" => at + 8,
+                b"PK\x01\x02" => at + 10,
+                _ => continue,
+            };
+            bytes[method..method + 2].copy_from_slice(&14_u16.to_le_bytes());
+        }
+    });
+    assert!(
+        matches!(
+            &error,
+            SampleError::Compression {
+                array: "aps_norm",
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert!(error.to_string().to_lowercase().contains("lzma"), "{error}");
+    assert!(
+        error.to_string().contains("numpy.savez_compressed"),
+        "{error}"
+    );
+}
+
 /// The paths of the golden files, which half precision holds exactly.
 fn golden_paths() -> [Path; 3] {
     let path = |loss_db, length_m, delay_ns, [a, b, c, d]: [f32; 4]| Path {

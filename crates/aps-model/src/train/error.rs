@@ -57,7 +57,7 @@ pub enum TrainError {
         problem: String,
     },
     /// A file could not be read or written.
-    #[error("cannot {action} '{path}': {source}")]
+    #[error("cannot {action} '{path}'")]
     Io {
         /// What was tried.
         action: &'static str,

@@ -23,7 +23,8 @@ use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::{ModelKind, candle_core};
 use serde_json::{Value, json};
 use xtask::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
-use xtask::{DatasetPlan, machine};
+use xtask::{DatasetPlan, machine, output};
+use xtask::{note, say};
 
 use crate::data;
 use crate::labels::{Labels, valid_links};
@@ -117,11 +118,9 @@ impl Bench {
                 Err(error) if matches!(job, Job::Tracer(SIGHT)) => return Err(error),
                 Err(error) => {
                     pace.end(None);
-                    eprintln!("{name} failed, the others go on: {error:#}");
-                    failed.push(Failure {
-                        name,
-                        message: format!("{error:#}"),
-                    });
+                    let message = output::told(error.as_ref());
+                    note!("{name} failed, the others go on: {message}");
+                    failed.push(Failure { name, message });
                 }
             }
         }
@@ -130,11 +129,11 @@ impl Bench {
         let results = self.results(machine, &ground, entries, failed)?;
         results.save(&self.out)?;
         let files = xtask::benchmark::write_report(&results, &self.out)?;
-        eprintln!("{} files of the report", files.len());
+        note!("{} files of the report", files.len());
         for failure in &results.failed {
-            println!("failed: {}: {}", failure.name, failure.message);
+            say!("failed: {}: {}", failure.name, failure.message)?;
         }
-        println!("{}", self.out.join("report.html").display());
+        say!("{}", self.out.join("report.html").display())?;
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! How far a benchmark is, and how long it will take.
 
 use std::time::{Duration, Instant};
+use xtask::note;
 
 use aps_model::{ModelKind, Preset};
 
@@ -34,7 +35,7 @@ impl Pace {
         let whole = |seconds: f64| {
             humantime::format_duration(Duration::from_secs(seconds.ceil() as u64)).to_string()
         };
-        eprintln!(
+        note!(
             "[{}/{}] {what} ({} so far, about {} left)",
             self.ended + 1,
             self.guesses.len(),

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use xtask::interrupt::interrupt_flag;
+use xtask::say;
 use xtask::studies::{Conditions, Profile, Study, publish, studies_folder};
 
 /// Place in the report: behind diffraction, before pruning.
@@ -61,7 +62,7 @@ impl Args {
             &mut study,
         )?;
         study.write(&studies_folder(&out), conditions.ended())?;
-        println!("report '{}'", publish(&out)?.display());
+        say!("report '{}'", publish(&out)?.display())?;
         Ok(())
     }
 

@@ -52,7 +52,7 @@ pub fn study(profile: Profile, seed: u64, study: &mut Study) -> Result<()> {
                         largest_error,
                     }),
                     Err(error) => {
-                        let whole = format!("{error:#}");
+                        let whole = xtask::output::told(error.as_ref());
                         let reason = whole.lines().next().unwrap_or_default();
                         refused.push(format!(
                             "{} in {name} does not run here: {reason}",

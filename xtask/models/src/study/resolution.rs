@@ -10,6 +10,7 @@ use aps_model::{ModelKind, candle_core};
 use serde::Serialize;
 use serde_json::json;
 use xtask::benchmark::words::three_digits;
+use xtask::note;
 use xtask::studies::{Marked, Profile, Study, Trade};
 
 use crate::bench::config::{self, Config};
@@ -79,7 +80,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let mut rows = Vec::new();
     for &pixels in sizes {
         config.training.image_size = pixels;
-        eprintln!("{MODEL} on images of {pixels} x {pixels}");
+        note!("{MODEL} on images of {pixels} x {pixels}");
         rows.push(row(setup, &config, &part, &dataset, &test, &device)?);
     }
     describe(&config, test.len(), &rows, study)

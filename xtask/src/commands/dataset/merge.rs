@@ -9,6 +9,7 @@ use aps_data::{DatasetWriter, Plan, Split, Survey};
 use crate::args::Shard;
 use crate::command_line;
 use crate::progress;
+use crate::say;
 
 /// Join what shards made into what one run would have made, byte for byte.
 ///
@@ -59,13 +60,13 @@ impl Args {
         progress.finish_and_clear();
         let ids = writer.map_ids();
         let totals = writer.finish(&Split::of_maps(ids, seed))?.totals;
-        println!(
+        say!(
             "{} maps, {} links, {} bytes in data set '{}'",
             totals.maps,
             totals.links,
             totals.bytes,
             self.out.display()
-        );
+        )?;
         Ok(())
     }
 

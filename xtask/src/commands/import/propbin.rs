@@ -26,6 +26,8 @@ use super::rows::Rows;
 use super::{LINKS_AT_ONCE, Target, buildings, must_have_maps};
 use crate::args::{self, LabelArgs, Store};
 use crate::maps::MapSource;
+use crate::samples::check_azimuth;
+use crate::say;
 use crate::settings;
 use crate::tiles::TileArgs;
 
@@ -112,7 +114,7 @@ impl Args {
             ),
         ] {
             if count > 0 {
-                println!("left out: {count} {what}");
+                say!("left out: {count} {what}")?;
             }
         }
         Ok(())
@@ -323,6 +325,10 @@ fn label_links(
         for (path, chain) in file.paths_of(receiver) {
             let is_possible =
                 path.loss_db.abs() <= MAX_LOSS_DB && (0.0..=MAX_DELAY_NS).contains(&path.delay_ns);
+            for (end, direction) in [("departure", path.departure), ("arrival", path.arrival)] {
+                check_azimuth(end, direction.azimuth_rad.into())
+                    .with_context(|| format!("receiver {}", receiver.id))?;
+            }
             if is_possible {
                 samples.push(add_path(&mut rows, path));
                 let ends = [file.source_m(), receiver.position_m];

@@ -1,6 +1,7 @@
 //! The scores in the forms people and programs read.
 
-use std::io::{self, Write};
+use crate::{note, output};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
@@ -34,7 +35,7 @@ impl Scores<'_> {
     pub fn warn(&self) {
         let rejected = self.evaluation.rejected();
         if let Some(first) = rejected.first() {
-            eprintln!(
+            note!(
                 "WARNING: {} of {} samples are NOT scored and in no mean \
                  (NaN or infinite: {} predictions, {} truths); the first: sample {}, {}",
                 rejected.len(),
@@ -49,7 +50,7 @@ impl Scores<'_> {
 
     /// Prints the scores.
     pub fn print(&self, format: Format) -> Result<()> {
-        let mut out = io::stdout().lock();
+        let mut out = output::stdout();
         match format {
             Format::Table => self.table(&mut out)?,
             Format::Markdown => self.markdown(&mut out)?,

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Error, Result, bail, ensure};
 use aps_data::npy::{Element, Header, NpyError};
 use aps_metrics::Shape;
 use half::f16;
@@ -40,12 +40,9 @@ impl ArrayFile {
                 Axes(&header.shape)
             ),
         };
-        ensure!(
-            matches!(number, Number::Float(_)),
-            "'{}' holds {}, expected spectra in <f2, <f4 or <f8; convert with NumPy's astype",
-            path.display(),
-            header.dtype
-        );
+        if !matches!(number, Number::Float(_)) {
+            return Err(of_type(path, header.dtype, "spectra in <f2, <f4 or <f8"));
+        }
         Ok(Self::new(path, reader, shape, number))
     }
 
@@ -59,12 +56,9 @@ impl ArrayFile {
                 Axes(&header.shape)
             );
         };
-        ensure!(
-            !matches!(number, Number::Float(_)),
-            "'{}' holds {}, expected integers; convert with NumPy's astype",
-            path.display(),
-            header.dtype
-        );
+        if matches!(number, Number::Float(_)) {
+            return Err(of_type(path, header.dtype, "integers"));
+        }
         Ok(Self::new(path, reader, Shape { samples, bins: 1 }, number))
     }
 
@@ -126,27 +120,20 @@ fn open(path: &Path) -> Result<(Header, Number, BufReader<File>)> {
     let length = file.metadata().with_context(place)?.len();
     let mut reader = BufReader::new(file);
     let header = Header::read(&mut reader, length).with_context(place)?;
-    let number = Number::of(&header.dtype).with_context(|| {
-        format!(
-            "{} holds {}, expected little-endian floats or integers; convert with NumPy's astype",
-            place(),
-            header.dtype
-        )
-    })?;
+    let Some(number) = Number::of(&header.dtype) else {
+        let expected = "little-endian floats or integers";
+        return Err(of_type(path, header.dtype, expected));
+    };
     if header.fortran_order && header.shape.len() > 1 {
         return Err(NpyError::FortranOrder).with_context(place);
     }
-    let size = number.size() as u64;
-    let wanted = header
-        .shape
-        .iter()
-        .try_fold(size, |bytes, &n| bytes.checked_mul(n as u64));
-    let bytes = length - header.length;
-    if wanted != Some(bytes) {
-        let shape = header.shape;
-        return Err(NpyError::Length { shape, bytes }).with_context(place);
-    }
+    header.count(number.size(), length).with_context(place)?;
     Ok((header, number, reader))
+}
+
+/// The refusal of a file whose elements are of another type.
+fn of_type(path: &Path, found: String, expected: &'static str) -> Error {
+    Error::new(NpyError::Dtype { expected, found }).context(format!("'{}'", path.display()))
 }
 
 impl Number {

@@ -27,6 +27,8 @@ pub struct Job<'a> {
     pub tasks: u32,
     /// Those to make, like `1-4,7`; empty if all is made.
     pub shards: String,
+    /// The highest number among them.
+    pub last_shard: Option<u32>,
     /// Most of them at once.
     pub at_once: u32,
     /// Cores of a task; all of its node if not given.
@@ -121,15 +123,22 @@ set -eu
     pub fn submit(&self) -> String {
         let script = |name: &str| quoted(&format!("{}/{name}", self.folder));
         let merge = script(MERGE);
-        let jobs = match self.shards.as_str() {
-            "" => format!(
+        let jobs = match self.last_shard {
+            None => format!(
                 r#"# All maps are there.
 merge=$(sbatch --parsable {merge})
 echo "merge: job ${{merge%%;*}}"
 "#
             ),
-            _ => format!(
-                r#"array=$(sbatch --parsable {array})
+            Some(last) => format!(
+                r#"# Numbers of tasks stay below this; sbatch would only call the array invalid.
+limit=$(scontrol show config 2>/dev/null | sed -n 's/^MaxArraySize *= *//p')
+if [ -n "$limit" ] && [ {last} -ge "$limit" ]; then
+    echo "this cluster numbers tasks up to $((limit - 1)) (MaxArraySize), here the last is {last};" \
+        "write the scripts again with --tasks $((limit - 1)) or less" >&2
+    exit 1
+fi
+array=$(sbatch --parsable {array})
 # Behind the number stands the cluster, where there are several.
 array=${{array%%;*}}
 echo "array: job $array"

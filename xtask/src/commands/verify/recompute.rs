@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::Findings;
 use crate::maps::Map;
+use crate::output;
 use crate::produce::{LinkMaker, PathColumns, Rows, profile_rows};
 use crate::sampling;
 use crate::settings::{self, Sampling};
@@ -103,7 +104,7 @@ impl<'d> Recomputation<'d> {
             .map(|&link| {
                 let what = match self.link(&tracer, map, link) {
                     Ok(rows) => self.difference(&stored, link, &rows)?,
-                    Err(error) => Some(format!("{error:#}; it is")),
+                    Err(error) => Some(format!("{}; it is", output::told(error.as_ref()))),
                 };
                 Ok(what.map(|what| {
                     let [tx, rx] = map.links[link];
