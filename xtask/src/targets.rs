@@ -1,8 +1,8 @@
 //! Learning targets of a data set's labels, alike for whoever trains on them and whoever scores against them.
 
 use anyhow::{Context, Result};
-use aps_data::{Dataset, MapData, Part, Profile};
-use aps_label::{MeanStd, Moments, Normalization, Protocol, relative_power};
+use aps_data::{Dataset, MapData, Part, Profile, Samples};
+use aps_label::{MeanStd, Moments, Normalization, NormalizationError, Protocol, relative_power};
 use rayon::prelude::*;
 
 /// The protocol the labels were made under, if that is known.
@@ -19,6 +19,69 @@ pub fn normalization(protocol: Protocol, train: MeanStd) -> Normalization {
     }
 }
 
+/// The form in which labels are compared.
+#[derive(Debug, Clone, Copy)]
+pub enum Target {
+    /// Power relative to the link's maximum, in \[0, 1\].
+    Linear,
+    /// A protocol's learning target.
+    Normalised(Normalization),
+}
+
+impl Target {
+    /// Makes the stored label of a link into the target, in double precision from the stored values on: `row` has a value
+    /// for each bin.
+    ///
+    /// # Errors
+    /// A value that is not finite, and statistics that cannot be divided by.
+    ///
+    /// # Panics
+    /// When there is no such link.
+    pub fn write(
+        &self,
+        samples: &Samples,
+        link: usize,
+        row: &mut [f64],
+    ) -> Result<(), NormalizationError> {
+        let bins = row.len();
+        samples.read(link * bins..(link + 1) * bins, row);
+        match self {
+            Target::Linear => relative_power(row).map(|_| ()),
+            Target::Normalised(normalization) => normalization.apply(row).map(|_| ()),
+        }
+    }
+}
+
+/// Hands over the targets of the labelled links of some maps, in ascending order of map and row, at most `links` rows at a
+/// time, with their map. Returns the number of links.
+///
+/// # Panics
+/// When the data set stores no angle power spectra.
+pub fn for_each_block(
+    dataset: &Dataset,
+    part: Part,
+    target: Target,
+    links: usize,
+    mut take: impl FnMut(&[f64], u32) -> Result<()>,
+) -> Result<usize> {
+    let (mut rows, mut handed_over) = (Vec::new(), 0);
+    for map in dataset.maps_of(part) {
+        let map = map?;
+        let aps = spectra(&map);
+        let valid: Vec<usize> = map.valid_links().collect();
+        for some in valid.chunks(links) {
+            rows.resize(some.len() * aps.bins(), 0.0);
+            rows.par_chunks_mut(aps.bins())
+                .zip(some)
+                .try_for_each(|(row, &link)| target.write(aps.samples(), link, row))
+                .with_context(|| format!("map {}", map.id))?;
+            take(&rows, map.id)?;
+        }
+        handed_over += valid.len();
+    }
+    Ok(handed_over)
+}
+
 /// Mean and deviation of linear relative power over all labels of the training maps, which are read once for it. The
 /// same bits for any number of threads: [`Moments`] are exact sums.
 ///
@@ -30,16 +93,15 @@ pub fn training_statistics(dataset: &Dataset) -> Result<MeanStd> {
         let map = map?;
         let aps = spectra(&map);
         let links: Vec<usize> = map.valid_links().collect();
-        let of_link = |row: &mut LabelRow, &link: &usize| -> Result<Moments> {
-            row.load(aps, link);
-            relative_power(&mut row.values)?;
+        let of_link = |row: &mut Vec<f64>, &link: &usize| -> Result<Moments> {
+            Target::Linear.write(aps.samples(), link, row)?;
             let mut moments = Moments::default();
-            moments.add(&row.values)?;
+            moments.add(row)?;
             Ok(moments)
         };
         let of_map = links
             .par_iter()
-            .map_init(|| LabelRow::new(aps), of_link)
+            .map_init(|| vec![0.0; aps.bins()], of_link)
             .try_reduce(Moments::default, |mut a, b| {
                 a.merge(&b);
                 Ok(a)
@@ -57,29 +119,4 @@ pub fn training_statistics(dataset: &Dataset) -> Result<MeanStd> {
 /// When the data set stores none.
 pub fn spectra(map: &MapData) -> &Profile {
     map.aps.as_ref().expect("the layout stores them")
-}
-
-/// One label, in the two precisions it passes through.
-pub struct LabelRow {
-    stored: Vec<f32>,
-    /// What was loaded last.
-    pub values: Vec<f64>,
-}
-
-impl LabelRow {
-    /// Room for a label.
-    pub fn new(aps: &Profile) -> Self {
-        LabelRow {
-            stored: vec![0.0; aps.bins()],
-            values: vec![0.0; aps.bins()],
-        }
-    }
-
-    /// Loads a link's values relative to its maximum [dB].
-    pub fn load(&mut self, aps: &Profile, link: usize) {
-        aps.read_relative_db(link, &mut self.stored);
-        for (value, &stored) in self.values.iter_mut().zip(&self.stored) {
-            *value = f64::from(stored);
-        }
-    }
 }

@@ -3,6 +3,8 @@
 //! A link's values are stored relative to its largest one, which is kept beside them: labels are
 //! used that way, and half precision is finest near 0 dB. See [`Precision`] for what it loses.
 
+use std::ops::Range;
+
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
@@ -45,6 +47,44 @@ pub enum Samples {
     F16(Vec<f16>),
     /// Single precision.
     F32(Vec<f32>),
+}
+
+impl Samples {
+    /// No values, of a precision, with room for so many.
+    pub fn with_capacity(precision: Precision, values: usize) -> Self {
+        match precision {
+            Precision::F16 => Samples::F16(Vec::with_capacity(values)),
+            Precision::F32 => Samples::F32(Vec::with_capacity(values)),
+        }
+    }
+
+    /// Appends some values of another, as they are stored.
+    ///
+    /// # Panics
+    /// When `other` is of another precision, or does not reach so far.
+    pub fn append(&mut self, other: &Samples, range: Range<usize>) {
+        match (self, other) {
+            (Samples::F16(own), Samples::F16(other)) => own.extend_from_slice(&other[range]),
+            (Samples::F32(own), Samples::F32(other)) => own.extend_from_slice(&other[range]),
+            _ => panic!("values in half and in single precision are kept apart"),
+        }
+    }
+
+    /// Writes some values, which double precision holds exactly, into `values`.
+    ///
+    /// # Panics
+    /// When there are no such values, or `values` is not as long.
+    pub fn read(&self, range: Range<usize>, values: &mut [f64]) {
+        match self {
+            Samples::F16(stored) => stored[range].convert_to_f64_slice(values),
+            Samples::F32(stored) => {
+                let stored = &stored[range];
+                assert_eq!(stored.len(), values.len(), "a value for each");
+                let pairs = values.iter_mut().zip(stored);
+                pairs.for_each(|(value, &stored)| *value = f64::from(stored));
+            }
+        }
+    }
 }
 
 impl Profile {

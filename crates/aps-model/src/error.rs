@@ -103,8 +103,16 @@ pub enum Error {
     WeightsMismatch {
         /// The file.
         path: PathBuf,
-        /// Every tensor that is missing, unknown, misshapen or not finite.
+        /// The tensors that are missing, unknown, misshapen or not finite, the first of many, and what else the file holds.
         problems: Vec<String>,
+    },
+    /// A file of weights says which model it is of, but not in this crate's words.
+    #[error("{} says that it is of the model \"{found}\", which is none of this version, with its preset", path.display())]
+    ForeignLabel {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        found: String,
     },
     /// The model has no part that pretrained weights would fit.
     #[error(

@@ -3,16 +3,15 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, ensure};
-use aps_data::{Dataset, MapData};
+use aps_data::{Dataset, MapData, Samples};
 use aps_label::Normalization;
 use aps_model::ANGLE_BINS;
 use aps_model::condition::Link;
 use aps_model::data::Examples;
-use half::f16;
-use half::slice::HalfFloatSliceExt;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+use xtask::targets::{self, Target};
 
 /// Which row of which map a link is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,16 +26,17 @@ pub struct Row {
     pub rx: u32,
 }
 
-/// Labelled links, in ascending order of map and row. 416 bytes a link: 0.96 GB for the paper's 2.3 million.
+/// Labelled links, in ascending order of map and row. Labels are kept as the data set stores them, in dB and in its precision,
+/// and made into targets when they are asked for, as `metrics` makes them: a few microseconds each.
 ///
-/// Labels are kept as they are stored, in dB and half precision, and made into targets when they are asked for: a few
-/// microseconds each.
+/// 416 bytes a link in half precision, 776 in single precision, as imported data have it: 0.96 and 1.8 GB for the paper's
+/// 2.3 million.
 #[derive(Debug)]
 pub struct Labels {
     rows: Vec<Row>,
     links: Vec<Link>,
     /// dB relative to each link's maximum; shape (links, bins).
-    db: Vec<f16>,
+    db: Samples,
     normalization: Normalization,
 }
 
@@ -60,10 +60,12 @@ impl Labels {
             chosen
         });
         let count = chosen.as_ref().map_or(total, Vec::len);
+        let layout = dataset.manifest().layout;
+        let aps = layout.aps.context("the data set stores no spectra")?;
         let mut labels = Labels {
             rows: Vec::with_capacity(count),
             links: Vec::with_capacity(count),
-            db: Vec::with_capacity(count * ANGLE_BINS),
+            db: Samples::with_capacity(aps.dtype, count * ANGLE_BINS),
             normalization,
         };
         let (mut passed, mut wanted) = (0, chosen.iter().flatten().copied().peekable());
@@ -84,7 +86,7 @@ impl Labels {
     }
 
     fn push(&mut self, map: &MapData, link: usize, index: u32) -> Result<()> {
-        let aps = xtask::targets::spectra(map);
+        let aps = targets::spectra(map);
         let ([tx, rx], (tx_m, rx_m)) = (map.links[link], map.ends_m(link));
         self.rows.push(Row {
             map: map.id,
@@ -97,9 +99,8 @@ impl Labels {
             tx_m,
             rx_m,
         });
-        let mut row = [0.0; ANGLE_BINS];
-        aps.read_relative_db(link, &mut row);
-        self.db.extend(row.map(f16::from_f32));
+        let bins = link * ANGLE_BINS..(link + 1) * ANGLE_BINS;
+        self.db.append(aps.samples(), bins);
         Ok(())
     }
 
@@ -115,11 +116,9 @@ impl Labels {
 
     /// The target of a link.
     pub fn target(&self, link: usize) -> [f64; ANGLE_BINS] {
-        let mut stored = [0.0_f32; ANGLE_BINS];
-        self.db[link * ANGLE_BINS..][..ANGLE_BINS].convert_to_f32_slice(&mut stored);
-        let mut values = stored.map(f64::from);
-        let normalised = self.normalization.apply(&mut values);
-        normalised.expect(
+        let mut values = [0.0; ANGLE_BINS];
+        let written = Target::Normalised(self.normalization).write(&self.db, link, &mut values);
+        written.expect(
             "the data set was checked to hold finite numbers, the statistics were used before",
         );
         values
@@ -149,4 +148,108 @@ pub fn valid_links(dataset: &Dataset, maps: &[u32]) -> usize {
         .filter(|entry| maps.contains(&entry.id))
         .map(|entry| entry.status.get("valid").copied().unwrap_or(0));
     valid.sum::<u64>() as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use aps_data::{
+        Axis, DatasetConfig, DatasetWriter, Layout, LinkRows, LinkStatus, Links, MapInput, Part,
+        Precision, ProfileLayout, ProfileRows, Raster, RasterGrid, Split,
+    };
+    use serde_json::json;
+
+    use super::*;
+    use crate::data;
+
+    /// Two maps of 3 x 3 links, one of each without a label, with values that take all digits a precision has.
+    fn dataset(dtype: Precision, protocol: &str) -> (tempfile::TempDir, Dataset) {
+        let root = tempfile::tempdir().unwrap();
+        let aps = ProfileLayout {
+            dtype,
+            ..ProfileLayout::over(Axis::ANGLE_PAPER_DEG)
+        };
+        let config = DatasetConfig {
+            configuration: json!({ "label": { "protocol": protocol } }),
+            layout: Layout {
+                aps: Some(aps),
+                ..Layout::default()
+            },
+            ..DatasetConfig::default()
+        };
+        let writer = DatasetWriter::open(root.path(), config).unwrap();
+        let buildings = Raster::of_polygons(&[], RasterGrid::default()).unwrap();
+        let at = [[10.0, 20.0], [30.0, 5.0], [90.5, 90.0]];
+        for id in 0..2 {
+            let input = MapInput {
+                buildings: &buildings,
+                tx_m: &at,
+                rx_m: &at,
+                links: Links::Grid,
+            };
+            let mut map = writer.begin_map(id, &input).unwrap();
+            let value = |i: usize| -90.0 - 40.0 * (f64::from(id) + (i as f64 * 0.7).sin()).abs();
+            let db: Vec<f64> = (0..9 * ANGLE_BINS).map(value).collect();
+            let mut status = [LinkStatus::Valid; 9];
+            status[4] = LinkStatus::NoPath;
+            let aps = ProfileRows {
+                db: &db,
+                argmax: None,
+            };
+            map.push(&LinkRows {
+                status: &status,
+                aps: Some(aps),
+                ..LinkRows::default()
+            })
+            .unwrap();
+            map.finish().unwrap();
+        }
+        let split = Split {
+            train: vec![0],
+            develop: vec![],
+            test: vec![1],
+        };
+        writer.finish(&split).unwrap();
+        let dataset = data::open(root.path()).unwrap();
+        (root, dataset)
+    }
+
+    /// Whatever a data set stores, a model learns what it is scored against.
+    #[test]
+    fn targets_learnt_and_scored_have_the_same_bits() {
+        for dtype in [Precision::F16, Precision::F32] {
+            for protocol in ["paper", "released"] {
+                let (_root, dataset) = dataset(dtype, protocol);
+                let (_, _, normalization) = data::target(&dataset).unwrap();
+                let index_of = BTreeMap::from([(1, 0)]);
+                let labels =
+                    Labels::load(&dataset, &[1], &index_of, None, 0, normalization).unwrap();
+                let (mut scored, target) = (Vec::new(), Target::Normalised(normalization));
+                let found =
+                    targets::for_each_block(&dataset, Part::Test, target, 3, |rows, map| {
+                        assert_eq!(map, 1);
+                        scored.extend_from_slice(rows);
+                        Ok(())
+                    });
+                assert_eq!((found.unwrap(), labels.len()), (8, 8));
+                let map = dataset.map(1).unwrap();
+                for (link, expected) in scored.chunks(ANGLE_BINS).enumerate() {
+                    let learnt = labels.target(link);
+                    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect();
+                    let (learnt, expected): (Vec<u64>, Vec<u64>) = (bits(&learnt), bits(expected));
+                    assert_eq!(learnt, expected, "{dtype:?}, {protocol}, link {link}");
+                    // By the shortest way there is.
+                    let mut stored = [0.0_f32; ANGLE_BINS];
+                    let row = labels.rows()[link].link as usize;
+                    targets::spectra(&map).read_relative_db(row, &mut stored);
+                    let mut own = stored.map(f64::from);
+                    normalization.apply(&mut own).unwrap();
+                    assert_eq!(bits(&own), learnt, "{dtype:?}, {protocol}, link {link}");
+                    // A network's tensors are in single precision.
+                    let mut single = [0.0; ANGLE_BINS];
+                    labels.write_target(link, &mut single);
+                    assert!(single.iter().zip(own).all(|(&s, x)| s == x as f32));
+                }
+            }
+        }
+    }
 }

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use aps_model::candle_core::{DType, Device};
 use aps_model::train::{Regularize, Trainees};
 use aps_model::weights::{self, Label, LoadReport};
-use aps_model::{Model, ModelKind, Parameters, Preset};
+use aps_model::{Error, Model, ModelKind, Parameters, Preset};
 
 /// What the weights of a training are before its first step.
 #[derive(Debug, Clone)]
@@ -61,10 +61,17 @@ pub fn trainees(
     })
 }
 
-/// Which model weights are of: what is asked for, or what the file says; both, if there, must agree.
+/// Which model weights are of: what is asked for, or what the file says; both, if there, must agree. What somebody else says
+/// in a file does not count where the model is named.
 pub fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) -> Result<Label> {
     let place = path.display();
-    let stored = weights::read_label(path).with_context(|| format!("weights '{place}'"))?;
+    let stored = match weights::read_label(path) {
+        Err(Error::ForeignLabel { .. }) if kind.is_some() => None,
+        Err(error @ Error::ForeignLabel { .. }) => {
+            return Err(error).context("name the model with --model, and its --preset");
+        }
+        stored => stored.with_context(|| format!("weights '{place}'"))?,
+    };
     let label = Label {
         kind: kind.or(stored.map(|s| s.kind)).with_context(|| {
             format!("'{place}' does not say which model it is of; give --model")
@@ -84,8 +91,11 @@ pub fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) ->
 /// A trained model, which answers and learns no more.
 pub fn load(path: &Path, Label { kind, preset }: Label, device: &Device) -> Result<Box<dyn Model>> {
     let model = kind.build(preset, &Parameters::new(device, DType::F32, 0))?;
-    weights::load(path, model.parameters())
+    let report = weights::load(path, model.parameters())
         .with_context(|| format!("'{}' as weights of {kind}, preset {preset}", path.display()))?;
+    if !report.dropped.is_empty() {
+        eprintln!("weights '{}': {report}", path.display());
+    }
     Ok(kind.build(preset, &model.parameters().frozen()?)?)
 }
 

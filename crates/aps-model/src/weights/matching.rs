@@ -1,11 +1,11 @@
 //! Tensors of a file to tensors of a model.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use candle_core::{DType, Device, Tensor};
 
 use super::LoadReport;
+use super::names::{Names, listed};
 use super::source::Source;
 use crate::{Error, Kind, Parameter, Result};
 
@@ -17,17 +17,16 @@ pub(super) struct Columns {
     pub count: usize,
 }
 
-/// Fills each of `wanted` from the file; `found` pairs a model's name with the file's, for all tensors of the file.
+/// Fills each of `wanted` from the file; what the model does not know is an error, what lies elsewhere is left out.
 ///
 /// Nothing is changed unless all fit.
 pub(super) fn assign(
     path: &Path,
     source: &Source,
-    found: Vec<(String, String)>,
+    names: Names,
     wanted: &[(String, Parameter)],
     lacking: Option<Columns>,
 ) -> Result<LoadReport> {
-    let mut found: BTreeMap<String, String> = found.into_iter().collect();
     let mut report = LoadReport::default();
     let mut problems = Vec::new();
     let mut values = Vec::new();
@@ -37,7 +36,7 @@ pub(super) fn assign(
         if let (Some(zeros), Some(inputs)) = (zeros, expected.last_mut()) {
             *inputs = inputs.saturating_sub(zeros.count);
         }
-        let Some(stored) = found.remove(name) else {
+        let Some(stored) = names.found.get(name) else {
             if parameter.kind == Kind::Counter {
                 report.zeroed.push(name.clone());
             } else {
@@ -45,13 +44,13 @@ pub(super) fn assign(
             }
             continue;
         };
-        let (shape, dtype) = source.shape(&stored);
+        let (shape, dtype) = source.shape(stored);
         if shape != expected {
             problems.push(format!("{name} has the shape {shape:?}, not {expected:?}"));
         } else if dtype.is_int() != (parameter.kind == Kind::Counter) {
             problems.push(format!("{name} has the type {dtype:?}"));
         } else if problems.is_empty() {
-            let tensor = source.tensor(&stored)?;
+            let tensor = source.tensor(stored)?;
             if parameter.kind != Kind::Counter && !is_finite(&tensor)? {
                 problems.push(format!("{name} holds values that are not finite"));
             }
@@ -65,15 +64,10 @@ pub(super) fn assign(
             ));
         }
     }
-    problems.extend(
-        found
-            .into_values()
-            .map(|stored| format!("{stored} is not part of the model")),
-    );
-    if !problems.is_empty() {
+    if !problems.is_empty() || !names.unknown.is_empty() {
         return Err(Error::WeightsMismatch {
             path: path.to_owned(),
-            problems,
+            problems: explain(problems, &names, source.others()),
         });
     }
     for (parameter, tensor) in &values {
@@ -88,7 +82,37 @@ pub(super) fn assign(
         }
     }
     report.loaded = values.len();
+    report.dropped = names.elsewhere;
     Ok(report)
+}
+
+/// Says of the model's tensors and of the file's, at most so many of each, why they do not fit, and what else the file holds.
+fn explain(mut problems: Vec<String>, names: &Names, others: &[String]) -> Vec<String> {
+    const SHOWN: usize = 8;
+    let shorten = |lines: &mut Vec<String>, what: &str| {
+        if let more @ 1.. = lines.len().saturating_sub(SHOWN) {
+            lines.truncate(SHOWN);
+            lines.push(format!("and {more} more {what}"));
+        }
+    };
+    shorten(&mut problems, "of the model's tensors");
+    let unknown = names.unknown.values();
+    let mut unknown = unknown
+        .map(|name| format!("{name} is not part of the model"))
+        .collect();
+    shorten(&mut unknown, "of the file's tensors");
+    problems.append(&mut unknown);
+    if !names.elsewhere.is_empty() {
+        let text = listed(&names.elsewhere);
+        problems.push(format!("the file holds besides: {text}"));
+    }
+    if !others.is_empty() {
+        let text = listed(others);
+        problems.push(format!(
+            "the file holds entries that are no tensors: {text}"
+        ));
+    }
+    problems
 }
 
 fn is_finite(tensor: &Tensor) -> Result<bool> {

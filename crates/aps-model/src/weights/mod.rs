@@ -1,11 +1,13 @@
 //! Weights in files.
 //!
 //! Written are safetensors, with a [`Label`] that says which model they are of. Read are safetensors and what `torch.save`
-//! writes: a state dict, or a checkpoint that holds one under `p_state_dict`, `g_state_dict`, `model_state_dict` or
-//! `state_dict`; names may all begin with `module.`, as `DataParallel` leaves them.
+//! writes: a state dict, or a checkpoint that holds one. In either, a model's tensors may lie below any prefix, as `state_dict.`
+//! and `model.` of checkpoints, `module.` of `DataParallel` and `_orig_mod.` of `torch.compile`, and parts of a model may be
+//! wrapped as well. Of several copies that of `p_state_dict`, `g_state_dict`, `model_state_dict`, `state_dict`, `model_state`,
+//! `model` or `net` is meant, in this order; without such a name they are an error.
 //!
-//! A tensor that is missing, unknown, of another shape or not finite is an error, which lists all of them, and the model
-//! keeps its values. What is left out on purpose is listed in the [`LoadReport`].
+//! A tensor that is missing, unknown, of another shape or not finite is an error, which names them, the first of many, and the
+//! model keeps its values. What is left out is listed in the [`LoadReport`].
 //!
 //! ```
 //! use aps_model::candle_core::{DType, Device};
@@ -25,13 +27,14 @@
 //! ```
 
 mod matching;
+mod names;
 mod pickle;
 mod pretrained;
 mod source;
 mod torch;
 mod warm_start;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::fs;
 use std::path::Path;
@@ -39,8 +42,9 @@ use std::path::Path;
 use candle_core::Device;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, ModelKind, Parameters, Preset, Result};
+use crate::{Error, ModelKind, Parameter, Parameters, Preset, Result};
 use matching::assign;
+use names::{Names, listed};
 use source::Source;
 pub use warm_start::warm_start;
 
@@ -61,7 +65,8 @@ pub struct Label {
 pub struct LoadReport {
     /// Tensors filled.
     pub loaded: usize,
-    /// Tensors of the file that are left out on purpose: the classifier of a pretrained backbone.
+    /// Tensors of the file that are left out: the classifier of a pretrained backbone, what a checkpoint holds beside the
+    /// model.
     pub dropped: Vec<String>,
     /// Counters (`num_batches_tracked`) the file lacks, as those of old PyTorch do. They are 0; no output depends on them.
     pub zeroed: Vec<String>,
@@ -73,10 +78,10 @@ impl fmt::Display for LoadReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} tensors loaded", self.loaded)?;
         if !self.dropped.is_empty() {
-            write!(f, "; left out: {}", self.dropped.join(", "))?;
+            write!(f, "; left out: {}", listed(&self.dropped))?;
         }
         if !self.kept.is_empty() {
-            write!(f, "; kept: {}", self.kept.join(", "))?;
+            write!(f, "; kept: {}", listed(&self.kept))?;
         }
         if !self.zeroed.is_empty() {
             write!(
@@ -114,38 +119,47 @@ pub fn save(path: &Path, parameters: &Parameters, label: Option<Label>) -> Resul
 /// Which model the weights in a file are of; `None` if it does not say: PyTorch's files never do.
 ///
 /// # Errors
-/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::UnknownName`] for a label of a later version.
+/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::ForeignLabel`] where somebody else, or a later version, says
+/// it in other words.
 pub fn read_label(path: &Path) -> Result<Option<Label>> {
     let source = Source::open(path)?;
-    let metadata = source.metadata();
-    match metadata
-        .get(LABEL_KEY)
-        .and_then(|text| text.split_once(' '))
-    {
-        Some((kind, preset)) => Ok(Some(Label {
-            kind: kind.parse()?,
-            preset: preset.parse()?,
-        })),
-        None => Ok(None),
+    let Some(found) = source.metadata().remove(LABEL_KEY) else {
+        return Ok(None);
+    };
+    let parts = found.split_once(' ');
+    let label = parts.and_then(|(kind, preset)| {
+        Some(Label {
+            kind: kind.parse().ok()?,
+            preset: preset.parse().ok()?,
+        })
+    });
+    match label {
+        Some(label) => Ok(Some(label)),
+        None => Err(Error::ForeignLabel {
+            path: path.to_owned(),
+            found,
+        }),
     }
 }
 
 /// Fills all tensors from a file of [`save`] or `torch.save`.
 ///
 /// # Errors
-/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::WeightsMismatch`] with every tensor that does not fit;
+/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::WeightsMismatch`] with the tensors that do not fit;
 /// nothing is changed then. [`Error::Frozen`] for [frozen](Parameters::frozen) parameters.
 pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
     check_changeable(path, parameters)?;
     let source = Source::open(path)?;
-    assign(path, &source, own_names(&source), &parameters.all(), None)
+    let wanted = parameters.all();
+    let names = own_names(path, &source, &wanted)?;
+    assign(path, &source, names, &wanted, None)
 }
 
-/// Fills the backbone from weights of torchvision: of a `resnet18` for the ResNet models and the regularizer, of a
-/// `vit_b_16` for ViT-Reg; or from weights of another model of the same preset, as MS-MLP's for MS-AReg, of which the encoder
-/// is taken, the projections of a multi-scale one included where both have them. What else the file holds (torchvision's
-/// classifier, the other model's decoder) is left out, which the report lists; what is not part of the backbone keeps its
-/// values.
+/// Fills the backbone from weights of torchvision, of any of its releases: of a `resnet18` for the ResNet models and the
+/// regularizer, of a `vit_b_16` for ViT-Reg; or from weights of another model of the same preset, as MS-MLP's for MS-AReg, of
+/// which the encoder is taken, the projections of a multi-scale one included where both have them. What else the file holds
+/// (torchvision's classifier, the other model's decoder) is left out, which the report lists; what is not part of the
+/// backbone keeps its values.
 ///
 /// # Errors
 /// As [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. torchvision's fit no preset but the paper's.
@@ -153,29 +167,18 @@ pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadRepor
     check_changeable(path, parameters)?;
     let backbone = pretrained::Backbone::of(parameters).ok_or(Error::NoBackbone)?;
     let source = Source::open(path)?;
-    let adopts = pretrained::is_of_a_model(source.names());
-    let mut found = Vec::new();
-    let mut dropped = Vec::new();
-    for name in source.names() {
-        let renamed = match adopts {
-            true => backbone.adopt(name),
-            false => backbone.rename(name),
-        };
-        match renamed {
-            Some(renamed) => found.push((renamed, name.to_owned())),
-            None => dropped.push(name.to_owned()),
-        }
-    }
+    let names = backbone.among(source.names());
+    let names = names.map_err(|e| Error::weights_format(path, e))?;
     let mut wanted = parameters.all();
-    wanted.retain(|(name, _)| backbone.contains(name) || found.iter().any(|(f, _)| f == name));
-    let report = assign(path, &source, found, &wanted, None)?;
-    Ok(LoadReport { dropped, ..report })
+    wanted.retain(|(name, _)| backbone.needs(name) || names.found.contains_key(name));
+    assign(path, &source, names, &wanted, None)
 }
 
-/// Every tensor of the file, meant for the model's of the same name.
-fn own_names(source: &Source) -> Vec<(String, String)> {
-    let names = source.names().map(str::to_owned);
-    names.map(|name| (name.clone(), name)).collect()
+/// Tensors of the file, meant for the model's of the same name.
+fn own_names(path: &Path, source: &Source, wanted: &[(String, Parameter)]) -> Result<Names> {
+    let wanted: HashSet<&str> = wanted.iter().map(|(name, _)| name.as_str()).collect();
+    let own = |name: &str| wanted.contains(name).then(|| name.to_owned());
+    Names::of(source.names(), wanted.len(), own).map_err(|e| Error::weights_format(path, e))
 }
 
 fn check_changeable(path: &Path, parameters: &Parameters) -> Result<()> {

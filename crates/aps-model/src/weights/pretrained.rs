@@ -1,91 +1,89 @@
-//! Which tensors of a model are a backbone, and what they are called in torchvision and in other models.
+//! Which tensors of a model are a backbone, and what they are called in torchvision.
 
+use std::collections::BTreeMap;
+
+use super::names::Names;
 use crate::Parameters;
 
-/// Where the models keep their ResNet.
-const ENCODER: &str = "encoder.";
+/// Where the models keep their backbone: a ResNet, the regularizer's ResNet, a vision transformer.
+const PLACES: [&str; 3] = ["encoder.", "cond_encoder.", "vit."];
 
-/// Whether a file with these names is of a model, not of torchvision.
-pub(super) fn is_of_a_model<'a>(mut names: impl Iterator<Item = &'a str>) -> bool {
-    names.any(|name| name.starts_with(ENCODER) || name.starts_with("vit."))
-}
+/// What torchvision's `resnet18` and `vit_b_16` consist of, but for their classifiers.
+const PARTS: [&str; 9] = [
+    "conv1",
+    "bn1",
+    "layer1",
+    "layer2",
+    "layer3",
+    "layer4",
+    "class_token",
+    "conv_proj",
+    "encoder",
+];
 
-/// The backbone of a model, told by the names of its tensors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Backbone {
-    /// A ResNet below that prefix.
-    ResNet(&'static str),
-    /// A ResNet whose first layers are `stem.0` and `stem.1`, below that prefix.
-    ResNetWithStem(&'static str),
-    /// A vision transformer below that prefix.
-    Vit(&'static str),
-}
+/// The first layers of a multi-scale encoder, and what they are in a ResNet.
+const STEM: [(&str, &str); 2] = [("stem.0.", "conv1."), ("stem.1.", "bn1.")];
+
+/// The backbone of a model: its tensors by torchvision's names, or by their own where torchvision has none, as for the
+/// projections of a multi-scale encoder.
+#[derive(Debug)]
+pub(super) struct Backbone(BTreeMap<String, String>);
 
 impl Backbone {
+    /// The backbone of the model; `None` if it has none.
     pub(super) fn of(parameters: &Parameters) -> Option<Self> {
-        let has = |name| parameters.get(name).is_some();
-        if has("encoder.stem.0.weight") {
-            Some(Self::ResNetWithStem("encoder."))
-        } else if has("encoder.conv1.weight") {
-            Some(Self::ResNet("encoder."))
-        } else if has("cond_encoder.conv1.weight") {
-            Some(Self::ResNet("cond_encoder."))
-        } else if has("vit.conv_proj.weight") {
-            Some(Self::Vit("vit."))
-        } else {
-            None
-        }
+        let all = parameters.all();
+        let place = PLACES.iter().find(|place| {
+            let has = |first| {
+                all.iter()
+                    .any(|(name, _)| *name == format!("{place}{first}"))
+            };
+            has("conv1.weight") || has("stem.0.weight") || has("conv_proj.weight")
+        })?;
+        let inside = |name: String| Some((spelled(name.strip_prefix(place)?), name));
+        Some(Self(
+            all.into_iter()
+                .filter_map(|(name, _)| inside(name))
+                .collect(),
+        ))
     }
 
-    /// The model's name of torchvision's tensor `name`; `None` for the classifier's.
-    pub(super) fn rename(self, name: &str) -> Option<String> {
-        let (prefix, classifier) = match self {
-            Self::ResNet(prefix) | Self::ResNetWithStem(prefix) => (prefix, "fc."),
-            Self::Vit(prefix) => (prefix, "heads."),
-        };
-        if name.starts_with(classifier) {
-            return None;
-        }
-        let renamed = match self {
-            Self::ResNetWithStem(_) => {
-                ["conv1.", "bn1."]
-                    .iter()
-                    .enumerate()
-                    .find_map(|(i, first)| {
-                        name.strip_prefix(first)
-                            .map(|rest| format!("{prefix}stem.{i}.{rest}"))
-                    })
-            }
-            _ => None,
-        };
-        Some(renamed.unwrap_or_else(|| format!("{prefix}{name}")))
+    /// The backbone's tensors among those of a file, of torchvision or of another model. Classifiers, decoders, and
+    /// projections that this model does not have lie elsewhere.
+    pub(super) fn among<'a>(
+        &self,
+        stored: impl Iterator<Item = &'a str> + Clone,
+    ) -> Result<Names, String> {
+        let own = |name: &str| self.0.get(&spelled(name)).cloned();
+        let mut names = Names::of(stored, self.0.len(), own)?;
+        let (unknown, others) = std::mem::take(&mut names.unknown)
+            .into_iter()
+            .partition(|(name, _)| is_torchvision_s(&spelled(name)));
+        let others: BTreeMap<String, String> = others;
+        names.unknown = unknown;
+        names.elsewhere.extend(others.into_values());
+        names.elsewhere.sort_unstable();
+        Ok(names)
     }
 
-    /// The model's name of the tensor `name` of another model's; `None` for what is not part of an encoder, or of another
-    /// one: the projections of a multi-scale encoder, where this model has none.
-    pub(super) fn adopt(self, name: &str) -> Option<String> {
-        let (Self::ResNet(_) | Self::ResNetWithStem(_)) = self else {
-            return name.starts_with("vit.").then(|| name.to_owned());
-        };
-        let inside = name.strip_prefix(ENCODER)?;
-        match inside.split_once('.')? {
-            ("stem", rest) => {
-                let (at, rest) = rest.split_once('.')?;
-                let first = ["conv1", "bn1"].get(at.parse::<usize>().ok()?)?;
-                self.rename(&format!("{first}.{rest}"))
-            }
-            ("conv1" | "bn1" | "layer1" | "layer2" | "layer3" | "layer4", _) => self.rename(inside),
-            _ => matches!(self, Self::ResNetWithStem(_)).then(|| name.to_owned()),
-        }
+    /// Whether the backbone is not one without the model's tensor `name`.
+    pub(super) fn needs(&self, name: &str) -> bool {
+        self.0
+            .iter()
+            .any(|(spelled, own)| own == name && is_torchvision_s(spelled))
     }
+}
 
-    /// Whether the model's tensor `name` belongs to it.
-    pub(super) fn contains(self, name: &str) -> bool {
-        match self {
-            Self::ResNet(prefix) | Self::Vit(prefix) => name.starts_with(prefix),
-            Self::ResNetWithStem(prefix) => name
-                .strip_prefix(prefix)
-                .is_some_and(|rest| rest.starts_with("stem.") || rest.starts_with("layer")),
-        }
-    }
+/// torchvision's name of a tensor of an encoder.
+fn spelled(name: &str) -> String {
+    let stem =
+        |(ours, theirs): &(&str, &str)| Some(format!("{theirs}{}", name.strip_prefix(ours)?));
+    STEM.iter()
+        .find_map(stem)
+        .unwrap_or_else(|| name.to_owned())
+}
+
+fn is_torchvision_s(spelled: &str) -> bool {
+    let first = spelled.split('.').next();
+    first.is_some_and(|first| PARTS.contains(&first))
 }

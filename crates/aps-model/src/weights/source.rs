@@ -7,13 +7,15 @@ use std::path::{Path, PathBuf};
 use candle_core::{DType, Device, Tensor};
 use safetensors::SafeTensors;
 
-use super::torch::{Archive, TensorRecord};
+use super::torch::{Archive, Entries, TensorRecord};
 use crate::{Error, Result};
 
 /// An open file.
 pub(super) struct Source {
     path: PathBuf,
     content: Content,
+    /// Entries that cannot be had as tensors.
+    others: Vec<String>,
 }
 
 enum Content {
@@ -29,6 +31,9 @@ enum Content {
     },
 }
 
+/// What is in a file, and what else.
+type Opened = std::result::Result<(Content, Vec<String>), String>;
+
 struct Stored {
     shape: Vec<usize>,
     dtype: DType,
@@ -40,22 +45,25 @@ impl Source {
     /// is a ZIP file.
     pub(super) fn open(path: &Path) -> Result<Self> {
         let bytes = fs::read(path).map_err(|e| Error::weights_io("read", path, e))?;
-        let content = if bytes.starts_with(b"PK\x03\x04") {
-            let archive = Archive::new(bytes).map_err(|e| Error::weights_format(path, e))?;
-            let tensors = archive
-                .state_dict()
-                .map_err(|e| Error::weights_format(path, e))?;
-            Content::Torch { archive, tensors }
-        } else {
-            Self::safetensors(bytes).map_err(|e| Error::weights_format(path, e))?
+        let opened = match bytes.starts_with(b"PK\x03\x04") {
+            true => Self::archive(bytes),
+            false => Self::safetensors(bytes),
         };
+        let (content, others) = opened.map_err(|e| Error::weights_format(path, e))?;
         Ok(Self {
             path: path.to_owned(),
             content,
+            others,
         })
     }
 
-    fn safetensors(bytes: Vec<u8>) -> std::result::Result<Content, String> {
+    fn archive(bytes: Vec<u8>) -> Opened {
+        let archive = Archive::new(bytes)?;
+        let Entries { tensors, others } = archive.entries()?;
+        Ok((Content::Torch { archive, tensors }, others))
+    }
+
+    fn safetensors(bytes: Vec<u8>) -> Opened {
         let explain = |e| {
             format!(
                 "it is neither safetensors ({e}) nor an archive of torch.save; files of PyTorch before 1.6 must be saved \
@@ -65,14 +73,15 @@ impl Source {
         // Checks that the tensors fill what follows the header, without gaps.
         let (header, metadata) =
             SafeTensors::read_metadata(&bytes).map_err(|e| explain(e.to_string()))?;
-        let mut tensors = BTreeMap::new();
+        let (mut tensors, mut others) = (BTreeMap::new(), Vec::new());
         for (name, info) in metadata.tensors() {
-            let dtype = DType::try_from(info.dtype).map_err(|_| {
-                format!(
-                    "{name} has the type {:?}, which is not supported",
-                    info.dtype
-                )
-            })?;
+            let Ok(dtype) = DType::try_from(info.dtype) else {
+                let kind = info.dtype;
+                others.push(format!(
+                    "{name} (values of the type {kind:?} are not supported)"
+                ));
+                continue;
+            };
             let (start, end) = info.data_offsets;
             let data = size_of::<u64>() + header;
             let stored = Stored {
@@ -83,19 +92,28 @@ impl Source {
             tensors.insert(name, stored);
         }
         let metadata = metadata.metadata().clone().unwrap_or_default();
-        Ok(Content::Safetensors {
+        let content = Content::Safetensors {
             tensors,
             metadata,
             bytes,
-        })
+        };
+        Ok((content, others))
     }
 
     /// Names of all tensors, in order.
-    pub(super) fn names(&self) -> Box<dyn Iterator<Item = &str> + '_> {
-        match &self.content {
-            Content::Safetensors { tensors, .. } => Box::new(tensors.keys().map(String::as_str)),
-            Content::Torch { tensors, .. } => Box::new(tensors.keys().map(String::as_str)),
-        }
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        let (ours, theirs) = match &self.content {
+            Content::Safetensors { tensors, .. } => (Some(tensors.keys()), None),
+            Content::Torch { tensors, .. } => (None, Some(tensors.keys())),
+        };
+        let ours = ours.into_iter().flatten();
+        let all = ours.chain(theirs.into_iter().flatten());
+        all.map(String::as_str)
+    }
+
+    /// Entries that are no tensors, or such as cannot be read, with the reason.
+    pub(super) fn others(&self) -> &[String] {
+        &self.others
     }
 
     /// Remarks of the writer.

@@ -1,25 +1,21 @@
 //! Archives of `torch.save`: a ZIP file with a pickle (`data.pkl`) that describes tensors, and a file of raw values for
 //! each storage they view (`data/0`, `data/1`, ...).
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::{Cursor, Read};
 use std::sync::{Mutex, PoisonError};
 
 use candle_core::{DType, Device, Tensor};
 use zip::ZipArchive;
 
+use super::names::listed;
 use super::pickle::{Id, Node, Pickle};
 
-/// Where checkpoints keep the state dict, in the order in which they are looked for.
-const NESTED: [&str; 4] = [
-    "p_state_dict",
-    "g_state_dict",
-    "model_state_dict",
-    "state_dict",
-];
+/// Levels of dictionaries that are looked through: a checkpoint, its parts, and theirs.
+const LEVELS: usize = 3;
 
-/// Prefixes that wrappers put before every name.
-const WRAPPERS: [&str; 2] = ["module.", "_orig_mod."];
+/// Longest name of a dictionary that is looked through \[bytes\]. It begins the name of each of its tensors.
+const LONGEST_KEY: usize = 64;
 
 type Zip = ZipArchive<Cursor<Vec<u8>>>;
 
@@ -31,6 +27,14 @@ pub(super) struct Archive {
     /// What comes before `data.pkl` in the names of entries.
     folder: String,
     length: u64,
+}
+
+/// What the dictionaries of a pickle hold, by names that are joined by dots: `model_state_dict.conv1.weight`.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Entries {
+    pub tensors: BTreeMap<String, TensorRecord>,
+    /// Entries that are no tensors, or such as cannot be read, with the reason.
+    pub others: Vec<String>,
 }
 
 /// A tensor as described by the pickle.
@@ -73,8 +77,8 @@ impl Archive {
         Ok(bytes)
     }
 
-    /// All tensors of the state dict, by name.
-    pub(super) fn state_dict(&self) -> Result<BTreeMap<String, TensorRecord>, String> {
+    /// All tensors.
+    pub(super) fn entries(&self) -> Result<Entries, String> {
         // Old archives do not say; they are little-endian as well.
         if self.read("byteorder").is_ok_and(|order| order != b"little") {
             return Err("its values are big-endian, which is not supported".to_owned());
@@ -118,45 +122,47 @@ impl Archive {
     }
 }
 
-/// All tensors of the state dict in a pickle, by name.
-fn describe(bytes: &[u8]) -> Result<BTreeMap<String, TensorRecord>, String> {
+/// All tensors in the dictionaries of a pickle.
+fn describe(bytes: &[u8]) -> Result<Entries, String> {
     let pickle = Pickle::parse(bytes).map_err(|e| format!("data.pkl: {e}"))?;
-    let (mut items, mut unnamed) = dict(&pickle, pickle.root).ok_or("it holds no dictionary")?;
-    if let Some((_, id)) = NESTED
-        .iter()
-        .find_map(|key| items.iter().find(|(name, _)| name == key))
-    {
-        (items, unnamed) = dict(&pickle, *id).ok_or("its state dict is no dictionary")?;
-    }
-    for wrapper in WRAPPERS {
-        if items.iter().all(|(name, _)| name.starts_with(wrapper)) {
-            for (name, _) in &mut items {
-                name.drain(..wrapper.len());
+    let root = dict(&pickle, pickle.root)
+        .ok_or("it holds no dictionary; save the state_dict() of a model, not the model")?;
+    let mut entries = Entries::default();
+    // Each dictionary once, however often it is used.
+    let mut seen = HashSet::from([pickle.root]);
+    let (mut parts, mut unnamed) = (vec![(String::new(), 1, root)], 0);
+    while let Some((prefix, level, (items, without))) = parts.pop() {
+        unnamed += without;
+        for (key, id) in items {
+            let name = format!("{prefix}{key}");
+            if let Some(inner) = dict(&pickle, id) {
+                if level < LEVELS && key.len() <= LONGEST_KEY && seen.insert(id) {
+                    parts.push((name + ".", level + 1, inner));
+                }
+                continue;
+            }
+            match record(&pickle, id) {
+                Ok(Some(record)) => {
+                    entries.tensors.insert(name, record);
+                }
+                Ok(None) => entries.others.push(name),
+                Err(problem) => entries.others.push(format!("{name} ({problem})")),
             }
         }
     }
-    let mut tensors = BTreeMap::new();
-    let mut others = Vec::new();
-    for (name, id) in items {
-        match record(&pickle, id)? {
-            Some(record) => {
-                tensors.insert(name, record);
-            }
-            None => others.push(name),
-        }
-    }
+    entries.others.sort_unstable();
     if unnamed > 0 {
-        others.push(format!("{unnamed} without a name in text"));
+        entries
+            .others
+            .push(format!("{unnamed} without a name in text"));
     }
-    if others.is_empty() {
-        Ok(tensors)
-    } else {
-        Err(format!(
-            "it is no state dict, nor does it hold one under {}: these entries are no tensors: {}",
-            NESTED.join(", "),
-            others.join(", ")
-        ))
+    if entries.tensors.is_empty() {
+        return Err(format!(
+            "it holds no tensors by name, but these entries: {}; save the state_dict() of a model",
+            listed(&entries.others)
+        ));
     }
+    Ok(entries)
 }
 
 /// Copies the elements of a tensor in the order of rows. All are known to lie inside.
@@ -329,7 +335,7 @@ mod tests {
                 if generator.next_u32().is_multiple_of(8) {
                     damaged.truncate(generator.next_u64() as usize % damaged.len());
                 }
-                for record in describe(&damaged).unwrap_or_default().values() {
+                for record in describe(&damaged).unwrap_or_default().tensors.values() {
                     // Sizes and strides may be anything now.
                     read += usize::from(archive.tensor(record).is_ok());
                 }
@@ -349,7 +355,15 @@ mod tests {
             bytes.extend(b"q\x00h\x00h\x00\x86");
         }
         bytes.push(b'.');
-        assert_eq!(describe(&bytes), Err("it holds no dictionary".to_owned()));
+        let refusal = describe(&bytes).unwrap_err();
+        assert!(refusal.starts_with("it holds no dictionary"), "{refusal}");
+    }
+
+    #[test]
+    fn a_dictionary_in_itself_is_looked_through_once() {
+        // d = {}; d["a"] = d
+        let refusal = describe(b"\x80\x02}q\x00X\x01\0\0\0ah\x00s.").unwrap_err();
+        assert!(refusal.starts_with("it holds no tensors"), "{refusal}");
     }
 
     #[test]

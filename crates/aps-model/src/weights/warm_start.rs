@@ -24,12 +24,12 @@ const READS_NOISE: &str = "decoder.0.weight";
 pub fn warm_start(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
     check_changeable(path, parameters)?;
     let source = Source::open(path)?;
-    let has_noise = source.names().any(|name| name.starts_with(NOISE));
-    let found = own_names(&source);
     let mut wanted = parameters.all();
+    let names = own_names(path, &source, &wanted)?;
+    let has_noise = names.found.keys().any(|name| name.starts_with(NOISE));
     let noise = parameters.get("noise_proj.bias").filter(|_| !has_noise);
     let Some(noise) = noise else {
-        return assign(path, &source, found, &wanted, None);
+        return assign(path, &source, names, &wanted, None);
     };
     let kept = wanted.extract_if(.., |(name, _)| name.starts_with(NOISE));
     let kept = kept.map(|(name, _)| name).collect();
@@ -37,6 +37,6 @@ pub fn warm_start(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
         of: READS_NOISE,
         count: noise.var.elem_count(),
     };
-    let report = assign(path, &source, found, &wanted, Some(silent))?;
+    let report = assign(path, &source, names, &wanted, Some(silent))?;
     Ok(LoadReport { kept, ..report })
 }

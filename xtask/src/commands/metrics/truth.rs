@@ -5,14 +5,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use aps_data::{Dataset, Part};
-use aps_label::{MeanStd, Normalization, Protocol, relative_power};
+use aps_label::{MeanStd, Protocol};
 use aps_metrics::Shape;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::Domain;
 use super::rows::ArrayFile;
-use crate::targets::{self, LabelRow};
+use crate::targets::{self, Target};
 
 /// Where true spectra come from.
 pub enum Truth {
@@ -27,13 +26,8 @@ pub struct Labels {
     part: Part,
     domain: Domain,
     target: Target,
-}
-
-/// What becomes of a label.
-#[derive(Clone, Copy)]
-enum Target {
-    Linear,
-    Normalised(MeanStd, Normalization),
+    /// The statistics of a normalised target.
+    training: Option<MeanStd>,
 }
 
 impl Truth {
@@ -52,6 +46,7 @@ impl Truth {
             part,
             domain,
             target: Target::Linear,
+            training: None,
         })))
     }
 
@@ -73,7 +68,8 @@ impl Truth {
                         labels.place
                     )
                 })?;
-                labels.target = Target::Normalised(train, targets::normalization(protocol, train));
+                labels.target = Target::Normalised(targets::normalization(protocol, train));
+                labels.training = Some(train);
                 Ok(())
             }
             _ => Ok(()),
@@ -115,9 +111,9 @@ impl Truth {
         let Truth::Dataset(labels) = self else {
             return None;
         };
-        Some(match labels.target {
-            Target::Linear => "compared as linear power relative to the maximum".into(),
-            Target::Normalised(MeanStd { mean, std }, _) => {
+        Some(match labels.training {
+            None => "compared as linear power relative to the maximum".into(),
+            Some(MeanStd { mean, std }) => {
                 format!("compared as normalised target: training mean {mean:.6}, std {std:.6}")
             }
         })
@@ -131,10 +127,7 @@ impl Truth {
                 "source": self.to_string(),
                 "maps": labels.maps(),
                 "domain": labels.domain.name(),
-                "training": match labels.target {
-                    Target::Linear => None,
-                    Target::Normalised(train, _) => Some(train),
-                },
+                "training": labels.training,
             }),
         }
     }
@@ -187,42 +180,22 @@ impl Labels {
         block: usize,
         mut take: impl FnMut(&[f64], u32) -> Result<()>,
     ) -> Result<()> {
-        let (bins, expected) = (self.bins(), self.shape().samples);
-        let (mut rows, mut handed_over) = (Vec::new(), 0);
-        for map in self.dataset.maps_of(self.part) {
-            let map = map?;
-            let aps = targets::spectra(&map);
-            let links: Vec<usize> = map.valid_links().collect();
-            handed_over += links.len();
+        let Shape { samples, bins } = self.shape();
+        let (part, target) = (self.part, self.target);
+        let mut left = samples;
+        let found = targets::for_each_block(&self.dataset, part, target, block, |rows, id| {
+            let links = rows.len() / bins;
             ensure!(
-                handed_over <= expected,
-                "map {} of '{}' has more valid links than the manifest says: it is damaged",
-                map.id,
+                links <= left,
+                "map {id} of '{}' has more valid links than the manifest says: it is damaged",
                 self.place
             );
-            for links in links.chunks(block) {
-                rows.resize(links.len() * bins, 0.0);
-                rows.par_chunks_mut(bins)
-                    .zip(links)
-                    .try_for_each_init(
-                        || LabelRow::new(aps),
-                        |row, (target, &link)| -> Result<()> {
-                            row.load(aps, link);
-                            match &self.target {
-                                Target::Linear => relative_power(&mut row.values).map(|_| ())?,
-                                Target::Normalised(_, n) => n.apply(&mut row.values).map(|_| ())?,
-                            }
-                            target.copy_from_slice(&row.values);
-                            Ok(())
-                        },
-                    )
-                    .with_context(|| format!("map {}", map.id))?;
-                take(&rows, map.id)?;
-            }
-        }
+            left -= links;
+            take(rows, id)
+        })?;
         ensure!(
-            handed_over == expected,
-            "'{}' has {handed_over} valid links, its manifest says {expected}: it is damaged",
+            found == samples,
+            "'{}' has {found} valid links, its manifest says {samples}: it is damaged",
             self.place
         );
         Ok(())

@@ -1,0 +1,196 @@
+//! Weights that begin a training: a backbone's, another model's.
+
+use std::path::Path;
+
+use aps_model::candle_core::{DType, Device, Tensor, safetensors};
+use aps_model::weights::{load_pretrained, save, warm_start};
+use aps_model::{Error, Mode, Model, ModelKind, Parameters, Preset};
+
+use super::{empty, values};
+
+/// A file as torchvision's `resnet18` has it, as wide as the small preset, made of the ResNet-MLP of `seed`.
+fn backbone_file(path: &Path, seed: u64) -> Parameters {
+    let source = empty(seed);
+    ModelKind::ResnetMlp.build(Preset::Small, &source).unwrap();
+    let mut tensors: Vec<(String, Tensor)> = source
+        .all()
+        .into_iter()
+        .filter_map(|(name, p)| {
+            Some((
+                name.strip_prefix("encoder.")?.to_owned(),
+                p.var.as_detached_tensor(),
+            ))
+        })
+        .collect();
+    for name in ["fc.weight", "fc.bias"] {
+        tensors.push((
+            name.to_owned(),
+            Tensor::zeros(1000, DType::F32, &Device::Cpu).unwrap(),
+        ));
+    }
+    safetensors::save(&tensors.into_iter().collect(), path).unwrap();
+    source
+}
+
+#[test]
+fn a_pretrained_backbone_fills_every_encoder_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("resnet18.safetensors");
+    let source = backbone_file(&path, 1);
+    let of = |name: &str| source.get(&format!("encoder.{name}")).unwrap().var;
+    let same = |a: &Tensor, b: &Tensor| {
+        (a - b)
+            .unwrap()
+            .abs()
+            .unwrap()
+            .sum_all()
+            .unwrap()
+            .to_scalar::<f32>()
+            .unwrap()
+            == 0.0
+    };
+
+    for kind in [
+        ModelKind::ResnetMlp,
+        ModelKind::AdvMlp,
+        ModelKind::MsAreg,
+        ModelKind::ResnetConv1d,
+    ] {
+        let (parameters, untouched) = (empty(2), empty(2));
+        kind.build(Preset::Small, &parameters).unwrap();
+        kind.build(Preset::Small, &untouched).unwrap();
+        let report = load_pretrained(&path, &parameters).unwrap();
+        assert_eq!(report.dropped, ["fc.bias", "fc.weight"], "{kind}");
+        assert_eq!(report.loaded, 120, "{kind}");
+        for (name, parameter) in parameters.all() {
+            if name.ends_with("num_batches_tracked") {
+                continue;
+            }
+            let encoder = name
+                .strip_prefix("encoder.")
+                .map(|rest| rest.replace("stem.0", "conv1").replace("stem.1", "bn1"));
+            let expected = match encoder {
+                Some(rest) if !rest.contains("proj") => of(&rest),
+                _ => untouched.get(&name).unwrap().var,
+            };
+            assert!(
+                same(parameter.var.as_tensor(), expected.as_tensor()),
+                "{kind}: {name}"
+            );
+        }
+    }
+
+    let regularizer = regularizer();
+    load_pretrained(&path, &regularizer).unwrap();
+    let first = regularizer.get("cond_encoder.conv1.weight").unwrap().var;
+    assert!(same(first.as_tensor(), of("conv1.weight").as_tensor()));
+
+    let unet = empty(4);
+    ModelKind::RadioUnet.build(Preset::Small, &unet).unwrap();
+    assert!(matches!(
+        load_pretrained(&path, &unet),
+        Err(Error::NoBackbone)
+    ));
+}
+
+fn regularizer() -> Parameters {
+    let parameters = empty(3);
+    ModelKind::MsAreg
+        .build_regularizer(Preset::Small, &parameters)
+        .unwrap();
+    parameters
+}
+
+/// An encoder goes from model to model: whole between those that look at several scales, its ResNet alone else.
+#[test]
+fn another_model_s_encoder_is_adopted() {
+    let folder = tempfile::tempdir().unwrap();
+    let trained = |kind: ModelKind| {
+        let parameters = empty(5);
+        kind.build(Preset::Small, &parameters).unwrap();
+        let path = folder.path().join(format!("{kind}.safetensors"));
+        save(&path, &parameters, None).unwrap();
+        (path, values(&parameters))
+    };
+    let moved = |path: &Path, into: &Parameters| -> Vec<(String, Vec<f64>)> {
+        let before = values(into);
+        let report = load_pretrained(path, into).unwrap();
+        assert!(!report.dropped.is_empty(), "{report}");
+        let after = values(into).into_iter().zip(before);
+        after.filter(|(a, b)| a != b).map(|(a, _)| a).collect()
+    };
+    let random = |kind: ModelKind| {
+        let parameters = empty(6);
+        kind.build(Preset::Small, &parameters).unwrap();
+        parameters
+    };
+    let (scales, of_scales) = trained(ModelKind::MsMlp);
+    let (plain, of_plain) = trained(ModelKind::ResnetMlp);
+    let value = |all: &[(String, Vec<f64>)], name: &str| {
+        let found = all.iter().find(|(n, _)| n == name);
+        found.unwrap_or_else(|| panic!("no {name}")).1.clone()
+    };
+
+    // Whole: every tensor with drawn values in the encoder is the other's, and nothing else has moved.
+    let all = moved(&scales, &random(ModelKind::MsAreg));
+    assert!(all.iter().any(|(name, _)| name == "encoder.proj3.weight"));
+    for (name, found) in &all {
+        assert!(name.starts_with("encoder."), "{name}");
+        assert_eq!(found, &value(&of_scales, name), "{name}");
+    }
+    // From a plain one into one of several scales and the other way: the ResNet, under other names.
+    let all = moved(&plain, &random(ModelKind::MsAreg));
+    assert!(all.iter().all(|(name, _)| !name.contains("proj")));
+    let stem = value(&all, "encoder.stem.0.weight");
+    assert_eq!(stem, value(&of_plain, "encoder.conv1.weight"));
+    let all = moved(&scales, &random(ModelKind::ResnetMlp));
+    let stem = value(&all, "encoder.conv1.weight");
+    assert_eq!(stem, value(&of_scales, "encoder.stem.0.weight"));
+    // And into a regularizer.
+    let all = moved(&scales, &regularizer());
+    let deep = value(&all, "cond_encoder.layer4.1.conv2.weight");
+    assert_eq!(deep, value(&of_scales, "encoder.layer4.1.conv2.weight"));
+}
+
+/// MS-AReg begins with MS-MLP's answers; a model of the same kind with every value.
+#[test]
+fn a_warm_start_begins_with_the_other_s_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = |kind: ModelKind, seed| kind.build(Preset::Small, &empty(seed)).unwrap();
+    let saved = |model: &dyn Model| {
+        let path = folder.path().join("weights.safetensors");
+        save(&path, model.parameters(), None).unwrap();
+        path
+    };
+    let images = Tensor::rand(0f32, 1.0, (3, 3, 64, 64), &Device::Cpu).unwrap();
+    let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
+        let y = model.forward(&images, Mode::Eval).unwrap();
+        y.to_vec2().unwrap()
+    };
+
+    let (trained, adversarial) = (made(ModelKind::MsMlp, 1), made(ModelKind::MsAreg, 2));
+    let before = answer(&*adversarial);
+    let report = warm_start(&saved(&*trained), adversarial.parameters()).unwrap();
+    assert_eq!(report.kept, ["noise_proj.bias", "noise_proj.weight"]);
+    let (expected, found) = (answer(&*trained), answer(&*adversarial));
+    assert_ne!(found, before);
+    let pairs = expected.iter().flatten().zip(found.iter().flatten());
+    for (a, b) in pairs {
+        // Added zeros change nothing, but the order of sums may.
+        assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()), "{a} and {b}");
+    }
+
+    // The noise input was not lost to the zeros: it can learn.
+    let own = made(ModelKind::MsAreg, 3);
+    let report = warm_start(&saved(&*adversarial), own.parameters()).unwrap();
+    assert!(report.kept.is_empty());
+    assert_eq!(values(own.parameters()), values(adversarial.parameters()));
+
+    // Another model is refused, with nothing changed.
+    let other = made(ModelKind::ResnetMlp, 4);
+    let before = values(own.parameters());
+    let error = warm_start(&saved(&*other), own.parameters()).unwrap_err();
+    assert!(matches!(error, Error::WeightsMismatch { .. }), "{error}");
+    assert_eq!(values(own.parameters()), before);
+    assert!(warm_start(&saved(&*own), other.parameters()).is_err());
+}
