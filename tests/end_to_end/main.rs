@@ -9,6 +9,7 @@ mod foreign_city;
 mod info;
 mod label;
 mod metrics;
+mod one_city;
 mod pages;
 #[cfg(unix)]
 mod pipes;

@@ -41,7 +41,7 @@ mod view;
 mod whole_files;
 mod wire;
 
-pub use maps::{IdList, MapSource};
+pub use maps::{IdList, MapSource, SceneSettings};
 pub use plan::{DatasetPlan, MapTime};
 pub use progress::use_threads;
 pub use settings::Stored;

@@ -10,7 +10,9 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Raster, RasterGrid};
 use aps_raytrace::Scene;
-use aps_raytrace::scene::{Area, CityConfig, Footprint, parse_radiomapseer};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::{Area, CityConfig, Footprint, SceneConfig, parse_radiomapseer};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::tiles::{CutCity, MIN_BUILDING_M, TileArgs, TileSettings, size_m};
@@ -76,20 +78,51 @@ impl fmt::Display for MapSource {
     }
 }
 
-/// One map: the buildings as given, and the scene made of them.
-pub struct Map {
-    pub footprints: Vec<Footprint>,
-    pub scene: Scene,
+/// The image of a scene's buildings.
+pub fn raster(scene: &Scene, grid: RasterGrid) -> Result<Raster> {
+    let in_numbers = |outline: &Vec<DVec2>| outline.iter().map(DVec2::to_array).collect();
+    let outlines: Vec<Vec<[f64; 2]>> = scene.outlines().iter().map(in_numbers).collect();
+    Ok(Raster::of_outlines(&outlines, grid)?)
 }
 
-impl Map {
-    /// The image of its buildings.
-    pub fn raster(&self, grid: RasterGrid) -> Result<Raster> {
-        let outlines = self.scene.outlines().into_iter();
-        let outlines: Vec<Vec<[f64; 2]>> = outlines
-            .map(|outline| outline.iter().map(|p| p.to_array()).collect())
-            .collect();
-        Ok(Raster::of_outlines(&outlines, grid)?)
+/// Settings of the scenes made from maps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSettings {
+    /// Fill slits between walls that are narrower [m]; 0 leaves all open.
+    #[arg(
+        long = "close-gaps",
+        value_name = "METRES",
+        default_value_t = SceneConfig::default().close_gaps_m
+    )]
+    pub close_gaps_m: f64,
+}
+
+impl Default for SceneSettings {
+    fn default() -> Self {
+        Self {
+            close_gaps_m: SceneConfig::default().close_gaps_m,
+        }
+    }
+}
+
+impl SceneSettings {
+    /// The settings in the configuration of a data set; before format version 2 no slit was filled.
+    pub fn of_dataset(configuration: &Value) -> Result<Self> {
+        match configuration.get("scene") {
+            None => Ok(Self { close_gaps_m: 0.0 }),
+            Some(scene) => serde_json::from_value(scene.clone())
+                .context("its manifest has unknown scene settings"),
+        }
+    }
+
+    /// Makes a scene in the area of a map.
+    pub fn scene(self, footprints: &[Footprint], area: Area) -> Result<Scene> {
+        let config = SceneConfig {
+            area: Some(area),
+            close_gaps_m: self.close_gaps_m,
+        };
+        Ok(Scene::with_config(footprints, &config)?)
     }
 }
 
@@ -177,20 +210,18 @@ impl MapSource {
         Ok(ids)
     }
 
-    /// Reads and checks one map. City `id` has the seed `seed + id`.
-    pub fn load(&self, id: u32, seed: u64) -> Result<Map> {
+    /// Reads and checks one map. Synthetic city `id` has the seed `seed + id`.
+    pub fn load(&self, id: u32, seed: u64, settings: SceneSettings) -> Result<Scene> {
         match self {
-            Self::Folder(folder) => load_file(&file_of(folder, id)?),
-            Self::City { file, cut } => uncut(file, cut)?.load(id),
+            Self::Folder(folder) => load_file(&file_of(folder, id)?, settings),
+            Self::City { file, cut } => uncut(file, cut)?.load(id, settings),
             Self::Synthetic { .. } => {
                 let config = CityConfig {
                     seed: seed.wrapping_add(u64::from(id)),
                     ..CityConfig::default()
                 };
-                Ok(Map {
-                    footprints: config.footprints()?,
-                    scene: Scene::synthetic(&config)?,
-                })
+                // Its vertices are whole metres: there is no slit to fill.
+                Ok(Scene::synthetic(&config)?)
             }
         }
     }
@@ -235,29 +266,35 @@ fn file_of(folder: &Path, id: u32) -> Result<PathBuf> {
 
 /// Reads the one map that a command asks for: a RadioMapSeer file, a tile of a city in GeoJSON (the first that is a map,
 /// if none is named), or `synthetic`.
-pub fn load_one(path: &Path, tile: Option<u32>, seed: u64, args: &TileArgs) -> Result<Map> {
+pub fn load_one(
+    path: &Path,
+    tile: Option<u32>,
+    seed: u64,
+    args: &TileArgs,
+    settings: SceneSettings,
+) -> Result<Scene> {
     if path == Path::new("synthetic") {
-        return MapSource::Synthetic { count: None }.load(0, seed);
+        return MapSource::Synthetic { count: None }.load(0, seed, settings);
     }
     let place = || format!("map '{}'", path.display());
     let bytes = std::fs::read(path).with_context(place)?;
     match is_list(&bytes) {
-        true => of_radiomapseer(&bytes).with_context(place),
+        true => of_radiomapseer(&bytes, settings).with_context(place),
         false => {
             let city = CutCity::of_bytes(&bytes, path, args.settings())?;
-            city.load(tile.unwrap_or(city.ids()?[0]))
+            city.load(tile.unwrap_or(city.ids()?[0]), settings)
         }
     }
 }
 
 /// Reads and checks one RadioMapSeer file.
-fn load_file(path: &Path) -> Result<Map> {
+fn load_file(path: &Path, settings: SceneSettings) -> Result<Scene> {
     let place = || format!("map '{}'", path.display());
     let bytes = std::fs::read(path).with_context(place)?;
-    of_radiomapseer(&bytes).with_context(place)
+    of_radiomapseer(&bytes, settings).with_context(place)
 }
 
-fn of_radiomapseer(bytes: &[u8]) -> Result<Map> {
+fn of_radiomapseer(bytes: &[u8], settings: SceneSettings) -> Result<Scene> {
     let footprints = parse_radiomapseer(bytes)?;
     ensure!(!footprints.is_empty(), "no building in it");
     let sizes = footprints.iter().map(|f| size_m(&f.outer));
@@ -267,8 +304,7 @@ fn of_radiomapseer(bytes: &[u8]) -> Result<Map> {
         "the largest of {} buildings is {size_m:.3} m long: the numbers must be in another unit",
         footprints.len()
     );
-    let scene = Scene::new(&footprints, Some(Area::RADIOMAPSEER))?;
-    Ok(Map { footprints, scene })
+    settings.scene(&footprints, Area::RADIOMAPSEER)
 }
 
 /// Ids in a list like `0-4,7,46-50`.

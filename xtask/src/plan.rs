@@ -9,7 +9,7 @@ use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::glam::DVec2;
 
-use crate::maps::MapSource;
+use crate::maps::{MapSource, SceneSettings};
 use crate::picture::Outlines;
 use crate::produce::Run;
 use crate::production;
@@ -22,6 +22,8 @@ use crate::summary::Tally;
 pub struct DatasetPlan {
     /// Where maps come from.
     pub maps: MapSource,
+    /// How scenes are made from them.
+    pub scene: SceneSettings,
     /// Transmitters a map.
     pub tx_per_map: usize,
     /// Receivers a map, shared by its transmitters.
@@ -68,13 +70,13 @@ impl DatasetPlan {
 
     /// Makes one map; what was repaired in it is told in a line.
     pub(crate) fn map(&self, run: &Run<'_>, id: u32, repairs: &mut Vec<String>) -> Result<Tally> {
-        let map = self.maps.load(id, self.seed)?;
-        if !map.scene.report().is_clean() {
-            repairs.push(format!("map {id}: {}", map.scene.report()));
+        let scene = self.maps.load(id, self.seed, self.scene)?;
+        if !scene.report().is_clean() {
+            repairs.push(format!("map {id}: {}", scene.report()));
         }
         let (tx, rx) = (self.tx_per_map, self.rx_per_map);
-        let terminals = sampling::draw(&map.scene, self.seed, id, tx, rx)?;
-        run.map(id, &map, &terminals, &self.trace)
+        let terminals = sampling::draw(&scene, self.seed, id, tx, rx)?;
+        run.map(id, &scene, &terminals, &self.trace)
     }
 
     /// Rings of a map's buildings \[m\]; what lies in an odd number of them is indoors.
@@ -82,7 +84,7 @@ impl DatasetPlan {
     /// # Errors
     /// A map that cannot be read.
     pub fn outlines(&self, id: u32) -> Result<Vec<Vec<[f64; 2]>>> {
-        let outlines = Outlines::of_scene(&self.maps.load(id, self.seed)?.scene);
+        let outlines = Outlines::of_scene(&self.maps.load(id, self.seed, self.scene)?);
         let ring = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect();
         Ok(outlines.rings.iter().map(ring).collect())
     }
@@ -115,7 +117,7 @@ impl DatasetPlan {
         DatasetConfig {
             seed: self.seed,
             layout: settings::layout(label, self.maps.raster(), self.stored),
-            configuration: settings::of_traced(maps, sampling, trace, label),
+            configuration: settings::of_traced(maps, self.scene, sampling, trace, label),
         }
     }
 }

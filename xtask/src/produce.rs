@@ -11,12 +11,12 @@ use anyhow::{Context, Result, bail};
 use aps_data::{DatasetWriter, Links, MapInput, MapWriter};
 use aps_label::Labeler;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Receiver, TraceConfig, Tracer};
+use aps_raytrace::{Receiver, Scene, TraceConfig, Tracer};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use crate::cautions;
-use crate::maps::Map;
+use crate::maps;
 use crate::sampling::Terminals;
 use crate::summary::Tally;
 
@@ -46,12 +46,12 @@ impl Run<'_> {
     pub fn map(
         &self,
         id: u32,
-        map: &Map,
+        scene: &Scene,
         terminals: &Terminals,
         trace: &TraceConfig,
     ) -> Result<Tally> {
         let started = Instant::now();
-        let tracer = Tracer::new(&map.scene, trace.clone())?;
+        let tracer = Tracer::new(scene, trace.clone())?;
         let rx: Vec<Receiver> = terminals
             .rx
             .par_iter()
@@ -61,11 +61,11 @@ impl Run<'_> {
         let mut tally = Tally {
             prepare: started.elapsed(),
             near_links: cautions::count_near(trace, terminals.pairs()),
-            maps_without_walls: u64::from(map.scene.walls().is_empty()),
+            maps_without_walls: u64::from(scene.walls().is_empty()),
             maps_without_corners: u64::from(tracer.corner_count() == 0),
             ..Tally::default()
         };
-        let buildings = map.raster(self.writer.config().layout.raster)?;
+        let buildings = maps::raster(scene, self.writer.config().layout.raster)?;
         let mut writer = self.writer.begin_map(
             id,
             &MapInput {

@@ -1,6 +1,6 @@
 //! The settings of a data set as its manifest keeps them, and read back.
 //!
-//! Everything a link depends on is there: `maps` (their kind), `sampling`, `trace`, `label`, and the seed beside them. So
+//! Everything a link depends on is there: `maps` (their kind), `scene`, `sampling`, `trace`, `label`, and the seed beside them. So
 //! a stored data set can be labelled anew, and its links computed again and compared.
 
 use anyhow::{Context, Result, bail};
@@ -9,6 +9,8 @@ use aps_label::{LabelConfig, Protocol};
 use aps_raytrace::{Material, TraceConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+
+use crate::maps::SceneSettings;
 
 /// What of each link is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,12 +55,14 @@ pub fn layout(label: &LabelConfig, raster: RasterGrid, stored: Stored) -> Layout
 /// The `configuration` of a traced data set; `maps` says what kind they are of.
 pub fn of_traced(
     maps: Value,
+    scene: SceneSettings,
     sampling: Sampling,
     trace: &TraceConfig,
     label: &LabelConfig,
 ) -> Value {
     json!({
         "maps": maps,
+        "scene": scene,
         "sampling": sampling,
         "trace": TraceSettings::of(trace),
         "label": label,
@@ -212,7 +216,14 @@ mod tests {
                 frequency_hz: 0.1 + 28e9,
                 ..TraceConfig::default()
             };
-            let written = of_traced(json!("synthetic"), sampling, &trace, &label).to_string();
+            let written = of_traced(
+                json!("synthetic"),
+                SceneSettings::default(),
+                sampling,
+                &trace,
+                &label,
+            )
+            .to_string();
             let read: Value = serde_json::from_str(&written).unwrap();
             assert_eq!(tracing_of(&read).unwrap(), Some((sampling, trace)));
             assert_eq!(label_of(&read).unwrap(), label);

@@ -7,10 +7,10 @@ use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Dataset, MapData, PathTable, Raster};
 use aps_label::LabelConfig;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Link, Receiver, TraceConfig, Tracer, Transmitter};
+use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer, Transmitter};
 use rayon::prelude::*;
 
-use crate::maps::{self, Map, MapSource};
+use crate::maps::{self, MapSource, SceneSettings};
 use crate::picture::Outlines;
 use crate::settings;
 use crate::tiles::TileArgs;
@@ -30,7 +30,7 @@ pub struct SourceMap {
     pub data: MapData,
     pub outlines: Outlines,
     stored: Option<PathTable>,
-    again: Option<(Map, TraceConfig)>,
+    again: Option<(Scene, TraceConfig)>,
 }
 
 impl Source {
@@ -75,12 +75,12 @@ impl Source {
         let data = self.dataset.map(id)?;
         let stores_paths = self.dataset.manifest().layout.paths;
         let stored = stores_paths.then(|| self.dataset.paths(id)).transpose()?;
-        let map = self.original(id, &data.buildings)?;
-        let outlines = match &map {
-            Some(map) => Outlines::of_scene(&map.scene),
+        let scene = self.original(id, &data.buildings)?;
+        let outlines = match &scene {
+            Some(scene) => Outlines::of_scene(scene),
             None => Outlines::of_raster(&data.buildings),
         };
-        let again = map.filter(|_| stored.is_none()).zip(self.trace.clone());
+        let again = scene.filter(|_| stored.is_none()).zip(self.trace.clone());
         Ok(SourceMap {
             data,
             outlines,
@@ -106,18 +106,20 @@ impl Source {
     }
 
     /// The map it was made from: one given by name must be it, another is used if it is.
-    fn original(&self, id: u32, buildings: &Raster) -> Result<Option<Map>> {
+    fn original(&self, id: u32, buildings: &Raster) -> Result<Option<Scene>> {
         let Some((maps, is_asked_for)) = &self.maps else {
             return Ok(None);
         };
-        let map = match maps.load(id, self.dataset.manifest().seed) {
-            Ok(map) => map,
+        let manifest = self.dataset.manifest();
+        let settings = SceneSettings::of_dataset(&manifest.configuration)?;
+        let scene = match maps.load(id, manifest.seed, settings) {
+            Ok(scene) => scene,
             Err(_) if !is_asked_for => return Ok(None),
             Err(error) => return Err(error),
         };
-        let raster = map.raster(buildings.grid())?;
+        let raster = maps::raster(&scene, buildings.grid())?;
         match (raster == *buildings, is_asked_for) {
-            (true, _) => Ok(Some(map)),
+            (true, _) => Ok(Some(scene)),
             (false, false) => Ok(None),
             (false, true) => bail!(
                 "map {id} of '{maps}' is not the one the data set was made from: their buildings differ"
@@ -134,8 +136,8 @@ impl SourceMap {
 
     /// Some links, by their rows. Without paths, they have none.
     pub fn links(&self, rows: &[usize]) -> Result<Vec<LinkView>> {
-        if let Some((map, config)) = &self.again {
-            return trace_again(&self.data, map, config, rows);
+        if let Some((scene, config)) = &self.again {
+            return trace_again(&self.data, scene, config, rows);
         }
         let view = |&row: &usize| {
             let (tx, rx) = self.data.ends_m(row);
@@ -168,11 +170,11 @@ impl SourceMap {
 
 fn trace_again(
     data: &MapData,
-    map: &Map,
+    scene: &Scene,
     config: &TraceConfig,
     rows: &[usize],
 ) -> Result<Vec<LinkView>> {
-    let tracer = Tracer::new(&map.scene, config.clone())?;
+    let tracer = Tracer::new(scene, config.clone())?;
     let mut of_tx: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     let mut rx: BTreeMap<u32, Option<Receiver>> = BTreeMap::new();
     for (place, &row) in rows.iter().enumerate() {

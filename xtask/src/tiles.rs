@@ -9,7 +9,7 @@ use aps_raytrace::scene::{Coordinates, GeoJsonConfig, GeoJsonError, Tiling, pars
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::maps::{Map, is_list, ranges};
+use crate::maps::{SceneSettings, is_list, ranges};
 use crate::note;
 
 /// Tiles with a larger share of buildings have no room for terminals.
@@ -175,19 +175,15 @@ impl CutCity {
     }
 
     /// One map: a tile with its buildings, those over the border whole.
-    pub fn load(&self, id: u32) -> Result<Map> {
+    pub fn load(&self, id: u32, settings: SceneSettings) -> Result<Scene> {
         let Some(tile) = self.tiling.tile(id) else {
             bail!(
                 "tile {id} has no buildings; those with some are {}",
                 ranges(&self.ids)
             );
         };
-        let scene =
-            Scene::new(&tile.footprints, Some(tile.area)).with_context(|| format!("tile {id}"))?;
-        Ok(Map {
-            footprints: tile.footprints,
-            scene,
-        })
+        let scene = settings.scene(&tile.footprints, tile.area);
+        scene.with_context(|| format!("tile {id}"))
     }
 }
 

@@ -10,7 +10,7 @@ use clap::{Subcommand, ValueEnum};
 use crate::args::{self, Shard, Store, TraceArgs};
 use crate::cautions;
 use crate::command_line;
-use crate::maps::{IdList, MapSource, choose};
+use crate::maps::{IdList, MapSource, SceneSettings, choose};
 use crate::plan::DatasetPlan;
 use crate::production;
 use crate::progress;
@@ -79,6 +79,8 @@ pub struct Order {
     /// Folder of the data set; an unfinished one is continued.
     #[arg(long, default_value = "data/dataset")]
     pub out: PathBuf,
+    #[command(flatten)]
+    scene: SceneSettings,
     #[command(flatten)]
     trace: TraceArgs,
     #[command(flatten)]
@@ -161,6 +163,7 @@ impl Order {
         let stored = args::stored(&self.store);
         DatasetPlan {
             maps: self.maps.clone(),
+            scene: self.scene,
             tx_per_map,
             rx_per_map,
             label: LabelConfig {

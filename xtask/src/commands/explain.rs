@@ -9,7 +9,7 @@ use aps_raytrace::glam::DVec2;
 
 use crate::args::{TraceArgs, parse_point};
 use crate::cautions;
-use crate::maps::{MapSource, load_one};
+use crate::maps::{MapSource, SceneSettings, load_one};
 use crate::picture::Outlines;
 use crate::say;
 use crate::source::{LinkId, Source};
@@ -57,6 +57,8 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     trace: TraceArgs,
+    #[command(flatten)]
+    scene: SceneSettings,
     #[command(flatten)]
     tiles: TileArgs,
 }
@@ -122,15 +124,15 @@ impl Args {
         let (Some(file), Some(tx), Some(rx)) = (&self.map, self.tx, self.rx) else {
             bail!("name a link: DATASET --link MAP,TX,RX, or --map FILE --tx X,Y --rx X,Y");
         };
-        let map = load_one(file, self.map_id, self.seed, &self.tiles)?;
+        let scene = load_one(file, self.map_id, self.seed, &self.tiles, self.scene)?;
         let config = self.trace.config();
-        let tracer = Tracer::new(&map.scene, config.clone())?;
+        let tracer = Tracer::new(&scene, config.clone())?;
         let link = tracer.trace(tx, rx)?;
         cautions::tell_carrier(&config);
         cautions::tell_near(&config, cautions::count_near(&config, [(tx, rx)]));
         Ok(Subject {
             title: format!("From ({}, {}) m to ({}, {}) m", tx.x, tx.y, rx.x, rx.y),
-            outlines: Outlines::of_scene(&map.scene),
+            outlines: Outlines::of_scene(&scene),
             link: LinkView::traced(tx, rx, &link.paths),
             label: LabelConfig::default(),
         })

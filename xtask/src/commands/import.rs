@@ -11,7 +11,7 @@ use clap::Subcommand;
 use indicatif::ProgressBar;
 
 use crate::command_line;
-use crate::maps::MapSource;
+use crate::maps::{self, MapSource, SceneSettings};
 use crate::progress;
 use crate::say;
 
@@ -110,7 +110,10 @@ impl Target {
 /// The image of a map's buildings: drawn from its footprints, or empty where none are given.
 fn buildings(maps: Option<&MapSource>, id: u32) -> Result<Raster> {
     match maps {
-        Some(maps) => maps.load(id, 0)?.raster(maps.raster()),
+        Some(maps) => {
+            let scene = maps.load(id, 0, SceneSettings::default())?;
+            maps::raster(&scene, maps.raster())
+        }
         None => Ok(Raster::empty(RasterGrid::default())?),
     }
 }

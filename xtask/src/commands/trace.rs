@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use aps_label::{LabelConfig, Labeler, Protocol};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Link, Tracer};
+use aps_raytrace::{Link, Scene, Tracer};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
 use crate::cautions;
-use crate::maps::{Map, load_one};
+use crate::maps::{SceneSettings, load_one};
 use crate::note;
 use crate::output;
 use crate::picture::{self, Outlines};
@@ -61,16 +61,18 @@ pub struct Args {
     #[command(flatten)]
     trace: TraceArgs,
     #[command(flatten)]
+    scene: SceneSettings,
+    #[command(flatten)]
     tiles: TileArgs,
 }
 
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        let map = self.map()?;
+        let scene = self.scene()?;
         let ends = self.ends()?;
         let config = self.trace.config();
-        let tracer = Tracer::new(&map.scene, config.clone())?;
+        let tracer = Tracer::new(&scene, config.clone())?;
         let links = trace_all(&tracer, &ends)?;
         cautions::tell_carrier(&config);
         cautions::tell_near(&config, cautions::count_near(&config, ends.iter().copied()));
@@ -81,13 +83,13 @@ impl Args {
         }
         if let Some(file) = &self.svg {
             let (tx, rx) = ends[0];
-            self.draw(file, &map, tx, rx, &links[0])?;
+            self.draw(file, &scene, tx, rx, &links[0])?;
         }
         Ok(())
     }
 
-    fn map(&self) -> Result<Map> {
-        load_one(&self.map, self.map_id, self.seed, &self.tiles)
+    fn scene(&self) -> Result<Scene> {
+        load_one(&self.map, self.map_id, self.seed, &self.tiles, self.scene)
     }
 
     /// Transmitter and receiver of each link.
@@ -117,11 +119,11 @@ impl Args {
         Ok(ends)
     }
 
-    fn draw(&self, file: &Path, map: &Map, tx: DVec2, rx: DVec2, link: &Link) -> Result<()> {
+    fn draw(&self, file: &Path, scene: &Scene, tx: DVec2, rx: DVec2, link: &Link) -> Result<()> {
         let labeler = Labeler::new(&LabelConfig::of(self.protocol))?;
         let view = LinkView::traced(tx, rx, &link.paths);
         let spectrum = Spectrum::of(&labeler, &view.samples())?;
-        let outlines = Outlines::of_scene(&map.scene);
+        let outlines = Outlines::of_scene(scene);
         picture::link(&outlines, &view, spectrum.as_ref()).save(file)?;
         note!("picture '{}'", file.display());
         Ok(())

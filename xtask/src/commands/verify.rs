@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::maps::{self, MapSource};
+use crate::maps::{self, MapSource, SceneSettings};
 use crate::output;
 use crate::progress;
 use crate::say;
@@ -87,6 +87,7 @@ impl Args {
                 }
             ),
         };
+        let scene = SceneSettings::of_dataset(&manifest.configuration)?;
         let mut chosen = choose(&manifest.maps, sample, self.seed);
         let mut findings = Findings {
             progress: progress::bar(manifest.totals.bytes, "bytes"),
@@ -107,7 +108,9 @@ impl Args {
                 contents::check(&dataset, entry, &map, source.is_some(), &mut findings)?;
                 if let Some(source) = &source {
                     let place = || format!("map {} of the maps given", entry.id);
-                    let given = source.load(entry.id, manifest.seed).with_context(place)?;
+                    let given = source
+                        .load(entry.id, manifest.seed, scene)
+                        .with_context(place)?;
                     let is_it = contents::check_against(&dataset, &map, &given, &mut findings)?;
                     if let Some(recomputation) = recomputation.as_ref().filter(|_| is_it) {
                         recomputation.check(entry, &map, &given, &links, &mut findings)?;

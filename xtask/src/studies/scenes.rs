@@ -6,7 +6,7 @@ use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Area, Footprint, Scene};
 
 use super::Profile;
-use crate::maps::{IdList, MapSource, choose};
+use crate::maps::{IdList, MapSource, SceneSettings, choose};
 
 /// A scene and what to call it.
 #[derive(Debug, Clone)]
@@ -77,7 +77,7 @@ impl MapChoice {
             Ok(NamedScene {
                 name: format!("map {id}"),
                 id,
-                scene: self.source.load(id, seed)?.scene,
+                scene: self.source.load(id, seed, SceneSettings::default())?,
             })
         };
         if let Some(ids) = &self.ids {

@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow, ensure};
 use aps_data::Split;
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
-use xtask::{DatasetPlan, MapSource, Stored};
+use xtask::{DatasetPlan, MapSource, SceneSettings, Stored};
 
 use super::config::{Config, DataConfig};
 
@@ -22,6 +22,7 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let split = split(&maps.ids(asked as u32)?, data)?;
     let plan = DatasetPlan {
         maps,
+        scene: SceneSettings::default(),
         tx_per_map: data.tx_per_map,
         rx_per_map: data.rx_per_map,
         label: LabelConfig::of(data.protocol),

@@ -8,7 +8,7 @@ use aps_raytrace::scene::Location;
 use serde_json::Value;
 
 use super::Findings;
-use crate::maps::Map;
+use crate::maps;
 use crate::settings;
 use crate::summary::Tally;
 
@@ -44,18 +44,18 @@ pub fn check(
 pub fn check_against(
     dataset: &Dataset,
     map: &MapData,
-    given: &Map,
+    given: &Scene,
     findings: &mut Findings,
 ) -> Result<bool> {
-    if given.raster(dataset.manifest().layout.raster)? != map.buildings {
+    if maps::raster(given, dataset.manifest().layout.raster)? != map.buildings {
         findings.add(format!(
             "map {}: buildings are not those of the map given",
             map.id
         ));
         return Ok(false);
     }
-    check_pixels(map, &given.scene, findings);
-    let is_wrong = |p: [f64; 2]| match given.scene.locate(DVec2::from(p)) {
+    check_pixels(map, given, findings);
+    let is_wrong = |p: [f64; 2]| match given.locate(DVec2::from(p)) {
         Location::Outdoor => None,
         Location::OnWall { .. } => Some("on a wall"),
         Location::OutsideArea => Some("outside the map"),

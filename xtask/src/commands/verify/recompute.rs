@@ -4,11 +4,10 @@ use anyhow::Result;
 use aps_data::{Dataset, MapData, MapEntry, PathTable, Profile};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{TraceConfig, Tracer};
+use aps_raytrace::{Scene, TraceConfig, Tracer};
 use rayon::prelude::*;
 
 use super::Findings;
-use crate::maps::Map;
 use crate::output;
 use crate::produce::{LinkMaker, PathColumns, Rows, profile_rows};
 use crate::sampling;
@@ -50,7 +49,7 @@ impl<'d> Recomputation<'d> {
         &self,
         entry: &MapEntry,
         map: &MapData,
-        given: &Map,
+        given: &Scene,
         links: &[usize],
         findings: &mut Findings,
     ) -> Result<()> {
@@ -60,13 +59,7 @@ impl<'d> Recomputation<'d> {
             rx_per_map,
             ..
         } = self.sampling;
-        let drawn = sampling::draw(
-            &given.scene,
-            manifest.seed,
-            entry.id,
-            tx_per_map,
-            rx_per_map,
-        );
+        let drawn = sampling::draw(given, manifest.seed, entry.id, tx_per_map, rx_per_map);
         let is_drawn = drawn.is_ok_and(|drawn| {
             let same = |drawn: &[DVec2], stored: &[[f64; 2]]| {
                 drawn
@@ -85,7 +78,7 @@ impl<'d> Recomputation<'d> {
         if links.is_empty() {
             return Ok(());
         }
-        let tracer = Tracer::new(&given.scene, self.trace.clone())?;
+        let tracer = Tracer::new(given, self.trace.clone())?;
         let stored = Stored {
             map,
             pdp: manifest
