@@ -260,6 +260,10 @@ fn folders_are_read_as_they_are_or_not_at_all() {
         ("[]", "no building"),
         ("[[[0,0],[0.2,0],[0.2,0.1]]]", "another unit"),
         (
+            "[[[385000,6671000],[385020,6671000],[385020,6671010]]]",
+            "no building in the square",
+        ),
+        (
             r#"{"type":"FeatureCollection","features":[]}"#,
             "not GeoJSON",
         ),

@@ -355,10 +355,7 @@ fn files_without_buildings_say_so() {
         parse(&collection(&[tree])),
         Err(GeoJsonError::NoTag { features: 1 })
     );
-    assert_eq!(
-        parse(&collection(&[])),
-        Err(GeoJsonError::NoTag { features: 0 })
-    );
+    assert_eq!(parse(&collection(&[])), Err(GeoJsonError::NoFeature));
     let none = feature(r#""building":"no""#, "Polygon", &format!("[{SQUARE}]"));
     assert_eq!(parse(&none), Err(GeoJsonError::NoBuilding { features: 1 }));
     let bare = format!(r#"{{"type":"Polygon","coordinates":[{SQUARE}]}}"#);
