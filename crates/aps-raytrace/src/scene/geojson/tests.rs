@@ -324,7 +324,7 @@ fn latitudes_beyond_the_poles_ask_whether_axes_are_swapped() {
 #[test]
 fn features_may_stand_in_a_row() {
     let one = house(SQUARE);
-    let collections = collection(&[one.clone()]);
+    let collections = collection(std::slice::from_ref(&one));
     for text in [
         format!("{one}\n{one}\n{one}\n"),
         format!("{one}{one}\r\n{one}"),
