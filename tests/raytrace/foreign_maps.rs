@@ -62,7 +62,7 @@ fn the_sample_is_valid() {
 
 #[test]
 fn nested_brackets_exhaust_nothing() {
-    assert!(parse_radiomapseer(&"[".repeat(1_000_000)).is_err());
+    assert!(parse_radiomapseer("[".repeat(1_000_000)).is_err());
 }
 
 fn any_text() -> impl Strategy<Value = String> {

@@ -15,7 +15,7 @@ use aps_raytrace::scene::{Area, CityConfig, Footprint, SceneConfig, parse_radiom
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::tiles::{CutCity, MIN_BUILDING_M, TileArgs, TileSettings, size_m};
+use crate::tiles::{CutCity, MIN_BUILDING_M, TileArgs, TileSettings, bounds};
 
 /// A value of `--maps`.
 #[derive(Debug, Clone)]
@@ -297,14 +297,25 @@ fn load_file(path: &Path, settings: SceneSettings) -> Result<Scene> {
 fn of_radiomapseer(bytes: &[u8], settings: SceneSettings) -> Result<Scene> {
     let footprints = parse_radiomapseer(bytes)?;
     ensure!(!footprints.is_empty(), "no building in it");
-    let sizes = footprints.iter().map(|f| size_m(&f.outer));
+    let boxes: Vec<(DVec2, DVec2)> = footprints.iter().map(|f| bounds(&f.outer)).collect();
+    let sizes = boxes.iter().map(|(min, max)| (max - min).max_element());
     let size_m = sizes.fold(0.0, f64::max);
     ensure!(
         size_m >= MIN_BUILDING_M,
         "the largest of {} buildings is {size_m:.3} m long: the numbers must be in another unit",
         footprints.len()
     );
-    settings.scene(&footprints, Area::RADIOMAPSEER)
+    let area = Area::RADIOMAPSEER;
+    let meets =
+        |(min, max): &(DVec2, DVec2)| min.cmplt(area.max).all() && max.cmpgt(area.min).all();
+    ensure!(
+        boxes.iter().any(meets),
+        "no building in the square from {} to {} m; the first is at {} m",
+        area.min,
+        area.max,
+        boxes[0].0
+    );
+    settings.scene(&footprints, area)
 }
 
 /// Ids in a list like `0-4,7,46-50`.

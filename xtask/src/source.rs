@@ -49,7 +49,11 @@ impl Source {
             .get("maps")
             .is_some_and(|maps| maps == "synthetic");
         let maps = maps
-            .map(|maps| maps.cut_for(folder, configuration, tiles))
+            .map(|maps| match maps {
+                MapSource::City { .. } => maps.cut_for(folder, configuration, tiles),
+                // Those of other sources are compared by their buildings, map by map.
+                _ => Ok(maps),
+            })
             .transpose()?;
         let own = is_synthetic.then_some((MapSource::Synthetic { count: None }, false));
         Ok(Self {

@@ -192,16 +192,18 @@ fn is_built(tiling: &Tiling, id: u32) -> bool {
     let tile = tiling.tile(id);
     tile.is_some_and(|tile| {
         let mut rings = tile.footprints.iter().map(|f| &f.outer);
-        rings.any(|ring| size_m(ring) >= MIN_BUILDING_M)
+        rings.any(|ring| {
+            let (min, max) = bounds(ring);
+            (max - min).max_element() >= MIN_BUILDING_M
+        })
     })
 }
 
-/// Longest side of the bounding box of some points.
-pub fn size_m(points: &[DVec2]) -> f64 {
+/// Bounding box of some points.
+pub fn bounds(points: &[DVec2]) -> (DVec2, DVec2) {
     let grow = |(min, max): (DVec2, DVec2), &p: &DVec2| (min.min(p), max.max(p));
     let none = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    let (min, max) = points.iter().fold(none, grow);
-    (max - min).max_element()
+    points.iter().fold(none, grow)
 }
 
 /// What to type where a file was read in another way than its writer meant.

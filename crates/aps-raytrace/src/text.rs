@@ -34,8 +34,8 @@ pub(crate) fn json_error(text: &str, error: &serde_json::Error) -> String {
 }
 
 fn not_a_number(text: &str, error: &serde_json::Error) -> Option<String> {
-    let line = text.as_bytes().split(|&b| b == b'\n');
-    let line = line.skip(error.line().checked_sub(1)?).next()?;
+    let mut lines = text.as_bytes().split(|&b| b == b'\n');
+    let line = lines.nth(error.line().checked_sub(1)?)?;
     let at = error.column().checked_sub(1)?.min(line.len());
     let is_word = |b: &u8| b.is_ascii_alphabetic() || matches!(b, b'-' | b'+');
     let start = at - line[..at].iter().rev().take_while(|b| is_word(b)).count();

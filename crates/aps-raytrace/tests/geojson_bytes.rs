@@ -99,7 +99,7 @@ proptest! {
         let from = from.index(CITY.len());
         let piece = &CITY[from..CITY.len().min(from + length)];
         let to = to.index(CITY.len());
-        read_all_ways(&[&CITY[..to], piece, &CITY[to..]].concat());
+        read_all_ways([&CITY[..to], piece, &CITY[to..]].concat());
     }
 
     #[test]
@@ -116,7 +116,7 @@ proptest! {
             "MultiPolygon" => format!("[[{}]]", rings.join(",")),
             _ => format!("[{}]", rings.join(",")),
         };
-        read_all_ways(&format!(
+        read_all_ways(format!(
             r#"{{"type":"Feature","properties":{{"building":true}},"geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#
         ));
     }
@@ -154,6 +154,6 @@ fn texts_that_are_varied_are_good_ones() {
 #[test]
 fn nesting_is_an_error_not_a_full_stack() {
     for piece in ["[", "{\"type\":\"GeometryCollection\",\"geometries\":["] {
-        assert!(parse_geojson(&piece.repeat(100_000), &GeoJsonConfig::default()).is_err());
+        assert!(parse_geojson(piece.repeat(100_000), &GeoJsonConfig::default()).is_err());
     }
 }

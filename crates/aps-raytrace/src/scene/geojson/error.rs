@@ -12,6 +12,9 @@ pub enum GeoJsonError {
         /// What is wrong, with line and column or feature where they are known.
         reason: String,
     },
+    /// The text holds no feature at all.
+    #[error("there is no feature in it")]
+    NoFeature,
     /// No feature has the tag.
     #[error(
         "none of {features} features has a `building` tag; export OpenStreetMap's buildings, or take every polygon for one"
@@ -95,11 +98,15 @@ pub enum GeoJsonError {
     },
     /// The buildings are too far apart for one plane.
     #[error(
-        "feature {feature} is {distance_deg:.1} degrees from the middle of all buildings, at most {limit_deg} fit one plane; cut the file"
+        "feature {feature}: ({x}, {y}) is {distance_deg:.1} degrees from the middle of all buildings, at most {limit_deg} fit one plane; cut the file, unless its numbers are metres"
     )]
     TooLarge {
         /// Index of the feature.
         feature: usize,
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
         /// How far \[deg\].
         distance_deg: f64,
         /// How far is allowed \[deg\].

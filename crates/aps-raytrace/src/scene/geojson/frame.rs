@@ -66,6 +66,8 @@ impl Frame {
                 if distance_deg > LocalPlane::REACH_DEG {
                     return Err(GeoJsonError::TooLarge {
                         feature,
+                        x,
+                        y,
                         distance_deg,
                         limit_deg: LocalPlane::REACH_DEG,
                     });

@@ -251,6 +251,9 @@ fn has_three(points: &[DVec2]) -> bool {
 fn no_building(features: &[Feature], config: &GeoJsonConfig) -> GeoJsonError {
     let is_tagged = |feature: &Feature| feature.tag("building").is_some();
     let n = features.len();
+    if n == 0 {
+        return GeoJsonError::NoFeature;
+    }
     match config.all_polygons || features.iter().any(is_tagged) {
         true => GeoJsonError::NoBuilding { features: n },
         false => GeoJsonError::NoTag { features: n },

@@ -324,7 +324,7 @@ fn latitudes_beyond_the_poles_ask_whether_axes_are_swapped() {
 #[test]
 fn features_may_stand_in_a_row() {
     let one = house(SQUARE);
-    let collections = collection(&[one.clone()]);
+    let collections = collection(std::slice::from_ref(&one));
     for text in [
         format!("{one}\n{one}\n{one}\n"),
         format!("{one}{one}\r\n{one}"),
@@ -355,10 +355,7 @@ fn files_without_buildings_say_so() {
         parse(&collection(&[tree])),
         Err(GeoJsonError::NoTag { features: 1 })
     );
-    assert_eq!(
-        parse(&collection(&[])),
-        Err(GeoJsonError::NoTag { features: 0 })
-    );
+    assert_eq!(parse(&collection(&[])), Err(GeoJsonError::NoFeature));
     let none = feature(r#""building":"no""#, "Polygon", &format!("[{SQUARE}]"));
     assert_eq!(parse(&none), Err(GeoJsonError::NoBuilding { features: 1 }));
     let bare = format!(r#"{{"type":"Polygon","coordinates":[{SQUARE}]}}"#);
