@@ -103,11 +103,11 @@ pub enum Error {
     WeightsMismatch {
         /// The file.
         path: PathBuf,
-        /// The tensors that are missing, unknown, misshapen or not finite, the first of many, and what else the file holds.
+        /// The tensors that are missing, unknown, misshapen or not finite, of many the first, and what else the file holds.
         problems: Vec<String>,
     },
     /// A file of weights says which model it is of, but not in this crate's words.
-    #[error("{} says that it is of the model \"{found}\", which is none of this version, with its preset", path.display())]
+    #[error("the metadata of {} say under \"model\" that it is of \"{found}\", which is no model and preset of this version", path.display())]
     ForeignLabel {
         /// The file.
         path: PathBuf,

@@ -285,6 +285,36 @@ fn predictions_are_rows_of_the_test_links() {
     assert!(told.contains("trained on 32 x 32"), "{told}");
 }
 
+/// Metadata of somebody else's say nothing about the model, which must then be named.
+#[test]
+fn weights_with_foreign_metadata_need_the_model_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (weights, out) = (
+        folder.path().join("w.safetensors"),
+        folder.path().join("o.npy"),
+    );
+    let mut bytes = fs::read(file("best.safetensors")).unwrap();
+    let label = b"resnet_mlp small";
+    let at = bytes.windows(label.len()).position(|w| w == label).unwrap();
+    bytes[at..][..label.len()].copy_from_slice(b"resnet18 imagene");
+    fs::write(&weights, bytes).unwrap();
+    let mut args = vec![
+        "predict",
+        "--weights",
+        text(&weights),
+        "--data",
+        text(dataset()),
+    ];
+    args.extend(["--image-size", "32", "--out", text(&out)]);
+    let told = fail(&args);
+    assert!(
+        told.contains("resnet18 imagene") && told.contains("--model"),
+        "{told}"
+    );
+    args.extend(["--model", "resnet_mlp", "--preset", "small"]);
+    succeed(&args);
+}
+
 #[test]
 fn what_does_not_fit_is_told() {
     let folder = tempfile::tempdir().unwrap();

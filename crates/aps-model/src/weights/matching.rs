@@ -88,7 +88,7 @@ pub(super) fn assign(
 
 /// Says of the model's tensors and of the file's, at most so many of each, why they do not fit, and what else the file holds.
 fn explain(mut problems: Vec<String>, names: &Names, others: &[String]) -> Vec<String> {
-    const SHOWN: usize = 8;
+    const SHOWN: usize = 24;
     let shorten = |lines: &mut Vec<String>, what: &str| {
         if let more @ 1.. = lines.len().saturating_sub(SHOWN) {
             lines.truncate(SHOWN);
