@@ -29,8 +29,8 @@ pub fn count_near(trace: &TraceConfig, links: impl IntoIterator<Item = (DVec2, D
 pub fn tell_near(trace: &TraceConfig, links: u64) {
     if links > 0 {
         note!(
-            "note: the ends of {links} links are less than a wavelength apart, {:.3} m; their gains are of the far field, \
-             and too large there",
+            "note: links with ends less than a wavelength, {:.3} m, apart: {links}; the formulas are those of the far field, \
+             their gains are too large",
             trace.wavelength_m()
         );
     }
