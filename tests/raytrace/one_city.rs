@@ -141,3 +141,22 @@ fn hole_beside_its_building_changes_nothing() {
     let (found, _) = walls_of(square(0.0, 20.0), vec![square(30.0, 60.0)]);
     assert_eq!(found, [square(0.0, 20.0)]);
 }
+
+#[test]
+fn building_that_fills_a_courtyard_is_told() {
+    let block = Footprint {
+        outer: square(0.0, 50.0),
+        holes: vec![square(10.0, 40.0)],
+        material: None,
+    };
+    for yard in [square(10.0, 40.0), square(10.0, 39.0)] {
+        let is_whole = yard == square(10.0, 40.0);
+        let scene = Scene::new(&[Footprint::new(yard), block.clone()], None).unwrap();
+        let report = scene.report().to_string();
+        assert_eq!(
+            report.contains("1 courtyards filled by a building"),
+            is_whole,
+            "{report}"
+        );
+    }
+}

@@ -45,6 +45,11 @@ pub enum RepairKind {
         /// The other building.
         other: usize,
     },
+    /// Another building is just as large as a courtyard of this one and fills it.
+    CourtyardFilled {
+        /// The other building.
+        by: usize,
+    },
     /// A hole surrounds the outer ring; the two changed places.
     RingsReordered,
     /// A slit narrower than [`SceneConfig::close_gaps_m`](super::SceneConfig::close_gaps_m) between walls of this building
@@ -85,7 +90,7 @@ impl fmt::Display for RepairReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         use RepairKind as K;
         type Select = fn(&K) -> bool;
-        let kinds: [(&str, Select); 9] = [
+        let kinds: [(&str, Select); 10] = [
             ("reoriented", |k| matches!(k, K::Reoriented)),
             ("duplicate vertices", |k| {
                 matches!(k, K::DuplicateVertex { .. })
@@ -99,6 +104,9 @@ impl fmt::Display for RepairReport {
             ("slivers dropped", |k| matches!(k, K::Sliver)),
             ("overlapping pairs", |k| matches!(k, K::Overlaps { .. })),
             ("touching pairs", |k| matches!(k, K::Touches { .. })),
+            ("courtyards filled by a building", |k| {
+                matches!(k, K::CourtyardFilled { .. })
+            }),
             ("holes taken for outer rings", |k| {
                 matches!(k, K::RingsReordered)
             }),

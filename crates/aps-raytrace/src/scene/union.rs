@@ -146,8 +146,25 @@ fn report_contacts(shapes: &[(usize, Vec<Contour>)], report: &mut RepairReport) 
             if relation.intersects() {
                 report.push(*building, RepairKind::Touches { other });
             }
+            if is_courtyard_filled(contours, &shapes[j].1) {
+                report.push(*building, RepairKind::CourtyardFilled { by: other });
+            } else if is_courtyard_filled(&shapes[j].1, contours) {
+                report.push(other, RepairKind::CourtyardFilled { by: *building });
+            }
         }
     }
+}
+
+/// Tells if a building is just what a courtyard of another one leaves open.
+fn is_courtyard_filled(around: &[Contour], filling: &[Contour]) -> bool {
+    let [filling] = filling else { return false };
+    let n = filling.len();
+    let is_filled = |yard: &Contour| {
+        let start = filling.iter().position(|p| yard.first() == Some(p));
+        let is_reverse = |start: usize| (0..n).all(|i| yard[i] == filling[(start + n - i) % n]);
+        yard.len() == n && start.is_some_and(is_reverse)
+    };
+    around.iter().any(is_filled)
 }
 
 /// The integer grid of one scene.
