@@ -134,13 +134,16 @@ fn any_number() -> impl Strategy<Value = f64> {
 #[test]
 fn building_that_is_all_courtyard_is_dropped() {
     let outer = [(60.0, 60.0), (0.0, 0.0), (0.0, 60.0)].map(DVec2::from);
-    let hole = [(0.0, 101.0), (0.0, 0.0), (166.0, 60.0)].map(DVec2::from);
-    let building = Footprint {
-        holes: vec![hole.to_vec()],
-        ..Footprint::new(outer)
-    };
-    let scene = Scene::new(&[building], None).unwrap();
-    assert!(scene.walls().is_empty() && !scene.report().is_clean());
+    let around = [(0.0, 101.0), (0.0, 0.0), (166.0, 60.0)].map(DVec2::from);
+    for (hole, walls) in [(outer, 0), (around, 5)] {
+        let building = Footprint {
+            holes: vec![hole.to_vec()],
+            ..Footprint::new(outer)
+        };
+        let scene = Scene::new(&[building], None).unwrap();
+        assert_eq!(scene.walls().len(), walls);
+        assert!(!scene.report().is_clean());
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::ring;
 use crate::material::Material;
 
 /// One building seen from above.
@@ -29,8 +30,19 @@ impl Footprint {
         }
     }
 
-    /// All rings, the outer one first.
-    pub(crate) fn rings(&self) -> impl Iterator<Item = &[DVec2]> {
-        std::iter::once(self.outer.as_slice()).chain(self.holes.iter().map(Vec::as_slice))
+    /// The rings as they are meant, each with its index as given (0 for `outer`, then the holes): the outer one first. That is
+    /// the largest of the holes where it surrounds `outer`, as in files that give a courtyard first.
+    pub(crate) fn rings(&self) -> Vec<(usize, &[DVec2])> {
+        let given = std::iter::once(&self.outer).chain(&self.holes);
+        let mut rings: Vec<(usize, &[DVec2])> = given.map(Vec::as_slice).enumerate().collect();
+        let area = |&(_, ring): &(usize, &[DVec2])| ring::doubled_area(ring).abs();
+        let largest = rings.iter().max_by(|p, q| area(p).total_cmp(&area(q)));
+        if let Some(&(i, around)) = largest
+            && area(&(i, around)) > area(&rings[0])
+            && self.outer.iter().all(|&p| ring::holds(around, p))
+        {
+            rings.swap(0, i);
+        }
+        rings
     }
 }

@@ -384,14 +384,18 @@ fn clean_building(
     report: &mut RepairReport,
 ) -> Result<Vec<ring::Ring>, SceneError> {
     let mut rings = Vec::new();
-    for (i, points) in footprint.rings().enumerate() {
-        match ring::clean(building, i, points, report)? {
+    let given = footprint.rings();
+    if given[0].0 != 0 {
+        report.push(building, RepairKind::RingsReordered);
+    }
+    for (place, &(i, points)) in given.iter().enumerate() {
+        match ring::clean(building, i, place == 0, points, report)? {
             Some(r) => {
                 ring::report_crossings(building, &r, report);
                 rings.push(r);
             }
             // Without its outer ring a building is gone, courtyards and all.
-            None if i == 0 => return Ok(Vec::new()),
+            None if place == 0 => return Ok(Vec::new()),
             None => {}
         }
     }

@@ -29,6 +29,24 @@ pub(super) fn doubled_area(points: &[DVec2]) -> f64 {
         .sum()
 }
 
+/// Tells if a ring, taken as closed, winds around a point or runs through it. Exact.
+pub(super) fn holds(ring: &[DVec2], p: DVec2) -> bool {
+    let following = ring.iter().cycle().skip(1);
+    let mut winding = 0;
+    for (&a, &b) in ring.iter().zip(following) {
+        let side = orient(a, b, p);
+        if side == 0.0 && p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all() {
+            return true;
+        }
+        match (a.y <= p.y, b.y <= p.y) {
+            (true, false) if side > 0.0 => winding += 1,
+            (false, true) if side < 0.0 => winding -= 1,
+            _ => {}
+        }
+    }
+    winding != 0
+}
+
 /// Removes the closing vertex, duplicates and collinear vertices and turns the ring
 /// counter-clockwise (an outer ring) or clockwise (a hole).
 ///
@@ -36,6 +54,7 @@ pub(super) fn doubled_area(points: &[DVec2]) -> f64 {
 pub(super) fn clean(
     building: usize,
     ring: usize,
+    is_outer: bool,
     points: &[DVec2],
     report: &mut RepairReport,
 ) -> Result<Option<Ring>, SceneError> {
@@ -78,7 +97,7 @@ pub(super) fn clean(
     }
     let (mut points, mut source): (Vec<_>, Vec<_>) = kept.into_iter().unzip();
     let is_counter_clockwise = doubled_area(&points) > 0.0;
-    if is_counter_clockwise != (ring == 0) {
+    if is_counter_clockwise != is_outer {
         report.push(building, RepairKind::Reoriented);
         points.reverse();
         source.reverse();
@@ -159,7 +178,7 @@ mod tests {
     fn check(points: &[(f64, f64)], left: usize, report: &str) {
         let points: Vec<DVec2> = points.iter().map(|&p| p.into()).collect();
         let mut found = RepairReport::default();
-        let ring = clean(0, 0, &points, &mut found).unwrap();
+        let ring = clean(0, 0, true, &points, &mut found).unwrap();
         let count = ring.map_or(0, |r| {
             assert!(doubled_area(&r.points) > 0.0);
             r.points.len()
@@ -219,7 +238,9 @@ mod tests {
     #[test]
     fn two_points_are_an_error_naming_the_place() {
         let p = [DVec2::ZERO, DVec2::X, DVec2::ZERO];
-        let e = clean(7, 0, &p, &mut RepairReport::default()).err().unwrap();
+        let e = clean(7, 0, true, &p, &mut RepairReport::default())
+            .err()
+            .unwrap();
         assert!(
             e.to_string().contains("building 7, ring 0, vertex 2"),
             "{e}"

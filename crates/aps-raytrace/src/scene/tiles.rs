@@ -102,7 +102,8 @@ impl Tiling {
         if !(side_m.is_finite() && side_m >= 1.0) {
             return Err(TilingError::Side { side_m });
         }
-        let boxes: Vec<_> = footprints.iter().filter_map(|f| bounds(&f.outer)).collect();
+        let outer = |f: &Footprint| bounds(f.rings()[0].1);
+        let boxes: Vec<_> = footprints.iter().filter_map(outer).collect();
         let Some((min, max)) = boxes
             .iter()
             .copied()
@@ -135,7 +136,8 @@ impl Tiling {
     }
 
     fn place(&mut self, building: usize, footprint: &Footprint) {
-        let Some((min, max)) = bounds(&footprint.outer) else {
+        let rings = footprint.rings();
+        let Some((min, max)) = bounds(rings[0].1) else {
             return;
         };
         let cell = |p: DVec2| ((p - self.origin_m) / self.side_m).floor();
@@ -144,11 +146,11 @@ impl Tiling {
             for column in first.x as u32..=(last.x as u32).min(self.columns - 1) {
                 let corner = self.corner([column, row]);
                 let inside = |ring: &[DVec2]| area_inside(ring, corner, self.side_m);
-                let outer = inside(&footprint.outer);
+                let outer = inside(rings[0].1);
                 if outer <= 0.0 {
                     continue;
                 }
-                let yards: f64 = footprint.holes.iter().map(|hole| inside(hole)).sum();
+                let yards: f64 = rings[1..].iter().map(|(_, hole)| inside(hole)).sum();
                 let contents = self.tiles.entry(row * self.columns + column).or_default();
                 contents.buildings.push(building);
                 contents.built_m2 += (outer - yards).max(0.0);

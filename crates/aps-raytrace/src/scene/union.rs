@@ -18,7 +18,7 @@ use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
 use super::gaps::{self, Edge, Filling};
 use super::repair::{RepairKind, RepairReport};
-use super::ring::{self, Ring};
+use super::ring::Ring;
 use crate::predicates::orient;
 
 type Contour = Vec<IntPoint<i64>>;
@@ -53,8 +53,14 @@ pub(super) fn unite(
     };
     let shapes: Vec<(usize, Vec<Contour>)> = buildings
         .iter()
-        .map(|(building, rings)| (*building, grid.resolve(*building, rings, report)))
-        .filter(|(_, contours)| !contours.is_empty())
+        .map(|(building, rings)| (*building, grid.resolve(rings)))
+        .filter(|(building, contours)| {
+            // Its holes leave nothing of it.
+            if contours.is_empty() {
+                report.push(*building, RepairKind::Sliver);
+            }
+            !contours.is_empty()
+        })
         .collect();
     report_contacts(&shapes, report);
 
@@ -216,36 +222,13 @@ impl Grid {
 
     /// One building as contours without self-intersection: all that its outer ring winds
     /// around, less its courtyards.
-    fn resolve(&self, building: usize, rings: &[Ring], report: &mut RepairReport) -> Vec<Contour> {
-        let contours = self.difference(rings, 0);
-        if !contours.is_empty() {
-            return contours;
-        }
-        // The holes leave nothing: the largest ring may be the outer one.
-        let area = |i: &usize| ring::doubled_area(&rings[*i].points).abs();
-        let largest = (0..rings.len()).max_by(|i, j| area(i).total_cmp(&area(j)));
-        let contours = match largest {
-            Some(outer) if outer != 0 => self.difference(rings, outer),
-            _ => Vec::new(),
-        };
-        report.push(
-            building,
-            match contours.is_empty() {
-                true => RepairKind::Sliver,
-                false => RepairKind::RingsReordered,
-            },
-        );
-        contours
-    }
-
-    /// All that one ring winds around, less the others.
-    fn difference(&self, rings: &[Ring], outer: usize) -> Vec<Contour> {
+    fn resolve(&self, rings: &[Ring]) -> Vec<Contour> {
         let mut overlay = keeping_collinear(rings.iter().map(|r| r.points.len()).sum());
         for (i, ring) in rings.iter().enumerate() {
             let contour: Contour = ring.points.iter().map(|&p| self.to_cell(p)).collect();
-            let role = match i == outer {
-                true => ShapeType::Subject,
-                false => ShapeType::Clip,
+            let role = match i {
+                0 => ShapeType::Subject,
+                _ => ShapeType::Clip,
             };
             overlay.add_contour(&contour, role);
         }
