@@ -94,7 +94,7 @@ fn another_configuration_is_refused_by_name() {
 }
 
 #[test]
-fn the_source_of_the_material_is_named_and_older_data_sets_go_on_without() {
+fn the_source_of_the_material_is_named() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("d");
     let source = |root: &Path| {
@@ -110,19 +110,6 @@ fn the_source_of_the_material_is_named_and_older_data_sets_go_on_without() {
     let pec = root.path().join("pec");
     make(&pec, &["--material", "pec"]);
     assert_eq!(source(&pec), None);
-
-    // As an older program leaves it when it is stopped after the first map.
-    let file = out.join("map_0000/map.json");
-    let text = fs::read_to_string(&file).unwrap();
-    let line = "      \"material_source\": \"ITU-R P.2040-3, table 3\",\n";
-    assert!(text.contains(line), "{text}");
-    fs::write(&file, text.replace(line, "")).unwrap();
-    fs::remove_file(out.join("manifest.json")).unwrap();
-    fs::remove_dir_all(out.join("map_0001")).unwrap();
-    make(&out, &[]);
-    assert_eq!(source(&out), None);
-    let said = succeed(&["verify", out.to_str().unwrap(), "--sample", "5"]);
-    assert!(said.contains("5 links computed anew"), "{said}");
 }
 
 #[test]

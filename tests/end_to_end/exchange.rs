@@ -436,7 +436,10 @@ fn a_bad_sample_is_told_once() {
 #[test]
 fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
     let root = tempfile::tempdir().unwrap();
-    let ours = make(&root.path().join("ours"), "aps,paths");
+    let made = root.path().join("ours");
+    let grid = "dataset --profile smoke --store aps,paths --receivers outdoor --out".split(' ');
+    succeed(&grid.chain([text(&made)]).collect::<Vec<_>>());
+    let ours = Dataset::open(&made).unwrap();
     let folder = root.path().join("map_5");
     write_propbins(&ours, Version::Compact, &folder);
     let out = root.path().join("data");

@@ -26,7 +26,7 @@ fn finished_data_set_is_described() {
     for part in [
         "data', finished",
         "0-2",
-        "240  4 transmitters, 20 receivers a map",
+        "240  4 transmitters, receivers from 80 points a map",
         "180 bins over [-180, 180] deg, dB in half precision",
         "paths: delay",
         "label.protocol = \"released\"",

@@ -13,6 +13,7 @@ mod one_city;
 mod pages;
 #[cfg(unix)]
 mod pipes;
+mod receivers;
 mod relabel;
 mod shards;
 #[cfg(unix)]

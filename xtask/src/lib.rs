@@ -44,4 +44,5 @@ mod wire;
 pub use maps::{IdList, MapSource, SceneSettings};
 pub use plan::{DatasetPlan, MapTime};
 pub use progress::use_threads;
+pub use sampling::Receivers;
 pub use settings::Stored;

@@ -4,17 +4,18 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use aps_data::{Access, DatasetConfig, DatasetWriter, Error, Split};
+use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, Split};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::glam::DVec2;
 
 use crate::maps::{MapSource, SceneSettings};
 use crate::picture::Outlines;
+use crate::produce::Choice;
 use crate::produce::Run;
 use crate::production;
-use crate::sampling;
-use crate::settings::{self, Sampling, Stored};
+use crate::sampling::{self, Receivers, Sampling, Terminals};
+use crate::settings::{self, Stored};
 use crate::summary::Tally;
 
 /// What a traced data set is made of: the same plan gives the same bytes.
@@ -26,8 +27,10 @@ pub struct DatasetPlan {
     pub scene: SceneSettings,
     /// Transmitters a map.
     pub tx_per_map: usize,
-    /// Receivers a map, shared by its transmitters.
+    /// Receivers of each transmitter.
     pub rx_per_map: usize,
+    /// Which points they are.
+    pub receivers: Receivers,
     /// How labels are made.
     pub label: LabelConfig,
     /// What to store.
@@ -48,6 +51,37 @@ impl DatasetPlan {
     /// Settings out of range, a folder with a data set of other settings, maps that cannot be read or hold too few
     /// outdoor points, and Ctrl-C: whole maps are then kept, and the same plan continues.
     pub fn make(&self, out: &Path, split: &Split) -> Result<Vec<MapTime>> {
+        self.make_by(out, split, |run, id, repairs| self.map(run, id, repairs))
+    }
+
+    /// Makes the links of another data set of the same maps with the limits of this plan; otherwise as
+    /// [`DatasetPlan::make`].
+    ///
+    /// # Errors
+    /// As [`DatasetPlan::make`], and for a data set that lacks one of the maps.
+    pub fn make_like(&self, source: &Dataset, out: &Path, split: &Split) -> Result<Vec<MapTime>> {
+        self.make_by(out, split, |run, id, _| {
+            let data = source.map(id)?;
+            let scene = self.maps.load(id, self.seed, self.scene)?;
+            let mut lists = vec![Vec::new(); data.tx_m.len()];
+            for [tx, rx] in data.links {
+                lists[tx as usize].push(rx);
+            }
+            let points = |m: &[[f64; 2]]| m.iter().copied().map(DVec2::from).collect();
+            let terminals = Terminals {
+                tx: points(&data.tx_m),
+                rx: points(&data.rx_m),
+            };
+            run.map(id, &scene, &terminals, Choice::Listed(&lists), &self.trace)
+        })
+    }
+
+    fn make_by(
+        &self,
+        out: &Path,
+        split: &Split,
+        make: impl Fn(&Run<'_>, u32, &mut Vec<String>) -> Result<Tally>,
+    ) -> Result<Vec<MapTime>> {
         self.trace.validate()?;
         let labeler = Labeler::new(&self.label)?;
         let writer = self.open(out, Access::Whole)?;
@@ -60,7 +94,7 @@ impl DatasetPlan {
         let (mut times, mut repairs) = (Vec::new(), Vec::new());
         production::make_maps(&writer, &labeler, out, &todo, links, |run, id| {
             let started = Instant::now();
-            let tally = self.map(run, id, &mut repairs)?;
+            let tally = make(run, id, &mut repairs)?;
             times.push((tally.links, started.elapsed()));
             Ok(tally)
         })?;
@@ -74,9 +108,22 @@ impl DatasetPlan {
         if !scene.report().is_clean() {
             repairs.push(format!("map {id}: {}", scene.report()));
         }
-        let (tx, rx) = (self.tx_per_map, self.rx_per_map);
-        let terminals = sampling::draw(&scene, self.seed, id, tx, rx)?;
-        run.map(id, &scene, &terminals, &self.trace)
+        let sampling = self.sampling();
+        let choice = match self.receivers {
+            Receivers::Reached => Choice::FirstReached(self.rx_per_map),
+            Receivers::Outdoor => Choice::All,
+        };
+        let terminals = sampling::draw(&scene, self.seed, id, self.tx_per_map, sampling.pool())?;
+        run.map(id, &scene, &terminals, choice, &self.trace)
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            tx_per_map: self.tx_per_map,
+            rx_per_map: self.rx_per_map,
+            grid_m: 1.0,
+            receivers: self.receivers,
+        }
     }
 
     /// Rings of a map's buildings \[m\]; what lies in an odd number of them is indoors.
@@ -89,30 +136,18 @@ impl DatasetPlan {
         Ok(outlines.rings.iter().map(ring).collect())
     }
 
-    /// Opens the folder of the data set for writing. One that was begun before manifests named the source of the
-    /// material goes on without it: all its manifests must say the same.
+    /// Opens the folder of the data set for writing.
     ///
     /// # Errors
     /// Any of [`DatasetWriter::open_with`].
     pub(crate) fn open(&self, out: &Path, access: Access) -> Result<DatasetWriter> {
-        let mut config = self.config();
-        let mut opened = DatasetWriter::open_with(out, config.clone(), access);
-        if let Err(Error::ConfigMismatch { differences, .. }) = &opened
-            && settings::lack_material_source(differences)
-        {
-            settings::remove_material_source(&mut config.configuration);
-            opened = DatasetWriter::open_with(out, config, access);
-        }
-        opened.with_context(|| format!("data set '{}'", out.display()))
+        DatasetWriter::open_with(out, self.config(), access)
+            .with_context(|| format!("data set '{}'", out.display()))
     }
 
     /// Everything that decides the bytes, as the manifest keeps it.
     pub fn config(&self) -> DatasetConfig {
-        let sampling = Sampling {
-            tx_per_map: self.tx_per_map,
-            rx_per_map: self.rx_per_map,
-            grid_m: 1.0,
-        };
+        let sampling = self.sampling();
         let (maps, trace, label) = (self.maps.describe(), &self.trace, &self.label);
         DatasetConfig {
             seed: self.seed,

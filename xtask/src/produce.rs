@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail};
 use aps_data::{DatasetWriter, Links, MapInput, MapWriter};
 use aps_label::Labeler;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Receiver, Scene, TraceConfig, Tracer};
+use aps_raytrace::{Scene, TraceConfig, Tracer};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
@@ -22,11 +22,13 @@ use crate::summary::Tally;
 
 mod columns;
 mod links;
+mod receivers;
 mod relabel;
 mod rows;
 
 pub use columns::PathColumns;
 pub use links::LinkMaker;
+pub use receivers::{Choice, Pool};
 pub use rows::{Rows, profile_rows};
 
 /// Parts of a map made between two writes: transmitters, or portions of stored links.
@@ -48,19 +50,19 @@ impl Run<'_> {
         id: u32,
         scene: &Scene,
         terminals: &Terminals,
+        choice: Choice<'_>,
         trace: &TraceConfig,
     ) -> Result<Tally> {
         let started = Instant::now();
         let tracer = Tracer::new(scene, trace.clone())?;
-        let rx: Vec<Receiver> = terminals
-            .rx
-            .par_iter()
-            .map(|&p| tracer.receiver(p))
-            .collect::<Result<_, _>>()
-            .with_context(|| format!("map {id}: receiver"))?;
+        let sure = match choice {
+            Choice::All => terminals.rx.len(),
+            Choice::FirstReached(links) => links,
+            Choice::Listed(_) => 0,
+        };
+        let rx = Pool::new(&tracer, &terminals.rx, sure).with_context(|| format!("map {id}"))?;
         let mut tally = Tally {
             prepare: started.elapsed(),
-            near_links: cautions::count_near(trace, terminals.pairs()),
             maps_without_walls: u64::from(scene.walls().is_empty()),
             maps_without_corners: u64::from(tracer.corner_count() == 0),
             ..Tally::default()
@@ -72,12 +74,13 @@ impl Run<'_> {
                 buildings: &buildings,
                 tx_m: &positions(&terminals.tx),
                 rx_m: &positions(&terminals.rx),
-                links: Links::Grid,
+                links: Links::WithRows,
             },
         )?;
-        for group in terminals.tx.chunks(GROUP) {
-            self.write_group(&mut writer, group, &mut tally, |&tx| {
-                self.transmitter(&tracer, tx, &rx)
+        let tx: Vec<(u32, DVec2)> = (0..).zip(terminals.tx.iter().copied()).collect();
+        for group in tx.chunks(GROUP) {
+            self.write_group(&mut writer, group, &mut tally, |&(id, tx)| {
+                self.transmitter(&tracer, id, tx, &rx, choice)
             })
             .with_context(|| format!("map {id}"))?;
         }
@@ -86,21 +89,57 @@ impl Run<'_> {
         Ok(tally)
     }
 
-    fn transmitter(&self, tracer: &Tracer<'_>, tx: DVec2, rx: &[Receiver]) -> Result<Rows> {
+    /// Makes the links of one transmitter.
+    fn transmitter(
+        &self,
+        tracer: &Tracer<'_>,
+        id: u32,
+        position: DVec2,
+        rx: &Pool,
+        choice: Choice<'_>,
+    ) -> Result<Rows> {
         let started = Instant::now();
-        let tx = tracer.transmitter(tx).context("transmitter")?;
+        let tx = tracer.transmitter(position).context("transmitter")?;
         let mut rows = Rows::default();
         rows.tally.prepare = started.elapsed();
         rows.tally.empty_beams = tx.empty_beam_count() as u64;
+        let all: Vec<u32>;
+        let (candidates, wanted) = match choice {
+            Choice::Listed(lists) => (&lists[id as usize], usize::MAX),
+            Choice::All | Choice::FirstReached(_) => {
+                all = (0..rx.len() as u32).collect();
+                let wanted = match choice {
+                    Choice::FirstReached(wanted) => wanted,
+                    _ => usize::MAX,
+                };
+                (&all, wanted)
+            }
+        };
         let mut maker = LinkMaker::default();
-        for rx in rx {
+        for &candidate in candidates {
+            if rows.status.len() >= wanted {
+                break;
+            }
             if self.is_interrupted() {
                 bail!("interrupted");
             }
-            maker.make(tracer, self.labeler, &tx, rx, &mut rows)?;
+            let receiver = rx.get(tracer, candidate)?;
+            let is_reached = maker.trace(tracer, &tx, receiver, &mut rows.tally);
+            if is_reached || !matches!(choice, Choice::FirstReached(_)) {
+                maker.label(self.labeler, [id, candidate], &mut rows)?;
+                let ends = (position, rx.point(candidate));
+                rows.tally.near_links += cautions::count_near(tracer.config(), [ends]);
+                self.progress.inc(1);
+            } else {
+                rows.tally.pass_over(maker.status_without_label());
+            }
+        }
+        if let Choice::FirstReached(wanted) = choice {
+            let missing = wanted.saturating_sub(rows.status.len()) as u64;
+            rows.tally.missing_links += missing;
+            self.progress.inc(missing);
         }
         rows.count_shapes(self.labeler, &self.writer.config().layout)?;
-        self.progress.inc(rx.len() as u64);
         Ok(rows)
     }
 

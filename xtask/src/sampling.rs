@@ -1,30 +1,78 @@
 //! Terminal positions: outdoors, on the grid of whole metres, drawn without replacement.
 
+use std::ops::RangeInclusive;
+
 use anyhow::{Result, bail};
 use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
+use clap::ValueEnum;
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
-/// Transmitters and receivers of one map [m]; no point is drawn twice.
+/// Points that receivers are chosen from, in receivers wanted of each transmitter.
+const POOL: usize = 4;
+
+/// Terminals of each map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sampling {
+    /// Transmitters.
+    pub tx_per_map: usize,
+    /// Receivers of each transmitter.
+    pub rx_per_map: usize,
+    /// Spacing of the grid they stand on [m].
+    pub grid_m: f64,
+    /// Which receivers a transmitter has. Manifests of format version 1 do not say: all outdoors.
+    #[serde(default = "Receivers::of_version_1")]
+    pub receivers: Receivers,
+}
+
+/// Receivers of a transmitter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Receivers {
+    /// The first points of a map's pool that the transmitter reaches inside the limits, as in published data: every link
+    /// has a path.
+    Reached,
+    /// The same points for all transmitters of a map, reached or not.
+    Outdoor,
+}
+
+impl Receivers {
+    fn of_version_1() -> Self {
+        Self::Outdoor
+    }
+}
+
+impl Sampling {
+    /// Fewest and most points that receivers of one map are chosen from.
+    pub fn pool(&self) -> RangeInclusive<usize> {
+        match self.receivers {
+            Receivers::Reached => self.rx_per_map..=POOL.saturating_mul(self.rx_per_map),
+            Receivers::Outdoor => self.rx_per_map..=self.rx_per_map,
+        }
+    }
+}
+
+/// Transmitters and points for receivers of one map [m]; no point is drawn twice.
 pub struct Terminals {
     pub tx: Vec<DVec2>,
     pub rx: Vec<DVec2>,
 }
 
-impl Terminals {
-    /// Transmitter and receiver of each link.
-    pub fn pairs(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
-        let of_tx = |&tx| self.rx.iter().map(move |&rx| (tx, rx));
-        self.tx.iter().flat_map(of_tx)
-    }
-}
-
-/// Draws the terminals of map `id`. Depends on seed, id and the scene alone, so that shards draw
-/// alike; the receivers do not depend on how many transmitters are drawn.
-pub fn draw(scene: &Scene, seed: u64, id: u32, tx: usize, rx: usize) -> Result<Terminals> {
+/// Draws the terminals of map `id`: as many receivers of the range as there is room for. They depend on seed, id and the
+/// scene alone, so that shards draw alike; the receivers do not depend on how many transmitters are drawn, unless
+/// there are too few points for all.
+pub fn draw(
+    scene: &Scene,
+    seed: u64,
+    id: u32,
+    tx: usize,
+    rx: RangeInclusive<usize>,
+) -> Result<Terminals> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(u64::from(id));
     let Some(area) = scene.area() else {
@@ -34,10 +82,11 @@ pub fn draw(scene: &Scene, seed: u64, id: u32, tx: usize, rx: usize) -> Result<T
     let columns = (max.x - min.x) as usize + 1;
     let rows = (max.y - min.y) as usize + 1;
     let mut grid: Vec<u32> = (0..(columns * rows) as u32).collect();
-    let mut outdoor = Vec::with_capacity(tx + rx);
+    let wanted = tx.saturating_add(*rx.end());
+    let mut outdoor = Vec::with_capacity(wanted.min(grid.len()));
     // Fisher-Yates from the front; indoor points are passed over.
     for i in 0..grid.len() {
-        if outdoor.len() == tx + rx {
+        if outdoor.len() == wanted {
             break;
         }
         let j = rng.random_range(i..grid.len());
@@ -48,12 +97,13 @@ pub fn draw(scene: &Scene, seed: u64, id: u32, tx: usize, rx: usize) -> Result<T
             outdoor.push(p);
         }
     }
-    if outdoor.len() < tx + rx {
+    if outdoor.len() < tx.saturating_add(*rx.start()) {
         bail!(
-            "map {id} has only {} outdoor grid points for {tx} transmitters and {rx} receivers",
-            outdoor.len()
+            "map {id} has only {} outdoor grid points for {tx} transmitters and {} receivers",
+            outdoor.len(),
+            rx.start()
         );
     }
-    let tx = outdoor.split_off(rx);
+    let tx = outdoor.split_off(outdoor.len() - tx);
     Ok(Terminals { tx, rx: outdoor })
 }

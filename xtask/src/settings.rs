@@ -4,13 +4,14 @@
 //! a stored data set can be labelled anew, and its links computed again and compared.
 
 use anyhow::{Context, Result, bail};
-use aps_data::{Axis, Difference, Layout, ProfileLayout, RasterGrid};
+use aps_data::{Axis, Layout, ProfileLayout, RasterGrid};
 use aps_label::{LabelConfig, Protocol};
 use aps_raytrace::{Material, TraceConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::maps::SceneSettings;
+use crate::sampling::Sampling;
 
 /// What of each link is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,15 +22,6 @@ pub struct Stored {
     pub pdp: bool,
     /// Path records.
     pub paths: bool,
-}
-
-/// Terminals of each map.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Sampling {
-    pub tx_per_map: usize,
-    pub rx_per_map: usize,
-    pub grid_m: f64,
 }
 
 /// The layout of labels made with these settings.
@@ -87,25 +79,6 @@ pub fn tracing_of(configuration: &Value) -> Result<Option<(Sampling, TraceConfig
     let sampling = serde_json::from_value(sampling.clone())
         .context("its manifest has unknown sampling settings")?;
     Ok(Some((sampling, trace.config()?)))
-}
-
-/// Where the settings name the source of the material.
-const MATERIAL_SOURCE: [&str; 2] = ["trace", "material_source"];
-
-/// Whether a folder differs from a run only in that it does not name the source of the material.
-pub fn lack_material_source(differences: &[Difference]) -> bool {
-    let key = format!("configuration.{}", MATERIAL_SOURCE.join("."));
-    differences
-        .iter()
-        .all(|d| d.key == key && d.stored == "nothing")
-}
-
-/// Takes the source of the material out of a `configuration`.
-pub fn remove_material_source(configuration: &mut Value) {
-    let [trace, source] = MATERIAL_SOURCE;
-    if let Some(trace) = configuration.get_mut(trace).and_then(Value::as_object_mut) {
-        trace.remove(source);
-    }
 }
 
 /// [`TraceConfig`] without `max_images` and `max_wave_bytes`, which decide whether a map can be traced, not what comes out.
@@ -195,6 +168,7 @@ mod tests {
             tx_per_map: 3,
             rx_per_map: 7,
             grid_m: 1.0,
+            receivers: crate::sampling::Receivers::Reached,
         };
         let label = LabelConfig {
             sampling_rate_hz: 123.4e6,

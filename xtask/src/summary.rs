@@ -31,6 +31,10 @@ pub struct Tally {
     pub fallback: BTreeMap<usize, u64>,
     /// With an accuracy set: links by the number of interactions they stopped at.
     pub stopped_at: BTreeMap<usize, u64>,
+    /// Points passed over since a transmitter does not reach them, by the reason.
+    pub passed_over: BTreeMap<String, u64>,
+    /// Links wanted for which too few points were reached.
+    pub missing_links: u64,
     /// Maps on which nothing can reflect: reflection was never set up.
     pub maps_without_walls: u64,
     /// Maps on which nothing can diffract, or the limits allow none: diffraction was never set up.
@@ -80,6 +84,11 @@ impl Tally {
         self.links_affected += u64::from(effect_db > 0.1);
     }
 
+    /// Counts a point that is no receiver, because it is not reached.
+    pub fn pass_over(&mut self, reason: LinkStatus) {
+        *self.passed_over.entry(reason.to_string()).or_default() += 1;
+    }
+
     /// Counts what is stored of one link.
     pub fn stored_link(&mut self, paths: usize, status: LinkStatus, fallback: u8) {
         self.links += 1;
@@ -125,6 +134,8 @@ impl Tally {
             "relative_power": self.relative_power_json(),
             "fallback_diffractions": self.fallback,
             "stopped_at_interactions": self.stopped_at,
+            "points_not_reached": self.passed_over,
+            "missing_links": self.missing_links,
             "omitted": {
                 "reflection_without_walls": self.maps_without_walls > 0,
                 "diffraction_without_corners": self.maps_without_corners > 0,
@@ -184,6 +195,8 @@ impl Tally {
         self.relative_power.merge(&part.relative_power);
         merge(&mut self.fallback, &part.fallback);
         merge(&mut self.stopped_at, &part.stopped_at);
+        merge(&mut self.passed_over, &part.passed_over);
+        self.missing_links += part.missing_links;
         self.maps_without_walls += part.maps_without_walls;
         self.maps_without_corners += part.maps_without_corners;
         self.empty_beams += part.empty_beams;
@@ -229,6 +242,25 @@ impl fmt::Display for Summary<'_> {
                 f,
                 "  beyond the limits, {d} diffractions: {count}  {:.3} %",
                 share(*count, t.links)
+            )?;
+        }
+        let passed_over: u64 = t.passed_over.values().sum();
+        if passed_over > 0 {
+            let drawn = t.links + passed_over;
+            let reasons = t.passed_over.iter();
+            let reasons: Vec<String> = reasons.map(|(r, n)| format!("{n} {r}")).collect();
+            writeln!(
+                f,
+                "not reached {passed_over:>12}  {:.3} % of {drawn} points drawn: {}",
+                share(passed_over, drawn),
+                reasons.join(", ")
+            )?;
+        }
+        if t.missing_links > 0 {
+            writeln!(
+                f,
+                "missing     {:>12}  links of transmitters that reach too few points",
+                t.missing_links
             )?;
         }
         writeln!(

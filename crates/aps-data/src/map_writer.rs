@@ -1,5 +1,6 @@
 //! Writing one map: a folder that appears whole.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -38,11 +39,16 @@ pub enum Links<'a> {
     Grid,
     /// Any list of (index of transmitter, index of receiver).
     List(&'a [[u32; 2]]),
+    /// Not known yet: each link comes with its row, in [`LinkRows::links`].
+    WithRows,
 }
 
 /// Results for some links, one row a link.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LinkRows<'a> {
+    /// Index of transmitter and index of receiver of each link; given if and only if the map's links are
+    /// [`Links::WithRows`].
+    pub links: Option<&'a [[u32; 2]]>,
     /// The state of each link.
     pub status: &'a [LinkStatus],
     /// For each link whose paths lie beyond the tracer's limits, because none was inside, their number of
@@ -62,6 +68,8 @@ pub struct MapWriter<'w> {
     dataset: &'w DatasetWriter,
     id: u32,
     counts: Counts,
+    /// Number of links; not known before the last row where links come with their rows.
+    planned: Option<usize>,
     written: usize,
     status_counts: BTreeMap<String, u64>,
     statistics: Value,
@@ -73,6 +81,8 @@ pub struct MapWriter<'w> {
 /// The files that grow by rows of links.
 #[derive(Debug)]
 struct LinkArrays {
+    link_tx: ArrayFile<u32>,
+    link_rx: ArrayFile<u32>,
     status: ArrayFile<u8>,
     fallback: ArrayFile<u8>,
     aps: Option<ProfileArrays>,
@@ -88,8 +98,8 @@ impl<'w> MapWriter<'w> {
     ) -> Result<Self, Error> {
         let layout = &dataset.config().layout;
         let links =
-            link_columns(input).and_then(|links| check_input(input, layout.raster).map(|()| links));
-        let (link_tx, link_rx) = links.map_err(|problem| Error::Input { map: id, problem })?;
+            links_of(input).and_then(|links| check_input(input, layout.raster).map(|()| links));
+        let links = links.map_err(|problem| Error::Input { map: id, problem })?;
         let folder = PartialFolder::create(dataset.root(), &MapEntry::folder_of(id))?;
         let at = folder.path();
         ArrayFile::write(
@@ -100,8 +110,6 @@ impl<'w> MapWriter<'w> {
         )?;
         ArrayFile::write(at, "tx", &[2], input.tx_m.as_flattened())?;
         ArrayFile::write(at, "rx", &[2], input.rx_m.as_flattened())?;
-        ArrayFile::write(at, "link_tx", &[], &link_tx)?;
-        ArrayFile::write(at, "link_rx", &[], &link_rx)?;
         let aps = layout
             .aps
             .map(|aps| ProfileArrays::create(at, ProfileNames::APS, &aps))
@@ -111,35 +119,32 @@ impl<'w> MapWriter<'w> {
             .map(|pdp| ProfileArrays::create(at, ProfileNames::PDP, &pdp))
             .transpose()?;
         let paths = layout.paths.then(|| PathArrays::create(at)).transpose()?;
-        let arrays = LinkArrays {
+        let mut arrays = LinkArrays {
+            link_tx: ArrayFile::create(at, "link_tx", &[])?,
+            link_rx: ArrayFile::create(at, "link_rx", &[])?,
             status: ArrayFile::create(at, "status", &[])?,
             fallback: ArrayFile::create(at, "fallback", &[])?,
             aps,
             pdp,
             paths,
         };
-        let links = link_tx.len();
+        arrays.push_links(&links)?;
         let counts = Counts {
             tx: input.tx_m.len(),
             rx: input.rx_m.len(),
-            links,
             ..Counts::default()
         };
         Ok(MapWriter {
             dataset,
             id,
             counts,
+            planned: (!matches!(input.links, Links::WithRows)).then_some(links.len()),
             written: 0,
             status_counts: BTreeMap::new(),
             statistics: Value::Null,
             arrays,
             folder,
         })
-    }
-
-    /// Number of links of the map.
-    pub fn links(&self) -> usize {
-        self.counts.links
     }
 
     /// Appends the results of the next links, in the order of the link list; any number of links a
@@ -156,12 +161,26 @@ impl<'w> MapWriter<'w> {
         let map = self.id;
         let refuse = |problem: String| Error::Input { map, problem };
         let first = self.written;
-        if rows.status.len() > self.counts.links - first {
-            return Err(refuse(format!(
-                "more rows than its {} links",
-                self.counts.links
-            )));
+        if let Some(planned) = self.planned
+            && rows.status.len() > planned - first
+        {
+            return Err(refuse(format!("more rows than its {planned} links")));
         }
+        let links = match (rows.links, self.planned) {
+            (None, Some(_)) => &[],
+            (Some(links), None) if links.len() == rows.status.len() => {
+                check_links(links, self.counts.tx, self.counts.rx).map_err(refuse)?;
+                links
+            }
+            (Some(links), None) => {
+                let (found, wanted) = (links.len(), rows.status.len());
+                return Err(refuse(format!("links has {found} rows, expected {wanted}")));
+            }
+            (given, _) => {
+                let word = if given.is_some() { "twice" } else { "nowhere" };
+                return Err(refuse(format!("its links are given {word}")));
+            }
+        };
         let encode =
             |name: &str, rows_of: &Option<ProfileRows<'_>>, layout: &Option<ProfileLayout>| {
                 let encoded = match (rows_of, layout) {
@@ -194,6 +213,7 @@ impl<'w> MapWriter<'w> {
             return Err(refuse(format!("paths: {problem}")));
         }
 
+        self.arrays.push_links(links)?;
         let codes: Vec<u8> = rows.status.iter().map(|status| status.code()).collect();
         self.arrays.status.push(&codes)?;
         match rows.fallback {
@@ -232,23 +252,31 @@ impl<'w> MapWriter<'w> {
             dataset,
             id,
             mut counts,
+            planned,
             written,
             status_counts,
             statistics,
             arrays,
             folder,
         } = self;
-        if written != counts.links {
-            let problem = format!("only {written} of its {} links were written", counts.links);
+        if let Some(planned) = planned
+            && written != planned
+        {
+            let problem = format!("only {written} of its {planned} links were written");
             return Err(Error::Input { map: id, problem });
         }
+        counts.links = written;
         let LinkArrays {
+            link_tx,
+            link_rx,
             status,
             fallback,
             aps,
             pdp,
             paths,
         } = arrays;
+        link_tx.finish()?;
+        link_rx.finish()?;
         status.finish()?;
         fallback.finish()?;
         for profile in [aps, pdp].into_iter().flatten() {
@@ -284,6 +312,14 @@ impl<'w> MapWriter<'w> {
     }
 }
 
+impl LinkArrays {
+    fn push_links(&mut self, links: &[[u32; 2]]) -> Result<(), Error> {
+        let (tx, rx): (Vec<u32>, Vec<u32>) = links.iter().map(|&[t, r]| (t, r)).unzip();
+        self.link_tx.push(&tx)?;
+        self.link_rx.push(&rx)
+    }
+}
+
 fn check_input(input: &MapInput<'_>, grid: RasterGrid) -> Result<(), String> {
     if input.buildings.grid() != grid {
         return Err(format!(
@@ -302,27 +338,31 @@ fn check_input(input: &MapInput<'_>, grid: RasterGrid) -> Result<(), String> {
     Ok(())
 }
 
-/// The columns of the link table.
-fn link_columns(input: &MapInput<'_>) -> Result<(Vec<u32>, Vec<u32>), String> {
+/// The link table as far as it is known before the rows.
+fn links_of<'a>(input: &MapInput<'a>) -> Result<Cow<'a, [[u32; 2]]>, String> {
     let (tx, rx) = (input.tx_m.len(), input.rx_m.len());
     match input.links {
-        Links::List(list) => match list
-            .iter()
-            .position(|&[t, r]| t as usize >= tx || r as usize >= rx)
-        {
-            Some(i) => Err(format!(
-                "link {i} is {:?}, but there are {tx} tx and {rx} rx",
-                list[i]
-            )),
-            None => Ok(list.iter().map(|&[t, r]| (t, r)).unzip()),
-        },
+        Links::List(list) => check_links(list, tx, rx).map(|()| list.into()),
         Links::Grid => {
             let of = |n: usize| {
                 u32::try_from(n).map_err(|_| format!("{n} positions, at most {} fit", u32::MAX))
             };
             let (tx, rx) = (of(tx)?, of(rx)?);
-            Ok((0..tx).flat_map(|t| (0..rx).map(move |r| (t, r))).unzip())
+            let links = (0..tx).flat_map(|t| (0..rx).map(move |r| [t, r]));
+            Ok(links.collect())
         }
+        Links::WithRows => Ok(Cow::Borrowed(&[])),
+    }
+}
+
+fn check_links(links: &[[u32; 2]], tx: usize, rx: usize) -> Result<(), String> {
+    let is_outside = |&[t, r]: &[u32; 2]| t as usize >= tx || r as usize >= rx;
+    match links.iter().position(is_outside) {
+        Some(i) => Err(format!(
+            "link {i} is {:?}, but there are {tx} tx and {rx} rx",
+            links[i]
+        )),
+        None => Ok(()),
     }
 }
 

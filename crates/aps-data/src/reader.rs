@@ -333,6 +333,6 @@ fn must_be(path: &Path, expected: &[u8]) -> Result<(), Error> {
     }
     Err(Error::Damaged {
         path: path.into(),
-        problem: "it is not as it was written".into(),
+        problem: format!("it and {MANIFEST_FILE} say different things"),
     })
 }

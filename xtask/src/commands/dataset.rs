@@ -14,6 +14,7 @@ use crate::maps::{IdList, MapSource, SceneSettings, choose};
 use crate::plan::DatasetPlan;
 use crate::production;
 use crate::progress;
+use crate::sampling::Receivers;
 use crate::say;
 use crate::summary::Summary;
 use crate::tiles::TileArgs;
@@ -64,9 +65,12 @@ pub struct Order {
     /// Transmitters a map [default: by profile].
     #[arg(long)]
     tx_per_map: Option<usize>,
-    /// Receivers a map, shared by its transmitters [default: by profile].
+    /// Receivers of each transmitter [default: by profile].
     #[arg(long)]
     rx_per_map: Option<usize>,
+    /// Which points they are.
+    #[arg(long, value_enum, default_value_t = Receivers::Reached)]
+    receivers: Receivers,
     /// Definition of the label: released (what the published code computes) or paper.
     #[arg(long, default_value = "released")]
     protocol: Protocol,
@@ -166,6 +170,7 @@ impl Order {
             scene: self.scene,
             tx_per_map,
             rx_per_map,
+            receivers: self.receivers,
             label: LabelConfig {
                 pdp: stored.pdp,
                 ..LabelConfig::of(self.protocol)

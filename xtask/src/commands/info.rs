@@ -215,9 +215,12 @@ fn each(maps: &[MapEntry]) -> String {
     let is_alike = maps
         .iter()
         .all(|map| (map.tx, map.rx) == (first.tx, first.rx));
-    match is_alike {
-        true => format!("  {} transmitters, {} receivers a map", first.tx, first.rx),
-        false => String::new(),
+    let MapEntry { tx, rx, .. } = *first;
+    let is_grid = maps.iter().all(|map| map.links == map.tx * map.rx);
+    match (is_alike, is_grid) {
+        (true, true) => format!("  {tx} transmitters, {rx} receivers a map"),
+        (true, false) => format!("  {tx} transmitters, receivers from {rx} points a map"),
+        (false, _) => String::new(),
     }
 }
 

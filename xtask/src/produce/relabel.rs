@@ -37,7 +37,7 @@ impl Run<'_> {
                 buildings: &map.buildings,
                 tx_m: &map.tx_m,
                 rx_m: &map.rx_m,
-                links: Links::List(&map.links),
+                links: Links::WithRows,
             },
         )?;
         let ranges: Vec<Range<usize>> = (0..map.links.len())
@@ -84,7 +84,13 @@ impl Run<'_> {
             rows.tally.label += started.elapsed();
             rows.tally
                 .stored_link(samples.len(), status, map.fallback[link]);
-            rows.push(self.labeler, status, map.fallback[link], &label);
+            rows.push(
+                self.labeler,
+                map.links[link],
+                status,
+                map.fallback[link],
+                &label,
+            );
             rows.paths.push_stored(paths, link);
         }
         rows.count_shapes(self.labeler, &self.writer.config().layout)?;

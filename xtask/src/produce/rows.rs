@@ -13,6 +13,8 @@ use crate::summary::Tally;
 /// Rows of consecutive links.
 #[derive(Default)]
 pub struct Rows {
+    /// Indices of transmitter and receiver.
+    pub ends: Vec<[u32; 2]>,
     pub status: Vec<LinkStatus>,
     pub fallback: Vec<u8>,
     pub aps_db: Vec<f64>,
@@ -23,7 +25,15 @@ pub struct Rows {
 
 impl Rows {
     /// Appends all of a link but its paths.
-    pub fn push(&mut self, labeler: &Labeler, status: LinkStatus, fallback: u8, label: &Label) {
+    pub fn push(
+        &mut self,
+        labeler: &Labeler,
+        ends: [u32; 2],
+        status: LinkStatus,
+        fallback: u8,
+        label: &Label,
+    ) {
+        self.ends.push(ends);
         self.status.push(status);
         self.fallback.push(fallback);
         let links = self.status.len();
@@ -39,6 +49,7 @@ impl Rows {
     /// What of them a layout stores.
     pub fn link_rows(&self, layout: &Layout) -> LinkRows<'_> {
         LinkRows {
+            links: Some(&self.ends),
             status: &self.status,
             fallback: Some(&self.fallback),
             aps: layout.aps.map(|_| profile_rows(&self.aps_db)),

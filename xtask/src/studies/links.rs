@@ -87,7 +87,7 @@ impl LinkTime {
 impl<'s> Links<'s> {
     /// Draws the terminals.
     pub fn draw(place: &'s NamedScene, seed: u64, tx: usize, rx: usize) -> Result<Self> {
-        let terminals = sampling::draw(&place.scene, seed, place.id, tx, rx)?;
+        let terminals = sampling::draw(&place.scene, seed, place.id, tx, rx..=rx)?;
         Ok(Self {
             scene: &place.scene,
             tx: terminals.tx,

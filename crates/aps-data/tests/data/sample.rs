@@ -113,6 +113,7 @@ impl Rows {
 
     pub fn as_rows(&self) -> LinkRows<'_> {
         LinkRows {
+            links: None,
             status: &self.status,
             fallback: Some(&self.fallback),
             aps: Some(ProfileRows {

@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow, ensure};
 use aps_data::Split;
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
-use xtask::{DatasetPlan, MapSource, SceneSettings, Stored};
+use xtask::{DatasetPlan, MapSource, Receivers, SceneSettings, Stored};
 
 use super::config::{Config, DataConfig};
 
@@ -25,6 +25,7 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
         scene: SceneSettings::default(),
         tx_per_map: data.tx_per_map,
         rx_per_map: data.rx_per_map,
+        receivers: Receivers::Reached,
         label: LabelConfig::of(data.protocol),
         stored: Stored {
             aps: true,

@@ -52,6 +52,7 @@ impl Rows {
     /// The rows as they are written.
     pub fn link_rows(&self, layout: &Layout) -> LinkRows<'_> {
         LinkRows {
+            links: None,
             status: &self.status,
             fallback: None,
             aps: layout.aps.map(|aps| self.aps.rows(aps.argmax)),

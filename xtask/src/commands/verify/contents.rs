@@ -88,11 +88,20 @@ fn check_counts(dataset: &Dataset, entry: &MapEntry, findings: &mut Findings) ->
         return Ok(());
     };
     let (tx, rx) = (sampling.tx_per_map, sampling.rx_per_map);
-    let found = [entry.tx, entry.rx, entry.links];
-    if found != [tx, rx, tx * rx] {
-        let [t, r, l] = found;
+    let missing = entry.statistics["missing_links"].as_u64().unwrap_or(0) as usize;
+    let is_right =
+        entry.tx == tx && sampling.pool().contains(&entry.rx) && entry.links + missing == tx * rx;
+    if !is_right {
+        let MapEntry {
+            tx: t,
+            rx: r,
+            links: l,
+            ..
+        } = entry;
+        let (from, to) = sampling.pool().into_inner();
         findings.add(format!(
-            "map {}: {t} transmitters, {r} receivers, {l} links; its settings make {tx}, {rx}, {}",
+            "map {}: {t} transmitters, {r} receivers, {l} links and {missing} missing; its settings make {tx}, {from} to \
+             {to}, {}",
             entry.id,
             tx * rx
         ));

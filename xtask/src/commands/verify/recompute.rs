@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use super::Findings;
 use crate::output;
 use crate::produce::{LinkMaker, PathColumns, Rows, profile_rows};
-use crate::sampling;
-use crate::settings::{self, Sampling};
+use crate::sampling::{self, Receivers, Sampling};
+use crate::settings;
+use crate::summary::Tally;
 
 /// All that a data set says about how its links were made.
 pub struct Recomputation<'d> {
@@ -54,12 +55,8 @@ impl<'d> Recomputation<'d> {
         findings: &mut Findings,
     ) -> Result<()> {
         let manifest = self.dataset.manifest();
-        let Sampling {
-            tx_per_map,
-            rx_per_map,
-            ..
-        } = self.sampling;
-        let drawn = sampling::draw(given, manifest.seed, entry.id, tx_per_map, rx_per_map);
+        let tx = self.sampling.tx_per_map;
+        let drawn = sampling::draw(given, manifest.seed, entry.id, tx, self.sampling.pool());
         let is_drawn = drawn.is_ok_and(|drawn| {
             let same = |drawn: &[DVec2], stored: &[[f64; 2]]| {
                 drawn
@@ -95,12 +92,19 @@ impl<'d> Recomputation<'d> {
         let differences: Vec<Option<String>> = links
             .par_iter()
             .map(|&link| {
+                let [tx, rx] = map.links[link];
+                if self.skips_a_reached_point(&tracer, map, link)? {
+                    return Ok(Some(format!(
+                        "map {}: tx {tx} reaches point {}, which is not among its receivers",
+                        entry.id,
+                        rx - 1
+                    )));
+                }
                 let what = match self.link(&tracer, map, link) {
                     Ok(rows) => self.difference(&stored, link, &rows)?,
                     Err(error) => Some(format!("{}; it is", output::told(error.as_ref()))),
                 };
                 Ok(what.map(|what| {
-                    let [tx, rx] = map.links[link];
                     format!(
                         "map {}, link {link} (tx {tx}, rx {rx}): {what} not what its map gives",
                         entry.id
@@ -114,13 +118,36 @@ impl<'d> Recomputation<'d> {
         Ok(())
     }
 
+    /// Tells if the point before a link's receiver was passed over although the transmitter reaches it.
+    fn skips_a_reached_point(
+        &self,
+        tracer: &Tracer<'_>,
+        map: &MapData,
+        link: usize,
+    ) -> Result<bool> {
+        let [tx, rx] = map.links[link];
+        let before = rx.checked_sub(1).map(|point| [tx, point]);
+        let Some([_, point]) = before.filter(|_| self.sampling.receivers == Receivers::Reached)
+        else {
+            return Ok(false);
+        };
+        if link > 0 && Some(map.links[link - 1]) == before {
+            return Ok(false);
+        }
+        let tx = tracer.transmitter(DVec2::from(map.tx_m[tx as usize]))?;
+        let rx = tracer.receiver(DVec2::from(map.rx_m[point as usize]))?;
+        Ok(LinkMaker::default().trace(tracer, &tx, &rx, &mut Tally::default()))
+    }
+
     /// A link as it is made.
     fn link(&self, tracer: &Tracer<'_>, map: &MapData, link: usize) -> Result<Rows> {
         let mut rows = Rows::default();
         let (tx, rx) = map.ends_m(link);
         let tx = tracer.transmitter(DVec2::from(tx))?;
         let rx = tracer.receiver(DVec2::from(rx))?;
-        LinkMaker::default().make(tracer, &self.labeler, &tx, &rx, &mut rows)?;
+        let mut maker = LinkMaker::default();
+        maker.trace(tracer, &tx, &rx, &mut rows.tally);
+        maker.label(&self.labeler, map.links[link], &mut rows)?;
         Ok(rows)
     }
 

@@ -48,7 +48,7 @@ fn links(setup: &Setup) -> Result<Vec<Vec<PathSample>>> {
     };
     let scene = Scene::synthetic(&city)?;
     let (tx, rx) = setup.profile.choose((1, 6), (4, 24));
-    let terminals = sampling::draw(&scene, setup.seed, 0, tx, rx)?;
+    let terminals = sampling::draw(&scene, setup.seed, 0, tx, rx..=rx)?;
     let tracer = Tracer::new(&scene, TraceConfig::default())?;
     let rx: Vec<Receiver> = terminals
         .rx

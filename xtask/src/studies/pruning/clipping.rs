@@ -100,7 +100,7 @@ fn of_scene(setup: &Setup, place: &NamedScene, order: usize) -> Result<Option<Ro
         return Ok(None);
     }
     let (tx, _) = ends(setup);
-    let terminals = sampling::draw(&place.scene, setup.seed, place.id, tx, tx)?;
+    let terminals = sampling::draw(&place.scene, setup.seed, place.id, tx, tx..=tx)?;
     let pairs: Vec<(DVec2, DVec2)> = terminals.tx.into_iter().zip(terminals.rx).collect();
     let config = TraceConfig::reflections_only(order);
     let tracer = Tracer::new(&place.scene, config)?;

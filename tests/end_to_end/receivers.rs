@@ -1,0 +1,122 @@
+//! Receivers are drawn among the points that a transmitter reaches, as in published data, or anywhere outdoors.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use aps_data::{Dataset, MapData};
+
+use crate::folder::{Folder, files};
+use crate::succeed;
+
+/// Makes a data set of one map with limits so low that many points are out of reach.
+fn make(folder: &Folder, maps: &str, out: &str, [tx, rx]: [u32; 2], more: &[&str]) -> String {
+    let data = folder.arg(out);
+    let fixed = "dataset --profile smoke --max-reflections 1 --max-diffractions 0 \
+        --max-fallback-diffractions 0 --store aps,paths";
+    let (tx, rx) = (tx.to_string(), rx.to_string());
+    let sizes = ["--tx-per-map", &tx, "--rx-per-map", &rx];
+    let args = fixed
+        .split_whitespace()
+        .chain([&["--maps", maps, "--out", &data], &sizes[..]].concat());
+    succeed(&args.chain(more.iter().copied()).collect::<Vec<_>>())
+}
+
+fn map(folder: &Folder, data: &str) -> MapData {
+    Dataset::open(folder.path(data)).unwrap().map(0).unwrap()
+}
+
+/// A house around a yard, and houses elsewhere.
+fn maps_with_yard(folder: &Folder) -> String {
+    fs::create_dir(folder.path("maps")).unwrap();
+    let wall = |x: [u32; 2], y: [u32; 2]| {
+        let ([a, b], [c, d]) = (x, y);
+        format!("[[{a},{c}],[{b},{c}],[{b},{d}],[{a},{d}]]")
+    };
+    // Only the yard, 10 m x 10 m, and a strip outside are free of buildings.
+    let text = [
+        wall([0, 100], [0, 20]),
+        wall([0, 100], [30, 256]),
+        wall([0, 20], [20, 30]),
+        wall([30, 100], [20, 30]),
+        wall([104, 256], [0, 256]),
+    ];
+    fs::write(folder.path("maps/0.json"), format!("[{}]", text.join(","))).unwrap();
+    folder.arg("maps")
+}
+
+#[test]
+fn each_transmitter_has_the_first_points_it_reaches() {
+    let folder = Folder::new();
+    let maps = folder.maps(1);
+    let said = make(&folder, &maps, "reached", [6, 40], &["--threads", "1"]);
+    assert!(
+        said.contains("100.000 %") && said.contains("not reached"),
+        "{said}"
+    );
+    let reached = map(&folder, "reached");
+    assert_eq!((reached.links.len(), reached.rx_m.len()), (240, 160));
+    assert!(reached.links.is_sorted() && reached.status.iter().all(|s| s.is_valid()));
+    let of_tx = |tx| -> BTreeSet<u32> {
+        let links = reached.links.iter().filter(|l| l[0] == tx);
+        links.map(|l| l[1]).collect()
+    };
+    assert!((0..6).all(|tx| of_tx(tx).len() == 40));
+    assert!((1..6).any(|tx| of_tx(tx) != of_tx(0)));
+
+    // The points passed over are just those without a path.
+    make(&folder, &maps, "all", [6, 160], &["--receivers", "outdoor"]);
+    let all = map(&folder, "all");
+    assert_eq!((&all.tx_m, &all.rx_m), (&reached.tx_m, &reached.rx_m));
+    for tx in 0..6 {
+        let with_path = (0..160).filter(|&rx| all.status[(160 * tx + rx) as usize].is_valid());
+        assert!(with_path.take(40).eq(of_tx(tx)), "{tx}");
+    }
+}
+
+#[test]
+fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() {
+    let folder = Folder::new();
+    let maps = maps_with_yard(&folder);
+    let said = make(&folder, &maps, "data", [40, 40], &[]);
+    assert!(
+        said.contains("missing") && said.contains("enclosed"),
+        "{said}"
+    );
+    let dataset = Dataset::open(folder.path("data")).unwrap();
+    let entry = &dataset.manifest().maps[0];
+    let missing = entry.statistics["missing_links"].as_u64().unwrap();
+    assert!(missing > 0 && entry.links as u64 + missing == 40 * 40);
+    assert!(
+        entry.statistics["points_not_reached"]["enclosed"]
+            .as_u64()
+            .unwrap()
+            > 0
+    );
+    let told = succeed(&["verify", &folder.arg("data"), "--maps", &maps]);
+    assert!(told.contains("as it should be"), "{told}");
+}
+
+#[test]
+fn threads_and_shards_give_the_same_bytes() {
+    let folder = Folder::new();
+    let maps = folder.maps(2);
+    make(&folder, &maps, "one", [6, 40], &["--threads", "1"]);
+    make(&folder, &maps, "two", [6, 40], &["--threads", "2"]);
+    let of = |name: &str| {
+        let mut files = files(&folder.path(name));
+        files.remove(".lock");
+        files
+    };
+    assert_eq!(of("one"), of("two"));
+    for shard in ["2/2", "1/2"] {
+        make(&folder, &maps, "shards", [6, 40], &["--shard", shard]);
+    }
+    succeed(&[
+        "dataset",
+        "merge",
+        &folder.arg("shards"),
+        "--out",
+        &folder.arg("merged"),
+    ]);
+    assert_eq!(of("one"), of("merged"));
+}
