@@ -95,7 +95,6 @@ struct TraceSettings {
     max_diffractions: usize,
     max_interactions: usize,
     dynamic_range_db: Option<f64>,
-    accuracy_db: Option<f64>,
     max_fallback_diffractions: usize,
 }
 
@@ -123,7 +122,6 @@ impl TraceSettings {
             max_diffractions: config.max_diffractions,
             max_interactions: config.max_interactions,
             dynamic_range_db: config.dynamic_range_db,
-            accuracy_db: config.accuracy_db,
             max_fallback_diffractions: config.max_fallback_diffractions,
         }
     }
@@ -149,7 +147,6 @@ impl TraceSettings {
             max_diffractions: self.max_diffractions,
             max_interactions: self.max_interactions,
             dynamic_range_db: self.dynamic_range_db,
-            accuracy_db: self.accuracy_db,
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..TraceConfig::default()
         };
@@ -184,7 +181,6 @@ mod tests {
         for material in materials {
             let trace = TraceConfig {
                 material,
-                accuracy_db: Some(0.1),
                 dynamic_range_db: None,
                 frequency_hz: 0.1 + 28e9,
                 ..TraceConfig::default()

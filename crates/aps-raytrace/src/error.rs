@@ -107,9 +107,6 @@ pub enum ConfigError {
     /// Dynamic range not finite or negative.
     #[error("dynamic range {0} dB must be finite and not negative")]
     DynamicRange(f64),
-    /// Accuracy not finite or not positive.
-    #[error("accuracy {0} dB must be finite and positive")]
-    Accuracy(f64),
     /// The images of a corner exceed the limit.
     #[error("corner as a source of diffracted waves: {0}")]
     Corner(#[source] TerminalError),

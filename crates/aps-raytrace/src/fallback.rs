@@ -16,8 +16,9 @@ use crate::corner_graph::{CornerGraph, turn};
 use crate::error::TraceError;
 use crate::legs::{Corners, Leg};
 use crate::link::Link;
+use crate::map::Map;
 use crate::path::{Interaction, InteractionKind, Interactions, PathRecord};
-use crate::tracer::{Receiver, Tracer, Transmitter};
+use crate::terminal::{Receiver, Transmitter};
 
 /// The best chains of one transmitter, made layer by layer when links ask for them.
 #[derive(Debug, Clone)]
@@ -159,142 +160,140 @@ fn direct(legs: &[Leg]) -> impl Iterator<Item = &Leg> {
     legs.iter().filter(|leg| leg.reflections == 0)
 }
 
-impl Tracer<'_> {
-    /// Adds the chains with the fewest diffractions beyond the limit that connect the two.
-    ///
-    /// # Errors
-    /// [`TraceError::TooManyChains`] before more memory than allowed is taken.
-    pub(crate) fn fall_back(
-        &self,
-        tx: &Transmitter,
-        rx: &Receiver,
-        link: &mut Link,
-    ) -> Result<(), TraceError> {
-        let (Some(graph), longest) = (self.graph(), self.config().max_fallback_diffractions) else {
-            return Ok(());
-        };
-        if direct(tx.legs.all()).next().is_none() || direct(rx.legs.all()).next().is_none() {
-            return Ok(());
-        }
-        let first = self.config().max_diffractions + 1;
-        if first == 1 {
-            self.single(tx, rx, link);
-            if !link.paths.is_empty() {
-                link.fallback_diffractions = Some(1);
-                return Ok(());
-            }
-        }
-        if longest < 2 {
-            return Ok(());
-        }
-        let chains = tx.chains.get_or_init(|| Chains::new(tx, longest));
-        let limit = self.config().max_wave_bytes;
-        for d in first.max(2)..=longest {
-            if chains.bytes(graph, d) > limit {
-                return Err(TraceError::TooManyChains {
-                    position: tx.position,
-                    diffractions: d,
-                    limit,
-                });
-            }
-            self.join_chains(graph, chains, d, (tx, rx), link);
-            if !link.paths.is_empty() {
-                link.fallback_diffractions = Some(d);
-                return Ok(());
-            }
-        }
-        Ok(())
+/// Adds the chains with the fewest diffractions beyond the limit that connect the two.
+///
+/// # Errors
+/// [`TraceError::TooManyChains`] before more memory than allowed is taken.
+pub(crate) fn fall_back(
+    map: &Map<'_>,
+    tx: &Transmitter,
+    rx: &Receiver,
+    link: &mut Link,
+) -> Result<(), TraceError> {
+    let (Some(graph), longest) = (&map.graph, map.config.max_fallback_diffractions) else {
+        return Ok(());
+    };
+    if direct(tx.legs.all()).next().is_none() || direct(rx.legs.all()).next().is_none() {
+        return Ok(());
     }
-
-    /// Chains of one corner: those both ends see.
-    fn single(&self, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
-        for last in direct(rx.legs.all()) {
-            for start in direct(tx.legs.to(last.corner as usize)) {
-                self.push_chain(&[start.corner], (start, last), (tx, rx), link);
-            }
+    let first = map.config.max_diffractions + 1;
+    if first == 1 {
+        single(map, tx, rx, link);
+        if !link.paths.is_empty() {
+            link.fallback_diffractions = Some(1);
+            return Ok(());
         }
-        self.cut_chains(link);
     }
+    if longest < 2 {
+        return Ok(());
+    }
+    let chains = tx.chains.get_or_init(|| Chains::new(tx, longest));
+    let limit = map.config.max_wave_bytes;
+    for d in first.max(2)..=longest {
+        if chains.bytes(graph, d) > limit {
+            return Err(TraceError::TooManyChains {
+                position: tx.position,
+                diffractions: d,
+                limit,
+            });
+        }
+        join_chains(map, graph, chains, d, (tx, rx), link);
+        if !link.paths.is_empty() {
+            link.fallback_diffractions = Some(d);
+            return Ok(());
+        }
+    }
+    Ok(())
+}
 
-    /// The best chain of `d` corners from each first to each last corner.
-    fn join_chains(
-        &self,
-        graph: &CornerGraph,
-        chains: &Chains,
-        d: usize,
-        (tx, rx): (&Transmitter, &Receiver),
-        link: &mut Link,
-    ) {
-        let corners = self.corners();
-        let n = chains.starts.len();
-        let layer = chains.layer(graph, corners, d);
-        let arrivals = rx.arrivals.get_or_init(|| arrivals(graph, corners, rx));
-        let mut best: Vec<(f64, u32)> = Vec::with_capacity(n);
-        for (last, edges) in arrivals {
-            best.clear();
-            best.resize(n, (0.0, u32::MAX));
-            for &(edge, turn) in edges {
-                let row = &layer.strength[edge as usize * n..][..n];
-                for (value, best) in row.iter().zip(&mut best) {
-                    let value = value * turn;
-                    if value > best.0 {
-                        *best = (value, edge);
-                    }
-                }
-            }
-            for (s, &(strength, edge)) in best.iter().enumerate() {
-                if strength > 0.0 {
-                    let sequence = chains.sequence(graph, d, s, edge, last.corner);
-                    self.push_chain(&sequence, (&chains.starts[s], last), (tx, rx), link);
+/// Chains of one corner: those both ends see.
+fn single(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
+    for last in direct(rx.legs.all()) {
+        for start in direct(tx.legs.to(last.corner)) {
+            push_chain(map, &[start.corner], (start, last), (tx, rx), link);
+        }
+    }
+    cut_chains(map, link);
+}
+
+/// The best chain of `d` corners from each first to each last corner.
+fn join_chains(
+    map: &Map<'_>,
+    graph: &CornerGraph,
+    chains: &Chains,
+    d: usize,
+    (tx, rx): (&Transmitter, &Receiver),
+    link: &mut Link,
+) {
+    let corners = &map.corners;
+    let n = chains.starts.len();
+    let layer = chains.layer(graph, corners, d);
+    let arrivals = rx.arrivals.get_or_init(|| arrivals(graph, corners, rx));
+    let mut best: Vec<(f64, u32)> = Vec::with_capacity(n);
+    for (last, edges) in arrivals {
+        best.clear();
+        best.resize(n, (0.0, u32::MAX));
+        for &(edge, turn) in edges {
+            let row = &layer.strength[edge as usize * n..][..n];
+            for (value, best) in row.iter().zip(&mut best) {
+                let value = value * turn;
+                if value > best.0 {
+                    *best = (value, edge);
                 }
             }
         }
-        self.cut_chains(link);
-    }
-
-    /// Computes the field along a sequence of corners and records it.
-    fn push_chain(
-        &self,
-        sequence: &[u32],
-        (start, last): (&Leg, &Leg),
-        (tx, rx): (&Transmitter, &Receiver),
-        link: &mut Link,
-    ) {
-        let wedges = &self.corners().wedges;
-        let mut length_m = start.ray.length_m;
-        let mut amplitude = Complex64::from(start.strength);
-        let mut arriving = start.ray;
-        for pair in sequence.windows(2) {
-            let (near, far) = (&wedges[pair[0] as usize], &wedges[pair[1] as usize]);
-            let leaving = near.ray(far.point);
-            amplitude *= near.coefficient(&arriving, &leaving) / leaving.length_m.sqrt();
-            length_m += leaving.length_m;
-            arriving = far.ray(near.point);
+        for (s, &(strength, edge)) in best.iter().enumerate() {
+            if strength > 0.0 {
+                let sequence = chains.sequence(graph, d, s, edge, last.corner);
+                push_chain(map, &sequence, (&chains.starts[s], last), (tx, rx), link);
+            }
         }
-        let wedge = &wedges[last.corner as usize];
-        amplitude *= wedge.coefficient(&arriving, &last.ray) * last.strength;
-        length_m += last.ray.length_m;
-        let gain = self.friis(length_m) * length_m.sqrt() * amplitude;
-        let interactions: Interactions = sequence
-            .iter()
-            .map(|&c| Interaction {
-                kind: InteractionKind::Diffraction,
-                id: wedges[c as usize].id,
-                point: wedges[c as usize].point,
-            })
-            .collect();
-        link.paths.push(PathRecord::new(
-            tx.place,
-            rx.place,
-            interactions,
-            length_m,
-            gain,
-        ));
     }
+    cut_chains(map, link);
+}
 
-    fn cut_chains(&self, link: &mut Link) {
-        let strongest = link.paths.iter().map(PathRecord::power).fold(0.0, f64::max);
-        let floor = strongest * self.range() * self.range();
-        link.paths.retain(|p| p.power() >= floor && p.power() > 0.0);
+/// Computes the field along a sequence of corners and records it.
+fn push_chain(
+    map: &Map<'_>,
+    sequence: &[u32],
+    (start, last): (&Leg, &Leg),
+    (tx, rx): (&Transmitter, &Receiver),
+    link: &mut Link,
+) {
+    let wedges = &map.corners.wedges;
+    let mut length_m = start.ray.length_m;
+    let mut amplitude = Complex64::from(start.strength);
+    let mut arriving = start.ray;
+    for pair in sequence.windows(2) {
+        let (near, far) = (&wedges[pair[0] as usize], &wedges[pair[1] as usize]);
+        let leaving = near.ray(far.point);
+        amplitude *= near.coefficient(&arriving, &leaving) / leaving.length_m.sqrt();
+        length_m += leaving.length_m;
+        arriving = far.ray(near.point);
     }
+    let wedge = &wedges[last.corner as usize];
+    amplitude *= wedge.coefficient(&arriving, &last.ray) * last.strength;
+    length_m += last.ray.length_m;
+    let gain = map.friis.gain(length_m) * length_m.sqrt() * amplitude;
+    let interactions: Interactions = sequence
+        .iter()
+        .map(|&c| Interaction {
+            kind: InteractionKind::Diffraction,
+            id: wedges[c as usize].id,
+            point: wedges[c as usize].point,
+        })
+        .collect();
+    link.paths.push(PathRecord::new(
+        tx.place,
+        rx.place,
+        interactions,
+        length_m,
+        gain,
+    ));
+}
+
+fn cut_chains(map: &Map<'_>, link: &mut Link) {
+    let strongest = link.paths.iter().map(PathRecord::power).fold(0.0, f64::max);
+    let floor = strongest * map.range * map.range;
+    link.paths.retain(|p| p.power() >= floor && p.power() > 0.0);
 }
