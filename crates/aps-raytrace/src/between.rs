@@ -34,6 +34,17 @@ pub(crate) struct LegEnds {
     up_to: Vec<u32>,
 }
 
+/// A leg in short.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LegPlaces {
+    pub length_m: f64,
+    pub reflections: u32,
+    /// Its place among the ends at the corner it leaves.
+    pub leaving: u32,
+    /// Its place among the ends at the corner it reaches.
+    pub arriving: u32,
+}
+
 /// The legs that leave a corner, sorted by the corner they reach.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Leaving {
@@ -41,8 +52,8 @@ pub(crate) struct Leaving {
     /// Of each leg at this corner.
     pub rays: Vec<Ray>,
     pub ends: LegEnds,
-    /// The place of each leg among the ends here, and among those at the corner it reaches.
-    pub places: Vec<[u32; 2]>,
+    /// What a search asks of each leg.
+    pub places: Vec<LegPlaces>,
 }
 
 /// All legs between corners.
@@ -52,14 +63,16 @@ pub(crate) struct Between {
     leaving: Vec<Leaving>,
     /// By the corner they reach.
     arriving: Vec<LegEnds>,
-    /// Sorted by the corner they leave, then by the one they reach.
+    /// Sorted by the corner they reach, as receivers ask for them, then by the one they leave.
     blocks: Vec<Block>,
+    /// First block that arrives at each corner, and the end.
+    first_block: Vec<u32>,
 }
 
 /// Memory that a leg takes here, besides its own.
 const BYTES: usize = 2 * (Directions::BYTES + size_of::<f64>() + size_of::<u32>())
     + size_of::<Ray>()
-    + size_of::<[u32; 2]>();
+    + size_of::<LegPlaces>();
 
 impl Between {
     /// Finds them; `legs_from` finds those of one corner. `Ok(None)` if they take more than `max_bytes`.
@@ -85,27 +98,29 @@ impl Between {
 
     fn new(corners: &Corners, legs: Vec<Legs>) -> Self {
         let mut blocks: Vec<Block> = Vec::new();
+        for (from, legs) in (0..).zip(&legs) {
+            let mut first = 0;
+            for own in legs.all().chunk_by(|p, q| p.corner == q.corner) {
+                let legs = first..first + own.len() as u32;
+                first = legs.end;
+                let to = own[0].corner;
+                blocks.push(Block { from, to, legs });
+            }
+        }
+        blocks.sort_by_key(|block| (block.to, block.from));
+        let mut block_of: Vec<Vec<u32>> =
+            legs.iter().map(|legs| vec![0; legs.all().len()]).collect();
         let mut arriving: Vec<Vec<(u32, u32, u32)>> = vec![Vec::new(); legs.len()];
-        let first_block: Vec<u32> = (0..)
-            .zip(&legs)
-            .map(|(from, legs)| {
-                let first_block = blocks.len() as u32;
-                let mut first = 0;
-                for own in legs.all().chunk_by(|p, q| p.corner == q.corner) {
-                    let legs = first..first + own.len() as u32;
-                    let to = own[0].corner;
-                    let block = blocks.len() as u32;
-                    arriving[to as usize].extend(legs.clone().map(|leg| (from, leg, block)));
-                    first = legs.end;
-                    blocks.push(Block { from, to, legs });
-                }
-                first_block
-            })
-            .collect();
+        for (id, block) in (0..).zip(&blocks) {
+            for leg in block.legs.clone() {
+                block_of[block.from as usize][leg as usize] = id;
+                arriving[block.to as usize].push((block.from, leg, id));
+            }
+        }
         let mut leaving: Vec<Leaving> = legs
             .into_par_iter()
             .enumerate()
-            .map(|(from, legs)| Leaving::new(corners, from, legs, first_block[from]))
+            .map(|(from, legs)| Leaving::new(corners, from, legs, &block_of[from]))
             .collect();
         let sorted: Vec<_> = arriving
             .into_par_iter()
@@ -127,11 +142,13 @@ impl Between {
         let mut all_ends = Vec::with_capacity(sorted.len());
         for (ends, arriving) in sorted {
             for (place, (from, leg, _)) in (0..).zip(arriving) {
-                leaving[from as usize].places[leg as usize][1] = place;
+                leaving[from as usize].places[leg as usize].arriving = place;
             }
             all_ends.push(ends);
         }
+        let first_block = |to: usize| blocks.partition_point(|b| (b.to as usize) < to) as u32;
         Self {
+            first_block: (0..=all_ends.len()).map(first_block).collect(),
             leaving,
             arriving: all_ends,
             blocks,
@@ -148,6 +165,11 @@ impl Between {
         &self.arriving[corner as usize]
     }
 
+    /// Blocks that arrive at a corner.
+    pub fn blocks_to(&self, corner: u32) -> Range<u32> {
+        self.first_block[corner as usize]..self.first_block[corner as usize + 1]
+    }
+
     /// All blocks.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
@@ -155,24 +177,23 @@ impl Between {
 }
 
 impl Leaving {
-    fn new(corners: &Corners, from: usize, legs: Legs, first_block: u32) -> Self {
+    fn new(corners: &Corners, from: usize, legs: Legs, blocks: &[u32]) -> Self {
         let wedge = &corners.wedges[from];
         let all = legs.all();
         let rays: Vec<Ray> = all.iter().map(|leg| wedge.ray(leg.corner_image)).collect();
-        let mut block = first_block;
-        let blocks: Vec<u32> = (0..all.len())
-            .map(|i| {
-                block += u32::from(i > 0 && all[i].corner != all[i - 1].corner);
-                block
-            })
-            .collect();
+        let place = |leg: &Leg| LegPlaces {
+            length_m: leg.ray.length_m,
+            reflections: leg.reflections,
+            leaving: 0,
+            arriving: 0,
+        };
+        let mut places: Vec<LegPlaces> = all.iter().map(place).collect();
         let mut order: Vec<usize> = (0..all.len()).collect();
         order.sort_by_key(|&i| all[i].reflections);
         let mut ends = LegEnds::default();
-        let mut places = vec![[0; 2]; all.len()];
         for (place, &i) in (0..).zip(&order) {
             ends.push(&wedge.bound.direction(&rays[i]), &all[i], blocks[i]);
-            places[i][0] = place;
+            places[i].leaving = place;
         }
         Self {
             legs,

@@ -168,7 +168,7 @@ impl WedgeBound {
 
     /// The bound for one pair of rays.
     #[inline(always)]
-    fn of(&self, p: &Direction, q: &Direction) -> f64 {
+    pub fn of(&self, p: &Direction, q: &Direction) -> f64 {
         let (cc, ss) = (p.cos * q.cos, p.sin * q.sin);
         let (sc, cs) = (p.sin * q.cos, p.cos * q.sin);
         let (difference, sum) = ([cc + ss, sc - cs], [cc - ss, sc + cs]);

@@ -20,6 +20,9 @@ use crate::map::Map;
 use crate::path::{Interaction, InteractionKind, Interactions, PathRecord};
 use crate::terminal::{Receiver, Transmitter};
 
+/// For the rounding of strengths and gains, and for the tie-breaks of corners.
+const ROUNDING: f64 = 1.0 + 1e-6;
+
 /// The best chains of one transmitter, made layer by layer when links ask for them.
 #[derive(Debug, Clone)]
 pub(crate) struct Chains {
@@ -229,25 +232,40 @@ fn join_chains(
     let n = chains.starts.len();
     let layer = chains.layer(graph, corners, d);
     let arrivals = rx.arrivals.get_or_init(|| arrivals(graph, corners, rx));
-    let mut best: Vec<(f64, u32)> = Vec::with_capacity(n);
-    for (last, edges) in arrivals {
+    // No path is shorter than the line.
+    let distance_m = tx.place.distance(rx.place);
+    let at_most = map.friis.amplitude(1.0) / distance_m.sqrt() * ROUNDING;
+    let mut best: Vec<f64> = Vec::with_capacity(n);
+    let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+    for (i, (last, edges)) in arrivals.iter().enumerate() {
         best.clear();
-        best.resize(n, (0.0, u32::MAX));
+        best.resize(n, 0.0);
         for &(edge, turn) in edges {
             let row = &layer.strength[edge as usize * n..][..n];
-            for (value, best) in row.iter().zip(&mut best) {
+            for (&value, best) in row.iter().zip(&mut best) {
                 let value = value * turn;
-                if value > best.0 {
-                    *best = (value, edge);
-                }
+                *best = if value > *best { value } else { *best };
             }
         }
-        for (s, &(strength, edge)) in best.iter().enumerate() {
-            if strength > 0.0 {
-                let sequence = chains.sequence(graph, d, s, edge, last.corner);
-                push_chain(map, &sequence, (&chains.starts[s], last), (tx, rx), link);
-            }
+        let connected = best.iter().enumerate().filter(|best| *best.1 > 0.0);
+        candidates.extend(connected.map(|(s, value)| (at_most * value * last.strength, i, s)));
+    }
+    candidates.sort_by(|p, q| q.0.total_cmp(&p.0));
+    let mut floor = 0.0_f64;
+    for (bound, i, s) in candidates {
+        if bound < floor {
+            break;
         }
+        let (last, edges) = &arrivals[i];
+        let strongest = |best: (f64, u32), &(edge, turn): &(u32, f64)| {
+            let value = layer.strength[edge as usize * n + s] * turn;
+            if value > best.0 { (value, edge) } else { best }
+        };
+        let (_, edge) = edges.iter().fold((0.0, u32::MAX), strongest);
+        let sequence = chains.sequence(graph, d, s, edge, last.corner);
+        push_chain(map, &sequence, (&chains.starts[s], last), (tx, rx), link);
+        let power = link.paths.last().map_or(0.0, PathRecord::power);
+        floor = floor.max(power.sqrt() * map.range);
     }
     cut_chains(map, link);
 }

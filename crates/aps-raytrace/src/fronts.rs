@@ -4,12 +4,14 @@
 //! corners. There are many of those and few links need any one of them: what is kept is an upper bound of each one's strength, and
 //! the largest of each block. Its amplitude is computed when the first link asks.
 
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use num_complex::Complex64;
+use smallvec::SmallVec;
 
 use crate::between::{Between, Leaving};
-use crate::bound::{Directions, rounded_up};
+use crate::bound::{Direction, rounded_up};
 use crate::legs::{Corners, Leg, Legs};
 use crate::path::{Interaction, InteractionKind, Interactions};
 use crate::strength::{Rows, Strength};
@@ -77,8 +79,18 @@ pub(crate) struct Wave {
     pub reflections: u32,
     /// Corners before this one.
     pub diffractions: u32,
-    /// Its first front, one for each leg that leaves the corner.
+    /// Its first amplitude.
     first_front: usize,
+}
+
+/// Waves that arrive at one corner after equally many others.
+#[derive(Debug, Clone)]
+pub(crate) struct Group {
+    corner: u32,
+    waves: Range<u32>,
+    first_strength: usize,
+    /// Places that the limits leave to any of them.
+    places: usize,
 }
 
 /// How many fronts of one kind arrive at a corner.
@@ -93,15 +105,17 @@ struct Count {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
     /// The transmitter's own legs as seen at their corners.
-    own: Directions,
+    own: Vec<Direction>,
     /// Waves that go on to further corners.
     waves: Vec<Wave>,
     /// Sorted by corner.
-    order: Vec<u32>,
-    /// First of each corner in `order`, and the end.
-    first_wave: Vec<u32>,
-    /// Upper bounds of the strengths of the fronts that continue the waves; 0 beyond the limits.
+    groups: Vec<Group>,
+    /// First group of each corner, and the end.
+    first_group: Vec<u32>,
+    /// Upper bounds of the strengths of the fronts that continue the waves, by group, by place among the ends that leave its corner,
+    /// by wave; 0 beyond the limits.
     strengths: Vec<f32>,
+    /// By wave and place.
     amplitudes: Vec<OnceLock<Complex64>>,
     /// By block, and by the corner where it ends.
     blocks: Vec<Strength>,
@@ -141,9 +155,9 @@ impl Fronts {
         let mut level = Vec::new();
         for (i, leg) in (0..).zip(of.legs.all()) {
             let wedge = &of.corners.wedges[leg.corner as usize];
-            fronts.own.push(&wedge.bound.direction(&leg.ray));
+            fronts.own.push(wedge.bound.direction(&leg.ray));
             if limits.allow(leg.reflections, 1) {
-                fronts.count(leg.corner, leg.reflections, 0);
+                fronts.count(leg.corner, leg.reflections, 0, 1);
                 level.push(Wave {
                     corner: leg.corner,
                     front: FrontId::own(i),
@@ -163,12 +177,9 @@ impl Fronts {
         for diffractions in 1..limits.diffractions {
             let mut next = Vec::new();
             for waves in level.chunk_by(|p, q| p.corner == q.corner) {
-                let first = fronts.waves.len() as u32;
                 fronts.add(of, limits, waves, &mut rows)?;
-                for id in first..fronts.waves.len() as u32 {
-                    if diffractions + 1 < limits.diffractions {
-                        fronts.go_on(of, limits, id, &mut next)?;
-                    }
+                if diffractions + 1 < limits.diffractions {
+                    fronts.go_on(of, limits, &mut next)?;
                 }
             }
             next.sort_by_key(|wave: &Wave| wave.corner);
@@ -195,90 +206,117 @@ impl Fronts {
         let wedge = &of.corners.wedges[corner as usize].bound;
         let ends = &leaving.ends;
         rows.clear(ends.blocks.len());
-        for wave in waves {
+        let count = |wave: &Wave| {
             let left = limits.left(wave.reflections, wave.diffractions + 2);
-            let count = left.map_or(0, |left| ends.with_at_most(left));
-            let first = self.strengths.len();
-            let entry = size_of::<f32>() + size_of::<OnceLock<Complex64>>();
-            let wave_bytes = (self.waves.len() + 1) * size_of::<Wave>();
-            if (first + count) * entry + wave_bytes > limits.bytes {
-                return None;
-            }
+            left.map_or(0, |left| ends.with_at_most(left))
+        };
+        let places = waves.iter().map(count).max().unwrap_or(0);
+        let (first, first_wave) = (self.strengths.len(), self.waves.len() as u32);
+        let more = places * waves.len();
+        let bytes = (first + more) * size_of::<f32>()
+            + (self.amplitudes.len() + more) * size_of::<OnceLock<Complex64>>()
+            + (self.waves.len() + waves.len()) * size_of::<Wave>();
+        if bytes > limits.bytes {
+            return None;
+        }
+        self.strengths.resize(first + more, 0.0);
+        for (w, wave) in waves.iter().enumerate() {
+            let count = count(wave);
             let direction = wedge.direction(self.ray(of, wave.front));
             let bounds = rows.bounds(wedge, &direction, &ends.directions, count);
-            for (bound, strength) in bounds.iter_mut().zip(&ends.strengths) {
+            let strengths = self.strengths[first + w..].iter_mut().step_by(waves.len());
+            for ((bound, strength), rounded) in
+                bounds.iter_mut().zip(&ends.strengths).zip(strengths)
+            {
                 *bound *= wave.strength * strength;
+                *rounded = rounded_up(*bound);
             }
-            self.strengths.extend(bounds.iter().map(|&b| rounded_up(b)));
-            self.amplitudes.resize_with(first + count, OnceLock::new);
             rows.add();
             self.waves.push(Wave {
-                first_front: first,
+                first_front: self.amplitudes.len(),
                 ..*wave
             });
+            let amplitudes = self.amplitudes.len() + count;
+            self.amplitudes.resize_with(amplitudes, OnceLock::new);
         }
-        rows.into_blocks(&ends.blocks, &mut self.blocks);
+        self.groups.push(Group {
+            corner,
+            waves: first_wave..self.waves.len() as u32,
+            first_strength: first,
+            places,
+        });
+        rows.add_to(&ends.blocks, 0, &mut self.blocks);
+        // Waves of equally many reflections at once.
+        let diffractions = waves[0].diffractions + 1;
+        let mut kinds: SmallVec<[(u32, usize); 8]> = SmallVec::new();
+        for wave in waves {
+            match kinds.iter_mut().find(|kind| kind.0 == wave.reflections) {
+                Some(kind) => kind.1 += 1,
+                None => kinds.push((wave.reflections, 1)),
+            }
+        }
         for leg in leaving.legs.all() {
-            for wave in waves {
-                let reflections = wave.reflections + leg.reflections;
-                if limits.allow(reflections, wave.diffractions + 2) {
-                    self.count(leg.corner, reflections, wave.diffractions + 1);
+            for &(reflections, waves) in &kinds {
+                let reflections = reflections + leg.reflections;
+                if limits.allow(reflections, diffractions + 1) {
+                    self.count(leg.corner, reflections, diffractions, waves);
                 }
             }
         }
         Some(())
     }
 
-    /// The waves that its fronts become at further corners.
-    fn go_on(&self, of: &Sources<'_>, limits: &Limits, id: u32, out: &mut Vec<Wave>) -> Option<()> {
-        let wave = &self.waves[id as usize];
-        for (i, leg) in (0..).zip(of.leaving(wave).legs.all()) {
-            let reflections = wave.reflections + leg.reflections;
-            if !limits.allow(reflections, wave.diffractions + 2) {
-                continue;
+    /// The waves that the fronts of the last group become at further corners.
+    fn go_on(&self, of: &Sources<'_>, limits: &Limits, out: &mut Vec<Wave>) -> Option<()> {
+        let group = self.groups.last()?;
+        for (id, wave) in self.waves_of(group) {
+            let leaving = of.leaving(wave);
+            for (i, leg) in (0..).zip(leaving.legs.all()) {
+                let reflections = wave.reflections + leg.reflections;
+                if !limits.allow(reflections, wave.diffractions + 2) {
+                    continue;
+                }
+                if (out.len() + 1) * size_of::<Wave>() > limits.bytes {
+                    return None;
+                }
+                let strengths = self.strengths(group, leaving.places[i as usize].leaving);
+                out.push(Wave {
+                    corner: leg.corner,
+                    front: FrontId::after(id, i),
+                    strength: strengths[(id - group.waves.start) as usize].into(),
+                    length_m: wave.length_m + leg.ray.length_m,
+                    reflections,
+                    diffractions: wave.diffractions + 1,
+                    first_front: 0,
+                });
             }
-            if (out.len() + 1) * size_of::<Wave>() > limits.bytes {
-                return None;
-            }
-            let place = of.leaving(wave).places[i as usize][0] as usize;
-            out.push(Wave {
-                corner: leg.corner,
-                front: FrontId::after(id, i),
-                strength: self.strengths[wave.first_front + place].into(),
-                length_m: wave.length_m + leg.ray.length_m,
-                reflections,
-                diffractions: wave.diffractions + 1,
-                first_front: 0,
-            });
         }
         Some(())
     }
 
-    fn count(&mut self, corner: u32, reflections: u32, diffractions: u32) {
+    fn count(&mut self, corner: u32, reflections: u32, diffractions: u32, more: usize) {
         let counts = &mut self.counts[corner as usize];
         let is_same =
             |c: &&mut Count| (c.reflections, c.diffractions) == (reflections, diffractions);
         match counts.iter_mut().find(is_same) {
-            Some(count) => count.fronts += 1,
+            Some(count) => count.fronts += more,
             None => counts.push(Count {
                 reflections,
                 diffractions,
-                fronts: 1,
+                fronts: more,
             }),
         }
     }
 
     fn sort(&mut self, corners: usize) {
-        let mut order: Vec<u32> = (0..self.waves.len() as u32).collect();
-        order.sort_by_key(|&i| self.waves[i as usize].corner);
-        self.first_wave = vec![0; corners + 1];
-        for wave in &self.waves {
-            self.first_wave[wave.corner as usize + 1] += 1;
+        self.groups.sort_by_key(|group| group.corner);
+        self.first_group = vec![0; corners + 1];
+        for group in &self.groups {
+            self.first_group[group.corner as usize + 1] += 1;
         }
         for c in 0..corners {
-            self.first_wave[c + 1] += self.first_wave[c];
+            self.first_group[c + 1] += self.first_group[c];
         }
-        self.order = order;
     }
 
     fn last_leg<'t>(&self, of: &Sources<'t>, front: FrontId) -> (&'t Legs, &'t Leg) {
@@ -309,7 +347,7 @@ impl Fronts {
     }
 
     /// Directions of the transmitter's own legs.
-    pub fn own(&self) -> &Directions {
+    pub fn own(&self) -> &[Direction] {
         &self.own
     }
 
@@ -323,17 +361,27 @@ impl Fronts {
         &self.blocks[id as usize]
     }
 
-    /// Waves at a corner that go on to further ones.
-    pub fn waves_at(&self, corner: u32) -> impl Iterator<Item = (u32, &Wave)> {
-        let [from, to] = [0, 1].map(|i| self.first_wave[corner as usize + i] as usize);
-        let order = self.order[from..to].iter();
-        order.map(|&i| (i, &self.waves[i as usize]))
+    /// Groups of waves at a corner that go on to further ones.
+    pub fn groups_at(&self, corner: u32) -> &[Group] {
+        let [from, to] = [0, 1].map(|i| self.first_group[corner as usize + i] as usize);
+        &self.groups[from..to]
     }
 
-    /// Upper bound of the strength of the one that continues a wave along the leg at a place among the ends at its corner.
+    /// Waves of a group, in order.
+    pub fn waves_of(&self, group: &Group) -> impl Iterator<Item = (u32, &Wave)> {
+        let range = group.waves.start as usize..group.waves.end as usize;
+        group.waves.clone().zip(&self.waves[range])
+    }
+
+    /// Upper bounds of the strengths of the fronts that continue the waves of a group along the leg at a place among the ends at its
+    /// corner; 0 for a wave, or empty for all, where the limits end.
     #[inline]
-    pub fn strength(&self, wave: &Wave, place: u32) -> f64 {
-        self.strengths[wave.first_front + place as usize].into()
+    pub fn strengths(&self, group: &Group, place: u32) -> &[f32] {
+        if place as usize >= group.places {
+            return &[];
+        }
+        let count = group.waves.len();
+        &self.strengths[group.first_strength + place as usize * count..][..count]
     }
 
     /// Reflection and diffraction coefficients so far, over the square root of the product of all leg lengths.
@@ -343,7 +391,7 @@ impl Fronts {
             return leg.coefficient / leg.ray.length_m.sqrt();
         };
         let leaving = of.leaving(wave);
-        let place = leaving.places[front.leg as usize][0] as usize;
+        let place = leaving.places[front.leg as usize].leaving as usize;
         *self.amplitudes[wave.first_front + place].get_or_init(|| {
             let wedge = &of.corners.wedges[wave.corner as usize];
             let out = &leaving.rays[front.leg as usize];

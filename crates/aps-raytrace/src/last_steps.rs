@@ -27,6 +27,11 @@ pub(crate) struct CornerSteps {
     pub strength: Strength,
     /// The strongest first.
     blocks: Range<usize>,
+    /// The receiver's own legs to it.
+    pub legs: Range<u32>,
+    first_strength: usize,
+    /// Places that the limits leave to any of them.
+    places: usize,
 }
 
 /// All last steps of one receiver.
@@ -34,11 +39,9 @@ pub(crate) struct CornerSteps {
 pub(crate) struct LastSteps {
     /// The receiver's own legs as seen at their corners.
     own: Vec<Direction>,
-    /// By own leg, then by place among the ends that arrive at its corner, as far as the limits allow: |D| times the strength of the
-    /// own leg, or more.
+    /// By corner, by place among the ends that arrive there, by own leg: |D| times the strength of the own leg, or more; 0 beyond
+    /// the limits.
     strengths: Vec<f32>,
-    /// First step of each own leg.
-    first: Vec<usize>,
     corners: Vec<CornerSteps>,
     blocks: Vec<BlockSteps>,
 }
@@ -63,47 +66,67 @@ impl LastSteps {
             return Some(steps);
         };
         let mut rows = Rows::default();
-        let mut blocks = vec![Strength::default(); between.blocks().len()];
+        let mut blocks = Vec::new();
+        let mut first_leg = 0;
         for legs in legs.all().chunk_by(|p, q| p.corner == q.corner) {
             let corner = legs[0].corner;
             let wedge = &corners.wedges[corner as usize].bound;
             let ends = between.arriving(corner);
-            rows.clear(ends.blocks.len());
-            for leg in legs {
+            let count = |leg: &Leg| {
                 let left = limits.left(leg.reflections, 2);
-                let count = left.map_or(0, |left| ends.with_at_most(left));
-                let first = steps.strengths.len();
-                let bytes = (first + count) * size_of::<f32>()
-                    + (steps.blocks.len() + ends.blocks.len()) * size_of::<BlockSteps>();
-                if bytes > limits.bytes {
-                    return None;
+                left.map_or(0, |left| ends.with_at_most(left))
+            };
+            let places = legs.iter().map(count).max().unwrap_or(0);
+            let first = steps.strengths.len();
+            let bytes = (first + places * legs.len()) * size_of::<f32>()
+                + (steps.blocks.len() + ends.blocks.len()) * size_of::<BlockSteps>();
+            if bytes > limits.bytes {
+                return None;
+            }
+            steps.strengths.resize(first + places * legs.len(), 0.0);
+            rows.clear(ends.blocks.len());
+            for (i, leg) in legs.iter().enumerate() {
+                let own = &steps.own[first_leg + i];
+                let bounds = rows.bounds(wedge, own, &ends.directions, count(leg));
+                let strengths = steps.strengths[first + i..].iter_mut().step_by(legs.len());
+                for (bound, rounded) in bounds.iter_mut().zip(strengths) {
+                    *bound *= leg.strength;
+                    *rounded = rounded_up(*bound);
                 }
-                let own = &steps.own[steps.first.len()];
-                let bounds = rows.bounds(wedge, own, &ends.directions, count);
-                bounds.iter_mut().for_each(|bound| *bound *= leg.strength);
-                let bounds = bounds.iter().map(|&bound| rounded_up(bound));
-                steps.strengths.extend(bounds);
-                steps.first.push(first);
                 rows.add();
             }
-            rows.into_blocks(&ends.blocks, &mut blocks);
-            steps.add_corner(corner, &ends.blocks, &mut blocks);
+            let ids = between.blocks_to(corner);
+            blocks.clear();
+            blocks.resize(ids.len(), Strength::default());
+            rows.add_to(&ends.blocks, ids.start, &mut blocks);
+            let mut at = CornerSteps {
+                corner,
+                strength: Strength::default(),
+                blocks: 0..0,
+                legs: first_leg as u32..(first_leg + legs.len()) as u32,
+                first_strength: first,
+                places,
+            };
+            steps.add_blocks(&mut at, ids.zip(&blocks));
+            steps.corners.push(at);
+            first_leg += legs.len();
         }
         Some(steps)
     }
 
-    /// Moves what was added to some blocks here.
-    fn add_corner(&mut self, corner: u32, ids: &[u32], strengths: &mut [Strength]) {
+    /// Adds the steps along blocks to a corner.
+    fn add_blocks<'b>(
+        &mut self,
+        at: &mut CornerSteps,
+        strengths: impl Iterator<Item = (u32, &'b Strength)>,
+    ) {
         let first = self.blocks.len();
-        for &block in ids {
-            let strength = std::mem::take(&mut strengths[block as usize]);
-            if strength.max > 0.0 {
-                self.blocks.push(BlockSteps {
-                    block,
-                    strength,
-                    rest_power: 0.0,
-                });
-            }
+        for (block, &strength) in strengths.filter(|(_, strength)| strength.max > 0.0) {
+            self.blocks.push(BlockSteps {
+                block,
+                strength,
+                rest_power: 0.0,
+            });
         }
         let blocks = &mut self.blocks[first..];
         blocks.sort_unstable_by(|p, q| {
@@ -115,11 +138,8 @@ impl LastSteps {
             all.add(&steps.strength);
             steps.rest_power = all.power;
         }
-        self.corners.push(CornerSteps {
-            corner,
-            strength: all,
-            blocks: first..self.blocks.len(),
-        });
+        at.strength = all;
+        at.blocks = first..self.blocks.len();
     }
 
     /// The receiver's own leg as seen at its corner.
@@ -137,10 +157,14 @@ impl LastSteps {
         &self.blocks[at.blocks.clone()]
     }
 
-    /// Upper bound of the strength of the step that ends with an own leg and begins with the leg at a place among the ends that
-    /// arrive at its corner.
+    /// Upper bounds of the strengths of the steps at a corner that begin with the leg at a place among the ends that arrive there, by
+    /// own leg; 0 for a leg, or empty for all, where the limits end.
     #[inline]
-    pub fn strength(&self, own_leg: usize, place: u32) -> f64 {
-        self.strengths[self.first[own_leg] + place as usize].into()
+    pub fn strengths(&self, at: &CornerSteps, place: u32) -> &[f32] {
+        if place as usize >= at.places {
+            return &[];
+        }
+        let count = at.legs.len();
+        &self.strengths[at.first_strength + place as usize * count..][..count]
     }
 }

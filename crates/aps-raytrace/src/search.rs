@@ -8,7 +8,7 @@
 use num_complex::Complex64;
 
 use crate::fronts::{FrontId, Sources};
-use crate::last_steps::BlockSteps;
+use crate::last_steps::{BlockSteps, CornerSteps};
 use crate::legs::{Leg, Legs};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
@@ -50,9 +50,9 @@ struct Part {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Search {
     candidates: Vec<Candidate>,
-    blocks: Vec<BlockSteps>,
+    /// With the receiver's corner.
+    blocks: Vec<(usize, BlockSteps)>,
     parts: Vec<Part>,
-    bounds: Vec<f64>,
     found: Vec<Found>,
 }
 
@@ -120,21 +120,23 @@ impl Ends<'_> {
         search.candidates.clear();
         for (i, last) in self.rx.legs.all().iter().enumerate() {
             let range = self.tx.legs.range_to(last.corner);
-            if range.is_empty() {
-                continue;
-            }
-            let first = range.start;
-            let wedge = &self.map.corners.wedges[last.corner as usize].bound;
-            let (own, bounds) = (self.rx.steps.own(i), &mut search.bounds);
-            wedge.of_each(own, self.tx.fronts.own(), range, bounds);
-            for (j, bound) in (first..).zip(&*bounds) {
-                let leg = &self.tx.legs.all()[j];
+            for (leg, j) in self.tx.legs.all()[range.clone()].iter().zip(range) {
                 if !limits.allow(leg.reflections + last.reflections, 1) {
                     continue;
                 }
-                let length_m = leg.ray.length_m + last.ray.length_m;
+                let (a, b) = (leg.ray.length_m, last.ray.length_m);
+                let length_m = a + b;
+                let strength = spread * leg.strength * last.strength;
+                // |D| is at most 2 sqrt(L), next to the boundaries.
+                let square = 4.0 * (a * b / length_m) / length_m * (strength * strength);
+                if square < self.floor * self.floor {
+                    self.omitted.power += square;
+                    continue;
+                }
+                let wedge = &self.map.corners.wedges[last.corner as usize].bound;
+                let bound = wedge.of(self.rx.steps.own(i), &self.tx.fronts.own()[j]);
                 let candidate = Candidate {
-                    bound: spread * leg.strength * last.strength * bound / length_m.sqrt(),
+                    bound: strength * bound / length_m.sqrt(),
                     front: FrontId::own(j as u32),
                     leg: i as u32,
                 };
@@ -150,13 +152,18 @@ impl Ends<'_> {
             self.look_for_a_floor(search);
         }
         self.select_blocks(&mut search.blocks);
-        for steps in &search.blocks {
-            self.over_block(steps, &mut search.candidates, &mut search.parts);
+        for &(at, steps) in &search.blocks {
+            self.over_block(
+                &self.rx.steps.corners()[at],
+                &steps,
+                &mut search.candidates,
+                &mut search.parts,
+            );
         }
     }
 
     /// Picks the blocks of which some path may reach the floor.
-    fn select_blocks(&mut self, selected: &mut Vec<BlockSteps>) {
+    fn select_blocks(&mut self, selected: &mut Vec<(usize, BlockSteps)>) {
         selected.clear();
         let of_square = self.of_strengths().powi(2);
         let floor = self.floor / self.of_strengths();
@@ -164,7 +171,7 @@ impl Ends<'_> {
         let mut power = 0.0;
         let mut omit = |p: f32, q: f32| power += f64::from(p) * f64::from(q) * of_square;
         let steps = &self.rx.steps;
-        for at in steps.corners() {
+        for (i, at) in steps.corners().iter().enumerate() {
             let arriving = self.tx.fronts.corner(at.corner);
             if is_below(arriving.max, at.strength.max) {
                 omit(arriving.power, at.strength.power);
@@ -179,7 +186,7 @@ impl Ends<'_> {
                 if is_below(fronts.max, steps.strength.max) {
                     omit(fronts.power, steps.strength.power);
                 } else if fronts.max > 0.0 {
-                    selected.push(*steps);
+                    selected.push((i, *steps));
                 }
             }
         }
@@ -195,14 +202,14 @@ impl Ends<'_> {
     /// Computes one promising path, where nothing is known of the link.
     fn look_for_a_floor(&mut self, search: &mut Search) {
         let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
+        let all = steps.corners().iter();
+        let all = all.flat_map(|at| steps.blocks(at).iter().map(move |s| (at, s)));
         let product =
-            |s: &&BlockSteps| f64::from(fronts.block(s.block).max) * f64::from(s.strength.max);
-        let by_product = |p: &&BlockSteps, q: &&BlockSteps| product(p).total_cmp(&product(q));
-        let all = steps.corners().iter().flat_map(|at| steps.blocks(at));
-        let Some(best) = all.max_by(by_product) else {
+            |s: &BlockSteps| f64::from(fronts.block(s.block).max) * f64::from(s.strength.max);
+        let Some((at, best)) = all.max_by(|p, q| product(p.1).total_cmp(&product(q.1))) else {
             return;
         };
-        self.over_block(best, &mut search.candidates, &mut search.parts);
+        self.over_block(at, best, &mut search.candidates, &mut search.parts);
         let by_bound = |p: &&Candidate, q: &&Candidate| p.bound.total_cmp(&q.bound);
         if let Some(best) = search.candidates.iter().max_by(by_bound) {
             let gain = self.found(best).gain;
@@ -215,6 +222,7 @@ impl Ends<'_> {
     /// steps that do with the best of the fronts.
     fn over_block(
         &mut self,
+        at: &CornerSteps,
         steps: &BlockSteps,
         candidates: &mut Vec<Candidate>,
         parts: &mut Vec<Part>,
@@ -224,56 +232,53 @@ impl Ends<'_> {
         let block = &between.blocks()[steps.block as usize];
         let spread = self.map.friis.amplitude(1.0);
         let at_most = self.of_strengths();
-        let (fronts, last_steps) = (&self.tx.fronts, &self.rx.steps);
+        let fronts = &self.tx.fronts;
         let of_fronts = *fronts.block(steps.block);
-        let leaving = between.leaving(block.from);
-        let own = self.rx.legs.range_to(block.to);
+        let enough = self.floor / (at_most * f64::from(of_fronts.max));
+        let enough_before = self.floor / (at_most * f64::from(steps.strength.max));
+        let places = &between.leaving(block.from).places;
         for id in block.legs.clone() {
-            let leg = &leaving.legs.all()[id as usize];
-            let [place, place_there] = leaving.places[id as usize];
+            let leg = places[id as usize];
             parts.clear();
-            for i in own.clone() {
-                let last = &self.rx.legs.all()[i];
-                let reflections = leg.reflections + last.reflections;
-                if !limits.allow(reflections, 2) {
-                    continue;
-                }
-                let strength = last_steps.strength(i, place_there);
-                if at_most * strength * f64::from(of_fronts.max) < self.floor {
+            let after = self.rx.steps.strengths(at, leg.arriving);
+            for (i, &strength) in at.legs.clone().zip(after) {
+                let strength = f64::from(strength);
+                if strength < enough {
                     self.omit(at_most * strength, of_fronts.power);
                     continue;
                 }
+                let last = &self.rx.legs.all()[i as usize];
                 parts.push(Part {
                     strength,
-                    length_m: leg.ray.length_m + last.ray.length_m,
-                    reflections,
-                    leg: i as u32,
+                    length_m: leg.length_m + last.ray.length_m,
+                    reflections: leg.reflections + last.reflections,
+                    leg: i,
                 });
             }
             if parts.is_empty() {
                 continue;
             }
-            for (wave_id, wave) in fronts.waves_at(block.from) {
-                let diffractions = wave.diffractions + 2;
-                if !limits.allow(wave.reflections + leg.reflections, diffractions) {
-                    continue;
-                }
-                let strength = fronts.strength(wave, place);
-                if at_most * strength * f64::from(steps.strength.max) < self.floor {
-                    self.omit(at_most * strength, steps.strength.power);
-                    continue;
-                }
-                for part in &*parts {
-                    if !limits.allow(wave.reflections + part.reflections, diffractions) {
+            for group in fronts.groups_at(block.from) {
+                let before = fronts.strengths(group, leg.leaving);
+                for ((wave_id, wave), &strength) in fronts.waves_of(group).zip(before) {
+                    let strength = f64::from(strength);
+                    if strength < enough_before {
+                        self.omit(at_most * strength, steps.strength.power);
                         continue;
                     }
-                    let length_m = wave.length_m + part.length_m;
-                    let candidate = Candidate {
-                        bound: spread * strength * part.strength / length_m.sqrt(),
-                        front: FrontId::after(wave_id, id),
-                        leg: part.leg,
-                    };
-                    self.consider(candidate, candidates);
+                    for part in &*parts {
+                        let reflections = wave.reflections + part.reflections;
+                        if !limits.allow(reflections, wave.diffractions + 2) {
+                            continue;
+                        }
+                        let length_m = wave.length_m + part.length_m;
+                        let candidate = Candidate {
+                            bound: spread * strength * part.strength / length_m.sqrt(),
+                            front: FrontId::after(wave_id, id),
+                            leg: part.leg,
+                        };
+                        self.consider(candidate, candidates);
+                    }
                 }
             }
         }

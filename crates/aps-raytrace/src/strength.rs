@@ -62,11 +62,11 @@ impl Rows {
         }
     }
 
-    /// Adds all rows to blocks: `blocks` tells which one each place is in.
-    pub fn into_blocks(&self, blocks: &[u32], out: &mut [Strength]) {
+    /// Adds all rows to blocks: `blocks` tells which one each place is in, counted from `first`.
+    pub fn add_to(&self, blocks: &[u32], first: u32, out: &mut [Strength]) {
         let columns = self.max[..self.count].iter().zip(&self.power);
         for ((&max, &power), &block) in columns.zip(blocks) {
-            out[block as usize].add(&Strength {
+            out[(block - first) as usize].add(&Strength {
                 max: rounded_up(max),
                 power: rounded_up(power),
             });
