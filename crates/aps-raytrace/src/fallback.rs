@@ -9,6 +9,7 @@
 
 use std::sync::OnceLock;
 
+use multiversion::multiversion;
 use num_complex::Complex64;
 use smallvec::SmallVec;
 
@@ -36,6 +37,8 @@ pub(crate) struct Chains {
 #[derive(Debug, Clone)]
 struct Layer {
     strength: Vec<f64>,
+    /// By last edge, over all starts.
+    strongest: Vec<f64>,
     /// The edge before.
     before: Vec<u32>,
 }
@@ -44,6 +47,7 @@ impl Layer {
     fn empty(len: usize) -> Self {
         Self {
             strength: vec![0.0; len],
+            strongest: Vec::new(),
             before: vec![u32::MAX; len],
         }
     }
@@ -67,11 +71,17 @@ impl Chains {
     /// Chains of `d` corners, two or more.
     fn layer(&self, graph: &CornerGraph, corners: &Corners, d: usize) -> &Layer {
         self.layers[d - 2].get_or_init(|| {
-            if d == 2 {
+            let n = self.starts.len();
+            let mut layer = if d == 2 {
                 self.first_layer(graph, corners)
             } else {
-                relax(graph, self.layer(graph, corners, d - 1), self.starts.len())
-            }
+                relax(graph, self.layer(graph, corners, d - 1), n)
+            };
+            let rows = layer.strength.chunks_exact(n);
+            layer.strongest = rows
+                .map(|row| row.iter().copied().fold(0.0, f64::max))
+                .collect();
+            layer
         })
     }
 
@@ -213,7 +223,8 @@ pub(crate) fn fall_back(
 fn single(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
     for last in direct(rx.legs.all()) {
         for start in direct(tx.legs.to(last.corner)) {
-            push_chain(map, &[start.corner], (start, last), (tx, rx), link);
+            let path = record(map, &[start.corner], (start, last), (tx, rx));
+            link.paths.push(path);
         }
     }
     cut_chains(map, link);
@@ -235,27 +246,10 @@ fn join_chains(
     // No path is shorter than the line.
     let distance_m = tx.place.distance(rx.place);
     let at_most = map.friis.amplitude(1.0) / distance_m.sqrt() * ROUNDING;
-    let mut best: Vec<f64> = Vec::with_capacity(n);
-    let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
-    for (i, (last, edges)) in arrivals.iter().enumerate() {
-        best.clear();
-        best.resize(n, 0.0);
-        for &(edge, turn) in edges {
-            let row = &layer.strength[edge as usize * n..][..n];
-            for (&value, best) in row.iter().zip(&mut best) {
-                let value = value * turn;
-                *best = if value > *best { value } else { *best };
-            }
-        }
-        let connected = best.iter().enumerate().filter(|best| *best.1 > 0.0);
-        candidates.extend(connected.map(|(s, value)| (at_most * value * last.strength, i, s)));
-    }
-    candidates.sort_by(|p, q| q.0.total_cmp(&p.0));
-    let mut floor = 0.0_f64;
-    for (bound, i, s) in candidates {
-        if bound < floor {
-            break;
-        }
+    let bound = |last: &Leg, &(edge, turn): &(u32, f64)| {
+        at_most * layer.strongest[edge as usize] * turn * last.strength
+    };
+    let chain = |i: usize, s: usize| {
         let (last, edges) = &arrivals[i];
         let strongest = |best: (f64, u32), &(edge, turn): &(u32, f64)| {
             let value = layer.strength[edge as usize * n + s] * turn;
@@ -263,21 +257,64 @@ fn join_chains(
         };
         let (_, edge) = edges.iter().fold((0.0, u32::MAX), strongest);
         let sequence = chains.sequence(graph, d, s, edge, last.corner);
-        push_chain(map, &sequence, (&chains.starts[s], last), (tx, rx), link);
-        let power = link.paths.last().map_or(0.0, PathRecord::power);
-        floor = floor.max(power.sqrt() * map.range);
+        record(map, &sequence, (&chains.starts[s], last), (tx, rx))
+    };
+    // One promising chain tells what the others have to reach.
+    let all = (0..).zip(arrivals);
+    let all = all.flat_map(|(i, (last, edges))| edges.iter().map(move |e| (i, bound(last, e), e)));
+    let Some((i, most, &(edge, _))) = all.max_by(|p, q| p.1.total_cmp(&q.1)) else {
+        return;
+    };
+    if most == 0.0 {
+        return;
+    }
+    let row = &layer.strength[edge as usize * n..][..n];
+    let by_strength = |p: &usize, q: &usize| row[*p].total_cmp(&row[*q]);
+    let start = (0..n).max_by(by_strength).unwrap_or(0);
+    let mut floor = chain(i, start).power().sqrt() * map.range;
+    let mut best: Vec<f64> = Vec::with_capacity(n);
+    let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+    for (i, (last, edges)) in arrivals.iter().enumerate() {
+        best.clear();
+        best.resize(n, 0.0);
+        for edge in edges {
+            // Where the best of a start is stronger, another edge holds it.
+            if bound(last, edge) >= floor {
+                let row = &layer.strength[edge.0 as usize * n..][..n];
+                raise(&mut best, row, edge.1);
+            }
+        }
+        let connected = best.iter().enumerate().filter(|best| *best.1 > 0.0);
+        candidates.extend(connected.map(|(s, value)| (at_most * value * last.strength, i, s)));
+    }
+    candidates.sort_by(|p, q| q.0.total_cmp(&p.0));
+    for (bound, i, s) in candidates {
+        if bound < floor {
+            break;
+        }
+        let path = chain(i, s);
+        floor = floor.max(path.power().sqrt() * map.range);
+        link.paths.push(path);
     }
     cut_chains(map, link);
 }
 
-/// Computes the field along a sequence of corners and records it.
-fn push_chain(
+/// Raises each to the value in the row times the turn.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn raise(best: &mut [f64], row: &[f64], turn: f64) {
+    for (best, &value) in best.iter_mut().zip(row) {
+        let value = value * turn;
+        *best = if value > *best { value } else { *best };
+    }
+}
+
+/// Computes the field along a sequence of corners.
+fn record(
     map: &Map<'_>,
     sequence: &[u32],
     (start, last): (&Leg, &Leg),
     (tx, rx): (&Transmitter, &Receiver),
-    link: &mut Link,
-) {
+) -> PathRecord {
     let wedges = &map.corners.wedges;
     let mut length_m = start.ray.length_m;
     let mut amplitude = Complex64::from(start.strength);
@@ -301,13 +338,7 @@ fn push_chain(
             point: wedges[c as usize].point,
         })
         .collect();
-    link.paths.push(PathRecord::new(
-        tx.place,
-        rx.place,
-        interactions,
-        length_m,
-        gain,
-    ));
+    PathRecord::new(tx.place, rx.place, interactions, length_m, gain)
 }
 
 fn cut_chains(map: &Map<'_>, link: &mut Link) {

@@ -89,6 +89,7 @@ pub(crate) struct Group {
     corner: u32,
     waves: Range<u32>,
     first_strength: usize,
+    first_place: usize,
     /// Places that the limits leave to any of them.
     places: usize,
 }
@@ -115,6 +116,8 @@ pub(crate) struct Fronts {
     /// Upper bounds of the strengths of the fronts that continue the waves, by group, by place among the ends that leave its corner,
     /// by wave; 0 beyond the limits.
     strengths: Vec<f32>,
+    /// By group and place.
+    places: Vec<Strength>,
     /// By wave and place.
     amplitudes: Vec<OnceLock<Complex64>>,
     /// By block, and by the corner where it ends.
@@ -215,7 +218,8 @@ impl Fronts {
         let more = places * waves.len();
         let bytes = (first + more) * size_of::<f32>()
             + (self.amplitudes.len() + more) * size_of::<OnceLock<Complex64>>()
-            + (self.waves.len() + waves.len()) * size_of::<Wave>();
+            + (self.waves.len() + waves.len()) * size_of::<Wave>()
+            + (self.places.len() + places) * size_of::<Strength>();
         if bytes > limits.bytes {
             return None;
         }
@@ -243,9 +247,13 @@ impl Fronts {
             corner,
             waves: first_wave..self.waves.len() as u32,
             first_strength: first,
+            first_place: self.places.len(),
             places,
         });
-        rows.add_to(&ends.blocks, 0, &mut self.blocks);
+        for (strength, &block) in rows.by_place().zip(&ends.blocks) {
+            self.blocks[block as usize].add(&strength);
+            self.places.push(strength);
+        }
         // Waves of equally many reflections at once.
         let diffractions = waves[0].diffractions + 1;
         let mut kinds: SmallVec<[(u32, usize); 8]> = SmallVec::new();
@@ -371,6 +379,15 @@ impl Fronts {
     pub fn waves_of(&self, group: &Group) -> impl Iterator<Item = (u32, &Wave)> {
         let range = group.waves.start as usize..group.waves.end as usize;
         group.waves.clone().zip(&self.waves[range])
+    }
+
+    /// Strength of the fronts that continue the waves of a group along the leg at a place among the ends at its corner.
+    #[inline]
+    pub fn place(&self, group: &Group, place: u32) -> Strength {
+        if place as usize >= group.places {
+            return Strength::default();
+        }
+        self.places[group.first_place + place as usize]
     }
 
     /// Upper bounds of the strengths of the fronts that continue the waves of a group along the leg at a place among the ends at its

@@ -30,6 +30,7 @@ pub(crate) struct CornerSteps {
     /// The receiver's own legs to it.
     pub legs: Range<u32>,
     first_strength: usize,
+    first_place: usize,
     /// Places that the limits leave to any of them.
     places: usize,
 }
@@ -42,6 +43,8 @@ pub(crate) struct LastSteps {
     /// By corner, by place among the ends that arrive there, by own leg: |D| times the strength of the own leg, or more; 0 beyond
     /// the limits.
     strengths: Vec<f32>,
+    /// By corner and place.
+    places: Vec<Strength>,
     corners: Vec<CornerSteps>,
     blocks: Vec<BlockSteps>,
 }
@@ -79,6 +82,7 @@ impl LastSteps {
             let places = legs.iter().map(count).max().unwrap_or(0);
             let first = steps.strengths.len();
             let bytes = (first + places * legs.len()) * size_of::<f32>()
+                + (steps.places.len() + places) * size_of::<Strength>()
                 + (steps.blocks.len() + ends.blocks.len()) * size_of::<BlockSteps>();
             if bytes > limits.bytes {
                 return None;
@@ -98,13 +102,18 @@ impl LastSteps {
             let ids = between.blocks_to(corner);
             blocks.clear();
             blocks.resize(ids.len(), Strength::default());
-            rows.add_to(&ends.blocks, ids.start, &mut blocks);
+            let first_place = steps.places.len();
+            for (strength, &block) in rows.by_place().zip(&ends.blocks) {
+                blocks[(block - ids.start) as usize].add(&strength);
+                steps.places.push(strength);
+            }
             let mut at = CornerSteps {
                 corner,
                 strength: Strength::default(),
                 blocks: 0..0,
                 legs: first_leg as u32..(first_leg + legs.len()) as u32,
                 first_strength: first,
+                first_place,
                 places,
             };
             steps.add_blocks(&mut at, ids.zip(&blocks));
@@ -155,6 +164,15 @@ impl LastSteps {
     /// The steps at one of them, by block, the strongest first.
     pub fn blocks(&self, at: &CornerSteps) -> &[BlockSteps] {
         &self.blocks[at.blocks.clone()]
+    }
+
+    /// Strength of the steps at a corner that begin with the leg at a place among the ends that arrive there.
+    #[inline]
+    pub fn place(&self, at: &CornerSteps, place: u32) -> Strength {
+        if place as usize >= at.places {
+            return Strength::default();
+        }
+        self.places[at.first_place + place as usize]
     }
 
     /// Upper bounds of the strengths of the steps at a corner that begin with the leg at a place among the ends that arrive there, by

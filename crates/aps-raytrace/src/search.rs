@@ -7,12 +7,14 @@
 
 use num_complex::Complex64;
 
+use crate::between::LegPlaces;
 use crate::fronts::{FrontId, Sources};
 use crate::last_steps::{BlockSteps, CornerSteps};
 use crate::legs::{Leg, Legs};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
 use crate::path::PathRecord;
+use crate::strength::Strength;
 use crate::terminal::{Receiver, Transmitter};
 
 /// Lowers what bounds are compared with: far more than their rounding and that of amplitudes.
@@ -233,37 +235,24 @@ impl Ends<'_> {
         let spread = self.map.friis.amplitude(1.0);
         let at_most = self.of_strengths();
         let fronts = &self.tx.fronts;
-        let of_fronts = *fronts.block(steps.block);
-        let enough = self.floor / (at_most * f64::from(of_fronts.max));
-        let enough_before = self.floor / (at_most * f64::from(steps.strength.max));
         let places = &between.leaving(block.from).places;
         for id in block.legs.clone() {
             let leg = places[id as usize];
-            parts.clear();
-            let after = self.rx.steps.strengths(at, leg.arriving);
-            for (i, &strength) in at.legs.clone().zip(after) {
-                let strength = f64::from(strength);
-                if strength < enough {
-                    self.omit(at_most * strength, of_fronts.power);
+            let after = self.rx.steps.place(at, leg.arriving);
+            for group in fronts.groups_at(block.from) {
+                let before = fronts.place(group, leg.leaving);
+                let strength = f64::from(before.max) * f64::from(after.max);
+                if at_most * strength < self.floor {
+                    self.omit(at_most, f64::from(before.power) * f64::from(after.power));
                     continue;
                 }
-                let last = &self.rx.legs.all()[i as usize];
-                parts.push(Part {
-                    strength,
-                    length_m: leg.length_m + last.ray.length_m,
-                    reflections: leg.reflections + last.reflections,
-                    leg: i,
-                });
-            }
-            if parts.is_empty() {
-                continue;
-            }
-            for group in fronts.groups_at(block.from) {
+                self.last_parts(at, &leg, &before, parts);
+                let enough = self.floor / (at_most * f64::from(after.max));
                 let before = fronts.strengths(group, leg.leaving);
                 for ((wave_id, wave), &strength) in fronts.waves_of(group).zip(before) {
                     let strength = f64::from(strength);
-                    if strength < enough_before {
-                        self.omit(at_most * strength, steps.strength.power);
+                    if strength < enough {
+                        self.omit(at_most * strength, f64::from(after.power));
                         continue;
                     }
                     for part in &*parts {
@@ -284,9 +273,37 @@ impl Ends<'_> {
         }
     }
 
+    /// The last steps along a leg that reach the floor with the best of fronts.
+    fn last_parts(
+        &mut self,
+        at: &CornerSteps,
+        leg: &LegPlaces,
+        fronts: &Strength,
+        parts: &mut Vec<Part>,
+    ) {
+        parts.clear();
+        let at_most = self.of_strengths();
+        let enough = self.floor / (at_most * f64::from(fronts.max));
+        let steps = self.rx.steps.strengths(at, leg.arriving);
+        for (i, &strength) in at.legs.clone().zip(steps) {
+            let strength = f64::from(strength);
+            if strength < enough {
+                self.omit(at_most * strength, fronts.power.into());
+                continue;
+            }
+            let last = &self.rx.legs.all()[i as usize];
+            parts.push(Part {
+                strength,
+                length_m: leg.length_m + last.ray.length_m,
+                reflections: leg.reflections + last.reflections,
+                leg: i,
+            });
+        }
+    }
+
     /// Leaves out paths of so much power over an amplitude squared.
-    fn omit(&mut self, amplitude: f64, power: f32) {
-        self.omitted.power += amplitude * amplitude * f64::from(power);
+    fn omit(&mut self, amplitude: f64, power: f64) {
+        self.omitted.power += amplitude * amplitude * power;
     }
 
     fn consider(&mut self, candidate: Candidate, candidates: &mut Vec<Candidate>) {

@@ -62,14 +62,12 @@ impl Rows {
         }
     }
 
-    /// Adds all rows to blocks: `blocks` tells which one each place is in, counted from `first`.
-    pub fn add_to(&self, blocks: &[u32], first: u32, out: &mut [Strength]) {
+    /// All rows together, place by place.
+    pub fn by_place(&self) -> impl Iterator<Item = Strength> {
         let columns = self.max[..self.count].iter().zip(&self.power);
-        for ((&max, &power), &block) in columns.zip(blocks) {
-            out[(block - first) as usize].add(&Strength {
-                max: rounded_up(max),
-                power: rounded_up(power),
-            });
-        }
+        columns.map(|(&max, &power)| Strength {
+            max: rounded_up(max),
+            power: rounded_up(power),
+        })
     }
 }
