@@ -7,15 +7,12 @@
 //! chains, and multiplicative from corner to corner, so that dynamic programming finds the best.
 //! What a turn from one neighbour to another costs at a corner is computed once a map.
 
-use std::sync::OnceLock;
-
 use multiversion::multiversion;
 use num_complex::Complex64;
-use smallvec::SmallVec;
 
-use crate::corner_graph::{CornerGraph, turn};
+use crate::chains::{Chains, Graph};
 use crate::error::TraceError;
-use crate::legs::{Corners, Leg};
+use crate::legs::Leg;
 use crate::link::Link;
 use crate::map::Map;
 use crate::path::{Interaction, InteractionKind, Interactions, PathRecord};
@@ -24,144 +21,16 @@ use crate::terminal::{Receiver, Transmitter};
 /// For the rounding of strengths and gains, and for the tie-breaks of corners.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
-/// The best chains of one transmitter, made layer by layer when links ask for them.
-#[derive(Debug, Clone)]
-pub(crate) struct Chains {
-    /// The transmitter's direct legs: its first corners.
-    starts: Vec<Leg>,
-    /// `layers[d - 2]`: chains of d corners.
-    layers: Vec<OnceLock<Layer>>,
-}
-
-/// Best chains by last edge and start: `strength[edge * starts + start]`, zero for none.
-#[derive(Debug, Clone)]
-struct Layer {
-    strength: Vec<f64>,
-    /// By last edge, over all starts.
-    strongest: Vec<f64>,
-    /// The edge before.
-    before: Vec<u32>,
-}
-
-impl Layer {
-    fn empty(len: usize) -> Self {
-        Self {
-            strength: vec![0.0; len],
-            strongest: Vec::new(),
-            before: vec![u32::MAX; len],
-        }
-    }
-}
-
-impl Chains {
-    fn new(tx: &Transmitter, longest: usize) -> Self {
-        Self {
-            starts: direct(tx.legs.all()).copied().collect(),
-            layers: (2..=longest).map(|_| OnceLock::new()).collect(),
-        }
-    }
-
-    /// Memory that chains of up to `d` corners take.
-    fn bytes(&self, graph: &CornerGraph, d: usize) -> usize {
-        let states = self.starts.len().saturating_mul(graph.edges.len());
-        let layer = states.saturating_mul(size_of::<f64>() + size_of::<u32>());
-        layer.saturating_mul(d - 1)
-    }
-
-    /// Chains of `d` corners, two or more.
-    fn layer(&self, graph: &CornerGraph, corners: &Corners, d: usize) -> &Layer {
-        self.layers[d - 2].get_or_init(|| {
-            let n = self.starts.len();
-            let mut layer = if d == 2 {
-                self.first_layer(graph, corners)
-            } else {
-                relax(graph, self.layer(graph, corners, d - 1), n)
-            };
-            let rows = layer.strength.chunks_exact(n);
-            layer.strongest = rows
-                .map(|row| row.iter().copied().fold(0.0, f64::max))
-                .collect();
-            layer
-        })
-    }
-
-    fn first_layer(&self, graph: &CornerGraph, corners: &Corners) -> Layer {
-        let n = self.starts.len();
-        let mut layer = Layer::empty(n * graph.edges.len());
-        for (s, start) in self.starts.iter().enumerate() {
-            let wedge = &corners.wedges[start.corner as usize];
-            for e in graph.leaving(start.corner) {
-                let ray = &graph.edges[e].ray;
-                layer.strength[e * n + s] = start.strength * turn(wedge, &start.ray, ray);
-            }
-        }
-        layer
-    }
-}
-
-impl Chains {
-    /// The corners of the chain of `d` that starts with `start` and ends over `edge`.
-    fn sequence(
-        &self,
-        graph: &CornerGraph,
-        d: usize,
-        start: usize,
-        edge: u32,
-        last: u32,
-    ) -> SmallVec<[u32; 4]> {
-        let mut sequence = SmallVec::from_slice(&[last]);
-        let mut edge = edge as usize;
-        for layer in self.layers[..=d - 2].iter().rev() {
-            sequence.push(graph.edges[graph.edges[edge].reverse as usize].to);
-            let layer = layer.get().expect("a layer is made after those before it");
-            edge = layer.before[edge * self.starts.len() + start] as usize;
-        }
-        sequence.reverse();
-        sequence
-    }
-}
-
-/// One more corner: the best continuation over each edge.
-fn relax(graph: &CornerGraph, old: &Layer, starts: usize) -> Layer {
-    let mut new = Layer::empty(old.strength.len());
-    let row = |edge: usize| edge * starts..(edge + 1) * starts;
-    for c in 0..graph.corner_count() {
-        let edges = graph.leaving(c as u32);
-        for (i, back) in edges.clone().enumerate() {
-            let arriving = graph.edges[back].reverse;
-            let so_far = &old.strength[row(arriving as usize)];
-            if so_far.iter().all(|&v| v == 0.0) {
-                continue;
-            }
-            for (leaving, &turn) in edges.clone().zip(graph.turns_from(c, i)) {
-                if leaving == back {
-                    continue;
-                }
-                let strength = &mut new.strength[row(leaving)];
-                let before = &mut new.before[row(leaving)];
-                for ((value, best), from) in so_far.iter().zip(strength).zip(before) {
-                    let value = value * turn;
-                    if value > *best {
-                        *best = value;
-                        *from = arriving;
-                    }
-                }
-            }
-        }
-    }
-    new
-}
-
 /// What a receiver asks of the chains that arrive at the corners it sees: every edge into each,
 /// with the turn towards the receiver.
 pub(crate) type Arrivals = Vec<(Leg, Vec<(u32, f64)>)>;
 
-fn arrivals(graph: &CornerGraph, corners: &Corners, rx: &Receiver) -> Arrivals {
+fn arrivals(of: Graph<'_>, rx: &Receiver) -> Arrivals {
     direct(rx.legs.all())
         .map(|&last| {
-            let wedge = &corners.wedges[last.corner as usize];
-            let edges = graph.leaving(last.corner).map(|back| {
-                let edge = &graph.edges[back];
+            let wedge = &of.corners.wedges[last.corner as usize];
+            let edges = of.graph.leaving(last.corner).map(|back| {
+                let edge = &of.graph.edges[back];
                 (edge.reverse, wedge.coefficient(&edge.ray, &last.ray).norm())
             });
             (last, edges.collect())
@@ -200,7 +69,14 @@ pub(crate) fn fall_back(
     if longest < 2 {
         return Ok(());
     }
-    let chains = tx.chains.get_or_init(|| Chains::new(tx, longest));
+    let of = Graph {
+        graph,
+        corners: &map.corners,
+    };
+    let chains = tx.chains.get_or_init(|| {
+        let starts = direct(tx.legs.all()).copied().collect();
+        Chains::new(of, starts, longest)
+    });
     let limit = map.config.max_wave_bytes;
     for d in first.max(2)..=longest {
         if chains.bytes(graph, d) > limit {
@@ -210,7 +86,7 @@ pub(crate) fn fall_back(
                 limit,
             });
         }
-        join_chains(map, graph, chains, d, (tx, rx), link);
+        join_chains(map, of, chains, d, (tx, rx), link);
         if !link.paths.is_empty() {
             link.fallback_diffractions = Some(d);
             return Ok(());
@@ -233,66 +109,72 @@ fn single(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
 /// The best chain of `d` corners from each first to each last corner.
 fn join_chains(
     map: &Map<'_>,
-    graph: &CornerGraph,
+    of: Graph<'_>,
     chains: &Chains,
     d: usize,
     (tx, rx): (&Transmitter, &Receiver),
     link: &mut Link,
 ) {
-    let corners = &map.corners;
-    let n = chains.starts.len();
-    let layer = chains.layer(graph, corners, d);
-    let arrivals = rx.arrivals.get_or_init(|| arrivals(graph, corners, rx));
+    let strongest = chains.strongest(of, d);
+    let arrivals = rx.arrivals.get_or_init(|| arrivals(of, rx));
     // No path is shorter than the line.
     let distance_m = tx.place.distance(rx.place);
     let at_most = map.friis.amplitude(1.0) / distance_m.sqrt() * ROUNDING;
-    let bound = |last: &Leg, &(edge, turn): &(u32, f64)| {
-        at_most * layer.strongest[edge as usize] * turn * last.strength
-    };
-    let chain = |i: usize, s: usize| {
+    // The strength at a last corner, and the gain over it.
+    let value = |&(edge, turn): &(u32, f64)| strongest[edge as usize] * turn;
+    let over = |last: &Leg| at_most * last.strength;
+    let chain = |i: usize, start: usize, least: f64| {
         let (last, edges) = &arrivals[i];
-        let strongest = |best: (f64, u32), &(edge, turn): &(u32, f64)| {
-            let value = layer.strength[edge as usize * n + s] * turn;
+        let strong = edges.iter().filter(|edge| value(edge) >= least);
+        let (_, edge) = strong.fold((0.0, u32::MAX), |best, &(edge, turn)| {
+            let value = chains.strengths(of, d, edge)[start] * turn;
             if value > best.0 { (value, edge) } else { best }
-        };
-        let (_, edge) = edges.iter().fold((0.0, u32::MAX), strongest);
-        let sequence = chains.sequence(graph, d, s, edge, last.corner);
-        record(map, &sequence, (&chains.starts[s], last), (tx, rx))
+        });
+        let sequence = chains.sequence(of, d, start, edge, last.corner);
+        record(map, &sequence, (&chains.starts[start], last), (tx, rx))
     };
     // One promising chain tells what the others have to reach.
     let all = (0..).zip(arrivals);
-    let all = all.flat_map(|(i, (last, edges))| edges.iter().map(move |e| (i, bound(last, e), e)));
-    let Some((i, most, &(edge, _))) = all.max_by(|p, q| p.1.total_cmp(&q.1)) else {
+    let all = all.flat_map(|(i, (_, edges))| edges.iter().map(move |edge| (i, edge)));
+    let bound = |(i, edge): (usize, &(u32, f64))| value(edge) * over(&arrivals[i].0);
+    let (mut most, mut best) = (0.0, None);
+    for at in all {
+        let bound = bound(at);
+        if bound > most {
+            (most, best) = (bound, Some(at));
+        }
+    }
+    let Some((i, edge)) = best else {
         return;
     };
-    if most == 0.0 {
-        return;
-    }
-    let row = &layer.strength[edge as usize * n..][..n];
+    let row = chains.strengths(of, d, edge.0);
     let by_strength = |p: &usize, q: &usize| row[*p].total_cmp(&row[*q]);
-    let start = (0..n).max_by(by_strength).unwrap_or(0);
-    let mut floor = chain(i, start).power().sqrt() * map.range;
-    let mut best: Vec<f64> = Vec::with_capacity(n);
-    let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+    let start = (0..row.len()).max_by(by_strength).unwrap_or(0);
+    let mut floor = chain(i, start, value(edge)).power().sqrt() * map.range;
+    let mut best: Vec<f64> = Vec::new();
+    let mut candidates: Vec<(f64, usize, usize, f64)> = Vec::new();
     for (i, (last, edges)) in arrivals.iter().enumerate() {
         best.clear();
-        best.resize(n, 0.0);
+        best.resize(chains.starts.len(), 0.0);
         for edge in edges {
             // Where the best of a start is stronger, another edge holds it.
-            if bound(last, edge) >= floor {
-                let row = &layer.strength[edge.0 as usize * n..][..n];
-                raise(&mut best, row, edge.1);
+            let most = value(edge);
+            if most > 0.0 && most * over(last) >= floor {
+                raise(&mut best, chains.strengths(of, d, edge.0), edge.1);
             }
         }
-        let connected = best.iter().enumerate().filter(|best| *best.1 > 0.0);
-        candidates.extend(connected.map(|(s, value)| (at_most * value * last.strength, i, s)));
+        for (start, &value) in best.iter().enumerate() {
+            if value > 0.0 {
+                candidates.push((value * over(last), i, start, value));
+            }
+        }
     }
     candidates.sort_by(|p, q| q.0.total_cmp(&p.0));
-    for (bound, i, s) in candidates {
+    for (bound, i, start, value) in candidates {
         if bound < floor {
             break;
         }
-        let path = chain(i, s);
+        let path = chain(i, start, value);
         floor = floor.max(path.power().sqrt() * map.range);
         link.paths.push(path);
     }

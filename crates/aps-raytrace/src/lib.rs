@@ -67,6 +67,7 @@ mod beam;
 mod between;
 mod bound;
 mod chain;
+mod chains;
 mod config;
 mod corner_graph;
 pub mod error;

@@ -4,8 +4,9 @@ use std::sync::OnceLock;
 
 use glam::DVec2;
 
+use crate::chains::Chains;
 use crate::error::TerminalError;
-use crate::fallback::{Arrivals, Chains};
+use crate::fallback::Arrivals;
 use crate::fronts::{Fronts, Sources};
 use crate::images::{ImageTree, Sight, TreeScratch, sights};
 use crate::last_steps::LastSteps;
