@@ -263,3 +263,116 @@ fn bound_each(wedge: &WedgeBound, p: &Direction, columns: [&[f64]; COLUMNS], out
 pub(crate) fn rounded_up(bound: f64) -> f32 {
     (bound * (1.0 + 3e-7) + f64::from(f32::from_bits(1))) as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Material;
+    use crate::scene::{Footprint, Scene};
+    use crate::wedge::Wedge;
+    use glam::DVec2;
+    use proptest::prelude::*;
+    use std::f64::consts::TAU;
+
+    /// The corner at the origin of a triangle with the interior angle given, and its open angle.
+    fn corner(interior_rad: f64, material: Material, frequency_hz: f64) -> (Wedge, f64) {
+        let tip = DVec2::from_angle(interior_rad) * 40.0;
+        let house = Footprint::new([DVec2::ZERO, DVec2::new(40.0, 0.0), tip]);
+        let scene = Scene::new(&[house], None).unwrap();
+        let reflectors: Vec<_> = scene
+            .walls()
+            .iter()
+            .map(|_| material.at(frequency_hz))
+            .collect();
+        let wavenumber = TAU * frequency_hz / crate::SPEED_OF_LIGHT_M_PER_S;
+        let mut wedges = scene.wedges(&reflectors, wavenumber).into_iter();
+        let wedge = wedges.find(|w| w.point == DVec2::ZERO).unwrap();
+        (wedge, TAU - interior_rad)
+    }
+
+    fn material() -> impl Strategy<Value = Material> {
+        let dielectric = (1.0..20.0, 0.0..10.0).prop_map(|(eps, sigma)| Material::Dielectric {
+            relative_permittivity: eps,
+            conductivity_s_per_m: sigma,
+        });
+        prop_oneof![
+            Just(Material::Concrete),
+            Just(Material::PerfectConductor),
+            dielectric
+        ]
+    }
+
+    /// A ray: part of the open angle, and how far away its end is.
+    fn ray() -> impl Strategy<Value = (f64, f64)> {
+        let part = prop_oneof![0.0..=1.0, Just(0.0), Just(1.0), Just(0.5)];
+        (part, (-2.0..4.0).prop_map(|e| 10.0_f64.powf(e)))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn bound_is_never_below_the_coefficient(
+            interior in 0.005..3.1,
+            material in material(),
+            frequency in prop_oneof![Just(3.5e9), (6.0..13.0).prop_map(|e| 10.0_f64.powf(e))],
+            (p, q) in (ray(), ray()),
+            // Near one of the boundaries, or anywhere.
+            boundary in 0..5,
+            off in (-16.0..0.0).prop_map(|e| 10.0_f64.powf(e)),
+            beyond in any::<bool>(),
+        ) {
+            let (wedge, open) = corner(interior, material, frequency);
+            let phi = p.0 * open;
+            let other = match boundary {
+                0 => phi + PI,
+                1 => phi - PI,
+                2 => PI - phi,
+                3 => 2.0 * open - PI - phi,
+                _ => q.0 * open,
+            };
+            let other = (if beyond { other + off } else { other - off }).clamp(0.0, open);
+            // Angles count clockwise from the wall that starts here: the tip's, or the one along x.
+            let along = wedge.ray(DVec2::new(1.0, 0.0)).angles()[0];
+            let place = |phi: f64, length: f64| {
+                let turned = if along == 0.0 { -phi } else { interior + phi };
+                DVec2::from_angle(turned) * length
+            };
+            let (a, b) = (wedge.ray(place(phi, p.1)), wedge.ray(place(other, q.1)));
+            let exact = wedge.coefficient(&a, &b).norm();
+            let directions = [wedge.bound.direction(&a), wedge.bound.direction(&b)];
+            let bound = wedge.bound.of(&directions[0], &directions[1]);
+            prop_assert!(bound >= exact, "{bound:e} < {exact:e}");
+            // Many at once, in columns.
+            let mut columns = Directions::default();
+            (0..11).for_each(|_| columns.push(&directions[1]));
+            let mut bounds = Vec::new();
+            wedge.bound.of_each(&directions[0], &columns, 0..11, &mut bounds);
+            prop_assert!(bounds.iter().all(|b| b.to_bits() == bound.to_bits()));
+        }
+    }
+
+    #[test]
+    fn far_from_the_boundaries_the_bound_is_the_coefficient() {
+        let (wedge, _) = corner(PI / 2.0, Material::Concrete, 3.5e9);
+        let at = |degrees: f64| {
+            let place = DVec2::from_angle(-degrees.to_radians()) * 50.0;
+            wedge.ray(place)
+        };
+        let (a, b) = (at(20.0), at(240.0));
+        let [p, q] = [&a, &b].map(|ray| wedge.bound.direction(ray));
+        let exact = wedge.coefficient(&a, &b).norm();
+        let bound = wedge.bound.of(&p, &q);
+        assert!(bound < 1.02 * exact, "{bound:e}, {exact:e}");
+    }
+
+    #[test]
+    fn single_precision_never_rounds_a_bound_down() {
+        for e in -60..40 {
+            for mantissa in [1.0, 1.000_000_01, 1.999_999_99, 1.234_567_891] {
+                let bound = mantissa * 10.0_f64.powi(e);
+                assert!(f64::from(rounded_up(bound)) >= bound, "{bound:e}");
+            }
+        }
+    }
+}

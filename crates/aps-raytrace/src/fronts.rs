@@ -228,7 +228,8 @@ impl Fronts {
             let count = count(wave);
             let direction = wedge.direction(self.ray(of, wave.front));
             let bounds = rows.bounds(wedge, &direction, &ends.directions, count);
-            let strengths = self.strengths[first + w..].iter_mut().step_by(waves.len());
+            let strengths = self.strengths.iter_mut().skip(first + w);
+            let strengths = strengths.step_by(waves.len());
             for ((bound, strength), rounded) in
                 bounds.iter_mut().zip(&ends.strengths).zip(strengths)
             {

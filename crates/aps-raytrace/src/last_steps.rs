@@ -92,7 +92,8 @@ impl LastSteps {
             for (i, leg) in legs.iter().enumerate() {
                 let own = &steps.own[first_leg + i];
                 let bounds = rows.bounds(wedge, own, &ends.directions, count(leg));
-                let strengths = steps.strengths[first + i..].iter_mut().step_by(legs.len());
+                let strengths = steps.strengths.iter_mut().skip(first + i);
+                let strengths = strengths.step_by(legs.len());
                 for (bound, rounded) in bounds.iter_mut().zip(strengths) {
                     *bound *= leg.strength;
                     *rounded = rounded_up(*bound);
