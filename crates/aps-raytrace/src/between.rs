@@ -19,6 +19,8 @@ pub(crate) struct Block {
     pub to: u32,
     /// Among the legs that leave the first corner.
     pub legs: Range<u32>,
+    /// The slot of the first of them at the second corner.
+    pub first_slot: u32,
 }
 
 /// The ends of legs at one corner, the fewest reflections first: what a limit allows comes before all else.
@@ -30,6 +32,8 @@ pub(crate) struct LegEnds {
     pub strengths: Vec<f64>,
     /// The block of each.
     pub blocks: Vec<u32>,
+    /// A slot for each, those of a block side by side.
+    pub slots: Vec<u32>,
     /// How many have at most so many reflections.
     up_to: Vec<u32>,
 }
@@ -69,8 +73,17 @@ pub(crate) struct Between {
     first_block: Vec<u32>,
 }
 
+/// A leg on arrival.
+#[derive(Debug, Clone, Copy)]
+struct Arriving {
+    from: u32,
+    leg: u32,
+    block: u32,
+    slot: u32,
+}
+
 /// Memory that a leg takes here, besides its own.
-const BYTES: usize = 2 * (Directions::BYTES + size_of::<f64>() + size_of::<u32>())
+const BYTES: usize = 2 * (Directions::BYTES + size_of::<f64>() + 2 * size_of::<u32>())
     + size_of::<Ray>()
     + size_of::<LegPlaces>();
 
@@ -104,17 +117,29 @@ impl Between {
                 let legs = first..first + own.len() as u32;
                 first = legs.end;
                 let to = own[0].corner;
-                blocks.push(Block { from, to, legs });
+                blocks.push(Block {
+                    from,
+                    to,
+                    legs,
+                    first_slot: 0,
+                });
             }
         }
         blocks.sort_by_key(|block| (block.to, block.from));
         let mut block_of: Vec<Vec<u32>> =
             legs.iter().map(|legs| vec![0; legs.all().len()]).collect();
-        let mut arriving: Vec<Vec<(u32, u32, u32)>> = vec![Vec::new(); legs.len()];
-        for (id, block) in (0..).zip(&blocks) {
+        let mut arriving: Vec<Vec<Arriving>> = vec![Vec::new(); legs.len()];
+        for (id, block) in (0..).zip(&mut blocks) {
+            let arriving = &mut arriving[block.to as usize];
+            block.first_slot = arriving.len() as u32;
             for leg in block.legs.clone() {
                 block_of[block.from as usize][leg as usize] = id;
-                arriving[block.to as usize].push((block.from, leg, id));
+                arriving.push(Arriving {
+                    from: block.from,
+                    leg,
+                    block: id,
+                    slot: arriving.len() as u32,
+                });
             }
         }
         let mut leaving: Vec<Leaving> = legs
@@ -126,23 +151,21 @@ impl Between {
             .into_par_iter()
             .enumerate()
             .map(|(to, mut arriving)| {
-                let leg = |&(from, leg, _): &(u32, u32, u32)| {
-                    &leaving[from as usize].legs.all()[leg as usize]
-                };
+                let leg = |end: &Arriving| &leaving[end.from as usize].legs.all()[end.leg as usize];
                 arriving.sort_by_key(|end| leg(end).reflections);
                 let wedge = &corners.wedges[to].bound;
                 let mut ends = LegEnds::default();
                 for end in &arriving {
                     let leg = leg(end);
-                    ends.push(&wedge.direction(&leg.ray), leg, end.2);
+                    ends.push(&wedge.direction(&leg.ray), leg, end.block, end.slot);
                 }
                 (ends, arriving)
             })
             .collect();
         let mut all_ends = Vec::with_capacity(sorted.len());
         for (ends, arriving) in sorted {
-            for (place, (from, leg, _)) in (0..).zip(arriving) {
-                leaving[from as usize].places[leg as usize].arriving = place;
+            for (place, end) in (0..).zip(arriving) {
+                leaving[end.from as usize].places[end.leg as usize].arriving = place;
             }
             all_ends.push(ends);
         }
@@ -192,7 +215,8 @@ impl Leaving {
         order.sort_by_key(|&i| all[i].reflections);
         let mut ends = LegEnds::default();
         for (place, &i) in (0..).zip(&order) {
-            ends.push(&wedge.bound.direction(&rays[i]), &all[i], blocks[i]);
+            let direction = wedge.bound.direction(&rays[i]);
+            ends.push(&direction, &all[i], blocks[i], i as u32);
             places[i].leaving = place;
         }
         Self {
@@ -205,10 +229,11 @@ impl Leaving {
 }
 
 impl LegEnds {
-    fn push(&mut self, direction: &Direction, leg: &Leg, block: u32) {
+    fn push(&mut self, direction: &Direction, leg: &Leg, block: u32, slot: u32) {
         self.directions.push(direction);
         self.strengths.push(leg.strength);
         self.blocks.push(block);
+        self.slots.push(slot);
         let before = self.up_to.last().copied().unwrap_or(0);
         self.up_to.resize(leg.reflections as usize + 1, before);
         self.up_to[leg.reflections as usize] += 1;

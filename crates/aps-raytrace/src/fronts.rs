@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use num_complex::Complex64;
 use smallvec::SmallVec;
 
-use crate::between::{Between, Leaving};
+use crate::between::{Between, Block, Leaving};
 use crate::bound::{Direction, rounded_up};
 use crate::legs::{Corners, Leg, Legs};
 use crate::path::{Interaction, InteractionKind, Interactions};
@@ -89,7 +89,7 @@ pub(crate) struct Group {
     corner: u32,
     waves: Range<u32>,
     first_strength: usize,
-    first_place: usize,
+    first_slot: usize,
     /// Places that the limits leave to any of them.
     places: usize,
 }
@@ -116,8 +116,8 @@ pub(crate) struct Fronts {
     /// Upper bounds of the strengths of the fronts that continue the waves, by group, by place among the ends that leave its corner,
     /// by wave; 0 beyond the limits.
     strengths: Vec<f32>,
-    /// By group and place.
-    places: Vec<Strength>,
+    /// By group and by slot of the legs that leave its corner.
+    slots: Vec<Strength>,
     /// By wave and place.
     amplitudes: Vec<OnceLock<Complex64>>,
     /// By block, and by the corner where it ends.
@@ -215,11 +215,12 @@ impl Fronts {
         };
         let places = waves.iter().map(count).max().unwrap_or(0);
         let (first, first_wave) = (self.strengths.len(), self.waves.len() as u32);
+        let first_slot = self.slots.len();
         let more = places * waves.len();
         let bytes = (first + more) * size_of::<f32>()
             + (self.amplitudes.len() + more) * size_of::<OnceLock<Complex64>>()
             + (self.waves.len() + waves.len()) * size_of::<Wave>()
-            + (self.places.len() + places) * size_of::<Strength>();
+            + (self.slots.len() + ends.slots.len()) * size_of::<Strength>();
         if bytes > limits.bytes {
             return None;
         }
@@ -248,12 +249,15 @@ impl Fronts {
             corner,
             waves: first_wave..self.waves.len() as u32,
             first_strength: first,
-            first_place: self.places.len(),
+            first_slot,
             places,
         });
-        for (strength, &block) in rows.by_place().zip(&ends.blocks) {
-            self.blocks[block as usize].add(&strength);
-            self.places.push(strength);
+        self.slots
+            .resize(first_slot + ends.slots.len(), Strength::default());
+        let slots = &mut self.slots[first_slot..];
+        for (place, strength) in rows.by_place().enumerate() {
+            self.blocks[ends.blocks[place] as usize].add(&strength);
+            slots[ends.slots[place] as usize] = strength;
         }
         // Waves of equally many reflections at once.
         let diffractions = waves[0].diffractions + 1;
@@ -382,13 +386,11 @@ impl Fronts {
         group.waves.clone().zip(&self.waves[range])
     }
 
-    /// Strength of the fronts that continue the waves of a group along the leg at a place among the ends at its corner.
+    /// Strength of the fronts that continue the waves of a group along each of the legs of a block; all 0 beyond the limits.
     #[inline]
-    pub fn place(&self, group: &Group, place: u32) -> Strength {
-        if place as usize >= group.places {
-            return Strength::default();
-        }
-        self.places[group.first_place + place as usize]
+    pub fn slots(&self, group: &Group, block: &Block) -> &[Strength] {
+        let legs = block.legs.start as usize..block.legs.end as usize;
+        &self.slots[group.first_slot..][legs]
     }
 
     /// Upper bounds of the strengths of the fronts that continue the waves of a group along the leg at a place among the ends at its

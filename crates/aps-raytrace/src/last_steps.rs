@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::between::Between;
+use crate::between::{Between, Block};
 use crate::bound::{Direction, rounded_up};
 use crate::fronts::Limits;
 use crate::legs::{Corners, Leg, Legs};
@@ -30,7 +30,7 @@ pub(crate) struct CornerSteps {
     /// The receiver's own legs to it.
     pub legs: Range<u32>,
     first_strength: usize,
-    first_place: usize,
+    first_slot: usize,
     /// Places that the limits leave to any of them.
     places: usize,
 }
@@ -43,8 +43,8 @@ pub(crate) struct LastSteps {
     /// By corner, by place among the ends that arrive there, by own leg: |D| times the strength of the own leg, or more; 0 beyond
     /// the limits.
     strengths: Vec<f32>,
-    /// By corner and place.
-    places: Vec<Strength>,
+    /// By corner and by slot of the legs that arrive there.
+    slots: Vec<Strength>,
     corners: Vec<CornerSteps>,
     blocks: Vec<BlockSteps>,
 }
@@ -82,7 +82,7 @@ impl LastSteps {
             let places = legs.iter().map(count).max().unwrap_or(0);
             let first = steps.strengths.len();
             let bytes = (first + places * legs.len()) * size_of::<f32>()
-                + (steps.places.len() + places) * size_of::<Strength>()
+                + (steps.slots.len() + ends.slots.len()) * size_of::<Strength>()
                 + (steps.blocks.len() + ends.blocks.len()) * size_of::<BlockSteps>();
             if bytes > limits.bytes {
                 return None;
@@ -103,10 +103,14 @@ impl LastSteps {
             let ids = between.blocks_to(corner);
             blocks.clear();
             blocks.resize(ids.len(), Strength::default());
-            let first_place = steps.places.len();
-            for (strength, &block) in rows.by_place().zip(&ends.blocks) {
-                blocks[(block - ids.start) as usize].add(&strength);
-                steps.places.push(strength);
+            let first_slot = steps.slots.len();
+            steps
+                .slots
+                .resize(first_slot + ends.slots.len(), Strength::default());
+            let slots = &mut steps.slots[first_slot..];
+            for (place, strength) in rows.by_place().enumerate() {
+                blocks[(ends.blocks[place] - ids.start) as usize].add(&strength);
+                slots[ends.slots[place] as usize] = strength;
             }
             let mut at = CornerSteps {
                 corner,
@@ -114,7 +118,7 @@ impl LastSteps {
                 blocks: 0..0,
                 legs: first_leg as u32..(first_leg + legs.len()) as u32,
                 first_strength: first,
-                first_place,
+                first_slot,
                 places,
             };
             steps.add_blocks(&mut at, ids.zip(&blocks));
@@ -167,13 +171,10 @@ impl LastSteps {
         &self.blocks[at.blocks.clone()]
     }
 
-    /// Strength of the steps at a corner that begin with the leg at a place among the ends that arrive there.
+    /// Strength of the steps at a corner that begin with each of the legs of a block; all 0 beyond the limits.
     #[inline]
-    pub fn place(&self, at: &CornerSteps, place: u32) -> Strength {
-        if place as usize >= at.places {
-            return Strength::default();
-        }
-        self.places[at.first_place + place as usize]
+    pub fn slots(&self, at: &CornerSteps, block: &Block) -> &[Strength] {
+        &self.slots[at.first_slot + block.first_slot as usize..][..block.legs.len()]
     }
 
     /// Upper bounds of the strengths of the steps at a corner that begin with the leg at a place among the ends that arrive there, by

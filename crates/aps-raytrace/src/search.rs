@@ -120,9 +120,12 @@ impl Ends<'_> {
         let limits = self.map.config.limits();
         let spread = self.map.friis.amplitude(1.0);
         search.candidates.clear();
+        let mut range = 0..0;
         for (i, last) in self.rx.legs.all().iter().enumerate() {
-            let range = self.tx.legs.range_to(last.corner);
-            for (leg, j) in self.tx.legs.all()[range.clone()].iter().zip(range) {
+            if i == 0 || last.corner != self.rx.legs.all()[i - 1].corner {
+                range = self.tx.legs.range_to(last.corner);
+            }
+            for (leg, j) in self.tx.legs.all()[range.clone()].iter().zip(range.clone()) {
                 if !limits.allow(leg.reflections + last.reflections, 1) {
                     continue;
                 }
@@ -236,17 +239,20 @@ impl Ends<'_> {
         let at_most = self.of_strengths();
         let fronts = &self.tx.fronts;
         let places = &between.leaving(block.from).places;
-        for id in block.legs.clone() {
-            let leg = places[id as usize];
-            let after = self.rx.steps.place(at, leg.arriving);
-            for group in fronts.groups_at(block.from) {
-                let before = fronts.place(group, leg.leaving);
+        let slots = self.rx.steps.slots(at, block);
+        for group in fronts.groups_at(block.from) {
+            let slots = fronts.slots(group, block).iter().zip(slots);
+            for (id, (before, after)) in block.legs.clone().zip(slots) {
                 let strength = f64::from(before.max) * f64::from(after.max);
+                if strength == 0.0 {
+                    continue;
+                }
                 if at_most * strength < self.floor {
                     self.omit(at_most, f64::from(before.power) * f64::from(after.power));
                     continue;
                 }
-                self.last_parts(at, &leg, &before, parts);
+                let leg = places[id as usize];
+                self.last_parts(at, &leg, before, parts);
                 let enough = self.floor / (at_most * f64::from(after.max));
                 let before = fronts.strengths(group, leg.leaving);
                 for ((wave_id, wave), &strength) in fronts.waves_of(group).zip(before) {
