@@ -4,6 +4,7 @@ mod against_brute_force;
 mod closed_forms;
 mod continuity;
 mod corners;
+mod dynamic_range;
 mod enclosure;
 mod exact_wedge;
 mod foreign_maps;

@@ -347,10 +347,6 @@ fn settings_are_refused_or_give_finite_numbers() {
                 dynamic_range_db: Some(value),
                 ..TraceConfig::default()
             },
-            TraceConfig {
-                accuracy_db: Some(value),
-                ..TraceConfig::default()
-            },
         ];
         for config in configs {
             let Ok(tracer) = Tracer::new(&scene, config.clone()) else {

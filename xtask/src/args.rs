@@ -67,10 +67,6 @@ pub struct TraceArgs {
     /// Keep every path inside the limits, however weak.
     #[arg(long)]
     pub no_prune: bool,
-    /// Raise the interactions of each link only until all further ones together can change its
-    /// spectrum, above -40 dB of the strongest path, by less than this [dB].
-    #[arg(long)]
-    pub accuracy: Option<f64>,
     /// A link without a path goes on with up to this many diffractions; 0 turns it off.
     #[arg(long, default_value_t = TraceConfig::default().max_fallback_diffractions)]
     pub max_fallback_diffractions: usize,
@@ -95,7 +91,6 @@ impl TraceArgs {
                 .max_interactions
                 .unwrap_or(self.max_reflections.saturating_add(self.max_diffractions)),
             dynamic_range_db: (!self.no_prune).then_some(self.dynamic_range_db),
-            accuracy_db: self.accuracy,
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..TraceConfig::default()
         }

@@ -94,6 +94,8 @@ struct TraceSettings {
     max_diffractions: usize,
     max_interactions: usize,
     dynamic_range_db: Option<f64>,
+    /// A setting of earlier versions. Without a value it decides nothing.
+    #[serde(default, skip_serializing)]
     accuracy_db: Option<f64>,
     max_fallback_diffractions: usize,
 }
@@ -123,12 +125,17 @@ impl TraceSettings {
             max_diffractions: config.max_diffractions,
             max_interactions: config.max_interactions,
             dynamic_range_db: config.dynamic_range_db,
-            accuracy_db: config.accuracy_db,
+            accuracy_db: None,
             max_fallback_diffractions: config.max_fallback_diffractions,
         }
     }
 
     fn config(self) -> Result<TraceConfig> {
+        if let Some(accuracy_db) = self.accuracy_db {
+            bail!(
+                "it was traced with --accuracy {accuracy_db}, which is gone: its links cannot be computed anew"
+            );
+        }
         let material = match self.material {
             MaterialSetting::Named(name) => match name.as_str() {
                 "concrete" => Material::Concrete,
@@ -149,7 +156,6 @@ impl TraceSettings {
             max_diffractions: self.max_diffractions,
             max_interactions: self.max_interactions,
             dynamic_range_db: self.dynamic_range_db,
-            accuracy_db: self.accuracy_db,
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..TraceConfig::default()
         };
@@ -185,7 +191,6 @@ mod tests {
         for material in materials {
             let trace = TraceConfig {
                 material,
-                accuracy_db: Some(0.1),
                 dynamic_range_db: None,
                 frequency_hz: 0.1 + 28e9,
                 ..TraceConfig::default()

@@ -29,8 +29,6 @@ pub struct Tally {
     pub relative_power: Moments,
     /// Links beyond the limits, by their number of diffractions.
     pub fallback: BTreeMap<usize, u64>,
-    /// With an accuracy set: links by the number of interactions they stopped at.
-    pub stopped_at: BTreeMap<usize, u64>,
     /// Points passed over since a transmitter does not reach them, by the reason.
     pub passed_over: BTreeMap<String, u64>,
     /// Links wanted for which too few points were reached.
@@ -64,9 +62,6 @@ impl Tally {
     pub fn link(&mut self, link: &Link, label: &Label, status: LinkStatus, protocol: Protocol) {
         let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
         self.stored_link(link.paths.len(), status, beyond as u8);
-        if let Some(order) = link.stopped_at {
-            *self.stopped_at.entry(order).or_default() += 1;
-        }
         self.omitted_by_bound += link.omitted.by_bound as u64;
         self.omitted_by_gain += link.omitted.by_gain as u64;
         if !status.is_valid() {
@@ -133,7 +128,6 @@ impl Tally {
             "dominant_peaks": self.dominant_peaks,
             "relative_power": self.relative_power_json(),
             "fallback_diffractions": self.fallback,
-            "stopped_at_interactions": self.stopped_at,
             "points_not_reached": self.passed_over,
             "missing_links": self.missing_links,
             "omitted": {
@@ -194,7 +188,6 @@ impl Tally {
         merge(&mut self.dominant_peaks, &part.dominant_peaks);
         self.relative_power.merge(&part.relative_power);
         merge(&mut self.fallback, &part.fallback);
-        merge(&mut self.stopped_at, &part.stopped_at);
         merge(&mut self.passed_over, &part.passed_over);
         self.missing_links += part.missing_links;
         self.maps_without_walls += part.maps_without_walls;
@@ -295,13 +288,6 @@ impl fmt::Display for Summary<'_> {
                 f,
                 "not needed: reflection on {} maps, diffraction on {} maps, {} beams that meet no wall",
                 t.maps_without_walls, t.maps_without_corners, t.empty_beams
-            )?;
-        }
-        for (order, count) in &t.stopped_at {
-            writeln!(
-                f,
-                "  stopped at {order} interactions: {count}  {:.3} %",
-                share(*count, t.links)
             )?;
         }
         writeln!(f, "bytes       {:>12}", t.bytes)?;

@@ -78,14 +78,22 @@ impl Beam {
         DVec2::new(r.dot(self.across), r.dot(self.forward))
     }
 
-    /// Whether a box may reach into the view.
+    /// Tells whether a box, by centre and half extents, may reach into the view.
     #[inline]
-    fn may_meet(&self, centre: DVec2, extent: DVec2) -> bool {
-        let r = centre - self.apex;
-        let reaches = |axis: DVec2, limit: f64| r.dot(axis) + axis.abs().dot(extent) >= limit;
-        reaches(self.forward, self.near)
-            && reaches(self.forward * self.hi - self.across, 0.0)
-            && reaches(self.across - self.forward * self.lo, 0.0)
+    fn meets(&self) -> impl Fn(DVec2, DVec2) -> bool {
+        let apex = self.apex;
+        let sides = [
+            (self.forward, self.near),
+            (self.forward * self.hi - self.across, 0.0),
+            (self.across - self.forward * self.lo, 0.0),
+        ]
+        .map(|(axis, limit)| (axis, axis.abs(), limit));
+        move |centre, extent| {
+            let r = centre - apex;
+            let reaches =
+                |(axis, abs, limit): (DVec2, DVec2, f64)| r.dot(axis) + abs.dot(extent) >= limit;
+            sides.into_iter().all(reaches)
+        }
     }
 }
 
@@ -127,18 +135,15 @@ pub(crate) fn visible_walls(
     sweep.candidates.clear();
     sweep.events.clear();
     sweep.active.clear();
-    index.for_each(
-        |centre, extent| beam.may_meet(centre, extent),
-        |id| {
-            if let Some((candidate, from, to)) = clip(&walls[id as usize], id, beam) {
-                let n = sweep.candidates.len() as u32;
-                sweep.events.push((from, n, false));
-                sweep.events.push((to, n, true));
-                sweep.candidates.push(candidate);
-            }
-            true
-        },
-    );
+    index.for_each(beam.meets(), |id| {
+        if let Some((candidate, from, to)) = clip(&walls[id as usize], id, beam) {
+            let n = sweep.candidates.len() as u32;
+            sweep.events.push((from, n, false));
+            sweep.events.push((to, n, true));
+            sweep.candidates.push(candidate);
+        }
+        true
+    });
     sweep.events.sort_unstable_by(|p, q| p.0.total_cmp(&q.0));
 
     let Sweep {

@@ -41,10 +41,6 @@ pub struct TraceConfig {
     /// Paths weaker than the link's strongest by more than this \[dB\] are left out; `None` keeps
     /// every path inside the limits.
     pub dynamic_range_db: Option<f64>,
-    /// Raise the number of interactions of a link only until all further ones together can change
-    /// its spectrum, where that is above -40 dB of the strongest path, by less than this \[dB\];
-    /// `None` always goes to the limits.
-    pub accuracy_db: Option<f64>,
     /// A link without any path inside the limits goes on with up to this many diffractions, along
     /// the best chains of mutually visible corners; no more than `max_diffractions` turns it off.
     pub max_fallback_diffractions: usize,
@@ -67,7 +63,6 @@ impl Default for TraceConfig {
             max_diffractions: 1,
             max_interactions: 3,
             dynamic_range_db: Some(60.0),
-            accuracy_db: None,
             max_fallback_diffractions: 4,
             max_images: 10_000_000,
             max_wave_bytes: 1 << 30,
@@ -115,11 +110,6 @@ impl TraceConfig {
             && !(range.is_finite() && range >= 0.0)
         {
             return Err(ConfigError::DynamicRange(range));
-        }
-        if let Some(accuracy) = self.accuracy_db
-            && !(accuracy.is_finite() && accuracy > 0.0)
-        {
-            return Err(ConfigError::Accuracy(accuracy));
         }
         for (name, value) in [
             ("max_reflections", self.max_reflections),

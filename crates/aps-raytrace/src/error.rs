@@ -113,9 +113,6 @@ pub enum ConfigError {
     /// Dynamic range not finite or negative.
     #[error("dynamic range {0} dB must be finite and not negative")]
     DynamicRange(f64),
-    /// Accuracy not finite or not positive.
-    #[error("accuracy {0} dB must be finite and positive")]
-    Accuracy(f64),
     /// The images of a corner exceed the limit.
     #[error("a corner cannot be a source of diffracted waves")]
     Corner(#[source] TerminalError),

@@ -1,37 +1,42 @@
 //! Fronts: waves of a transmitter on arrival at their last corner before the receiver.
 //!
-//! With one diffraction a front is a leg. With more, each front is a leg between two corners that
-//! continues an earlier front; the coefficients of all corners but the last are already in it.
-//! A link only adds the last one.
+//! With one diffraction a front is a leg of the transmitter. With more it continues a wave at the corner before along a leg between
+//! corners. There are many of those and few links need any one of them: what is kept is an upper bound of each one's strength, and
+//! the largest of each block. Its amplitude is computed when the first link asks.
+
+use std::ops::Range;
+use std::sync::OnceLock;
 
 use num_complex::Complex64;
+use smallvec::SmallVec;
 
+use crate::between::{Between, Block, Leaving};
+use crate::bound::{Direction, rounded_up};
 use crate::legs::{Corners, Leg, Legs};
 use crate::path::{Interaction, InteractionKind, Interactions};
+use crate::strength::{Rows, Strength};
 use crate::wedge::Ray;
 
-/// Marks a front that starts at the transmitter.
-const NO_PARENT: u32 = u32::MAX;
+/// Instead of a wave: none, as a leg of the transmitter continues none.
+const NO_WAVE: u32 = u32::MAX;
 
-/// A wave on arrival at a corner.
+/// A front: the wave that it continues, and the leg.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Front {
-    /// At the corner, back along the last leg.
-    pub ray: Ray,
-    /// Reflection and diffraction coefficients so far, over the square root of the product of
-    /// all leg lengths.
-    pub amplitude: Complex64,
-    /// Magnitude of it.
-    pub strength: f64,
-    /// Length from the transmitter \[m\].
-    pub length_m: f64,
-    pub reflections: u32,
-    /// Corners before this one.
-    pub diffractions: u32,
-    corner: u32,
-    /// Its last leg: of the transmitter, or of the corner before.
+pub(crate) struct FrontId {
+    wave: u32,
     leg: u32,
-    parent: u32,
+}
+
+impl FrontId {
+    /// A leg of the transmitter.
+    pub fn own(leg: u32) -> Self {
+        Self { wave: NO_WAVE, leg }
+    }
+
+    /// A leg that leaves the corner of a wave.
+    pub fn after(wave: u32, leg: u32) -> Self {
+        Self { wave, leg }
+    }
 }
 
 /// What may be on a path.
@@ -52,143 +57,387 @@ impl Limits {
             && diffractions <= self.diffractions
             && reflections + diffractions <= self.interactions
     }
+
+    /// How many more reflections a path with these numbers may have.
+    #[inline]
+    pub fn left(&self, reflections: u32, diffractions: u32) -> Option<u32> {
+        let most = self.interactions.checked_sub(diffractions)?;
+        let left = self.reflections.min(most).checked_sub(reflections)?;
+        (diffractions <= self.diffractions).then_some(left)
+    }
 }
 
-/// All fronts of one transmitter, by corner.
+/// A front on arrival at a corner from which it goes on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wave {
+    pub corner: u32,
+    front: FrontId,
+    /// Upper bound of the magnitude of its amplitude.
+    strength: f64,
+    /// Length from the transmitter \[m\].
+    pub length_m: f64,
+    pub reflections: u32,
+    /// Corners before this one.
+    pub diffractions: u32,
+    /// Its first amplitude.
+    first_front: usize,
+}
+
+/// Waves that arrive at one corner after equally many others.
+#[derive(Debug, Clone)]
+pub(crate) struct Group {
+    corner: u32,
+    waves: Range<u32>,
+    first_strength: usize,
+    first_slot: usize,
+    /// Places that the limits leave to any of them.
+    places: usize,
+}
+
+/// How many fronts of one kind arrive at a corner.
+#[derive(Debug, Clone, Copy)]
+struct Count {
+    reflections: u32,
+    diffractions: u32,
+    fronts: usize,
+}
+
+/// All fronts of one transmitter.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
-    fronts: Vec<Front>,
-    /// Fronts sorted by corner.
-    order: Vec<u32>,
-    /// First of each corner in `order`, and the end.
-    first: Vec<u32>,
+    /// The transmitter's own legs as seen at their corners.
+    own: Vec<Direction>,
+    /// Waves that go on to further corners.
+    waves: Vec<Wave>,
+    /// Sorted by corner.
+    groups: Vec<Group>,
+    /// First group of each corner, and the end.
+    first_group: Vec<u32>,
+    /// Upper bounds of the strengths of the fronts that continue the waves, by group, by place among the ends that leave its corner,
+    /// by wave; 0 beyond the limits.
+    strengths: Vec<f32>,
+    /// By group and by slot of the legs that leave its corner.
+    slots: Vec<Strength>,
+    /// By wave and place.
+    amplitudes: Vec<OnceLock<Complex64>>,
+    /// By block, and by the corner where it ends.
+    blocks: Vec<Strength>,
+    corners: Vec<Strength>,
+    /// By corner.
+    counts: Vec<Vec<Count>>,
+}
+
+/// What fronts are made of: done once a map, and once a transmitter.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sources<'t> {
+    pub corners: &'t Corners,
+    /// None where no path has two diffractions.
+    pub between: Option<&'t Between>,
+    /// The transmitter's.
+    pub legs: &'t Legs,
+}
+
+impl<'t> Sources<'t> {
+    fn between(&self) -> &'t Between {
+        self.between
+            .expect("waves go on along legs between corners")
+    }
+
+    fn leaving(&self, wave: &Wave) -> &'t Leaving {
+        self.between().leaving(wave.corner)
+    }
 }
 
 impl Fronts {
-    /// Extends the transmitter's legs corner by corner. `between` holds the legs from each corner
-    /// to all others; it may be empty when at most one diffraction is allowed. `None` if the fronts
-    /// take more than the limit.
-    pub fn extend(
-        corners: &Corners,
-        legs: &Legs,
-        between: &[Legs],
-        limits: &Limits,
-    ) -> Option<Self> {
-        let most = limits.bytes / size_of::<Front>();
-        let mut fronts: Vec<Front> = legs
-            .all()
-            .iter()
-            .zip(0..)
-            .filter(|(leg, _)| limits.allow(leg.reflections, 1))
-            .map(|(leg, i)| Front {
-                ray: leg.ray,
-                amplitude: leg.coefficient / leg.ray.length_m.sqrt(),
-                strength: leg.strength,
-                length_m: leg.ray.length_m,
-                reflections: leg.reflections,
-                diffractions: 0,
-                corner: leg.corner,
-                leg: i,
-                parent: NO_PARENT,
-            })
-            .collect();
-        let mut begin = 0;
+    /// Extends the transmitter's legs corner by corner. `None` if the fronts take more than the limit.
+    pub fn extend(of: &Sources<'_>, limits: &Limits) -> Option<Self> {
+        let mut fronts = Self {
+            counts: vec![Vec::new(); of.corners.wedges.len()],
+            ..Self::default()
+        };
+        let mut level = Vec::new();
+        for (i, leg) in (0..).zip(of.legs.all()) {
+            let wedge = &of.corners.wedges[leg.corner as usize];
+            fronts.own.push(wedge.bound.direction(&leg.ray));
+            if limits.allow(leg.reflections, 1) {
+                fronts.count(leg.corner, leg.reflections, 0, 1);
+                level.push(Wave {
+                    corner: leg.corner,
+                    front: FrontId::own(i),
+                    strength: leg.strength,
+                    length_m: leg.ray.length_m,
+                    reflections: leg.reflections,
+                    diffractions: 0,
+                    first_front: 0,
+                });
+            }
+        }
+        let Some(between) = of.between else {
+            return Some(fronts);
+        };
+        fronts.blocks = vec![Strength::default(); between.blocks().len()];
+        let mut rows = Rows::default();
         for diffractions in 1..limits.diffractions {
-            let end = fronts.len();
-            for parent in begin..end {
-                let before = fronts[parent];
-                let wedge = &corners.wedges[before.corner as usize];
-                for (leg, i) in between[before.corner as usize].all().iter().zip(0..) {
-                    let reflections = before.reflections + leg.reflections;
-                    if !limits.allow(reflections, diffractions + 1) {
-                        continue;
-                    }
-                    if fronts.len() >= most {
-                        return None;
-                    }
-                    let out = wedge.ray(leg.corner_image);
-                    let amplitude =
-                        before.amplitude * wedge.coefficient(&before.ray, &out) * leg.coefficient
-                            / leg.ray.length_m.sqrt();
-                    fronts.push(Front {
-                        ray: leg.ray,
-                        amplitude,
-                        strength: amplitude.norm(),
-                        length_m: before.length_m + leg.ray.length_m,
-                        reflections,
-                        diffractions,
-                        corner: leg.corner,
-                        leg: i,
-                        parent: parent as u32,
-                    });
+            let mut next = Vec::new();
+            for waves in level.chunk_by(|p, q| p.corner == q.corner) {
+                fronts.add(of, limits, waves, &mut rows)?;
+                if diffractions + 1 < limits.diffractions {
+                    fronts.go_on(of, limits, &mut next)?;
                 }
             }
-            begin = end;
+            next.sort_by_key(|wave: &Wave| wave.corner);
+            level = next;
         }
-        let mut order: Vec<u32> = (0..fronts.len() as u32).collect();
-        order.sort_by_key(|&i| fronts[i as usize].corner);
-        let mut first = vec![0_u32; corners.wedges.len() + 1];
-        for front in &fronts {
-            first[front.corner as usize + 1] += 1;
+        fronts.sort(of.corners.wedges.len());
+        fronts.corners = vec![Strength::default(); of.corners.wedges.len()];
+        for (block, strength) in between.blocks().iter().zip(&fronts.blocks) {
+            fronts.corners[block.to as usize].add(strength);
         }
-        for c in 0..corners.wedges.len() {
-            first[c + 1] += first[c];
-        }
-        Some(Self {
-            fronts,
-            order,
-            first,
-        })
+        Some(fronts)
     }
 
-    /// Fronts at one corner.
-    #[inline]
-    pub fn at(&self, corner: usize) -> impl Iterator<Item = (u32, &Front)> {
-        let range = match self.first.get(corner..corner + 2) {
-            Some(&[from, to]) => from as usize..to as usize,
-            _ => 0..0,
+    /// Adds waves at one corner and the fronts that continue them.
+    fn add(
+        &mut self,
+        of: &Sources<'_>,
+        limits: &Limits,
+        waves: &[Wave],
+        rows: &mut Rows,
+    ) -> Option<()> {
+        let corner = waves[0].corner;
+        let leaving = of.between().leaving(corner);
+        let wedge = &of.corners.wedges[corner as usize].bound;
+        let ends = &leaving.ends;
+        rows.clear(ends.blocks.len());
+        let count = |wave: &Wave| {
+            let left = limits.left(wave.reflections, wave.diffractions + 2);
+            left.map_or(0, |left| ends.with_at_most(left))
         };
-        self.order[range]
-            .iter()
-            .map(|&i| (i, &self.fronts[i as usize]))
+        let places = waves.iter().map(count).max().unwrap_or(0);
+        let (first, first_wave) = (self.strengths.len(), self.waves.len() as u32);
+        let first_slot = self.slots.len();
+        let more = places * waves.len();
+        let bytes = (first + more) * size_of::<f32>()
+            + (self.amplitudes.len() + more) * size_of::<OnceLock<Complex64>>()
+            + (self.waves.len() + waves.len()) * size_of::<Wave>()
+            + (self.slots.len() + ends.slots.len()) * size_of::<Strength>();
+        if bytes > limits.bytes {
+            return None;
+        }
+        self.strengths.resize(first + more, 0.0);
+        for (w, wave) in waves.iter().enumerate() {
+            let count = count(wave);
+            let direction = wedge.direction(self.ray(of, wave.front));
+            let bounds = rows.bounds(wedge, &direction, &ends.directions, count);
+            let strengths = self.strengths.iter_mut().skip(first + w);
+            let strengths = strengths.step_by(waves.len());
+            for ((bound, strength), rounded) in
+                bounds.iter_mut().zip(&ends.strengths).zip(strengths)
+            {
+                *bound *= wave.strength * strength;
+                *rounded = rounded_up(*bound);
+            }
+            rows.add();
+            self.waves.push(Wave {
+                first_front: self.amplitudes.len(),
+                ..*wave
+            });
+            let amplitudes = self.amplitudes.len() + count;
+            self.amplitudes.resize_with(amplitudes, OnceLock::new);
+        }
+        self.groups.push(Group {
+            corner,
+            waves: first_wave..self.waves.len() as u32,
+            first_strength: first,
+            first_slot,
+            places,
+        });
+        self.slots
+            .resize(first_slot + ends.slots.len(), Strength::default());
+        let slots = &mut self.slots[first_slot..];
+        for (place, strength) in rows.by_place().enumerate() {
+            self.blocks[ends.blocks[place] as usize].add(&strength);
+            slots[ends.slots[place] as usize] = strength;
+        }
+        // Waves of equally many reflections at once.
+        let diffractions = waves[0].diffractions + 1;
+        let mut kinds: SmallVec<[(u32, usize); 8]> = SmallVec::new();
+        for wave in waves {
+            match kinds.iter_mut().find(|kind| kind.0 == wave.reflections) {
+                Some(kind) => kind.1 += 1,
+                None => kinds.push((wave.reflections, 1)),
+            }
+        }
+        for leg in leaving.legs.all() {
+            for &(reflections, waves) in &kinds {
+                let reflections = reflections + leg.reflections;
+                if limits.allow(reflections, diffractions + 1) {
+                    self.count(leg.corner, reflections, diffractions, waves);
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// The waves that the fronts of the last group become at further corners.
+    fn go_on(&self, of: &Sources<'_>, limits: &Limits, out: &mut Vec<Wave>) -> Option<()> {
+        let group = self.groups.last()?;
+        for (id, wave) in self.waves_of(group) {
+            let leaving = of.leaving(wave);
+            for (i, leg) in (0..).zip(leaving.legs.all()) {
+                let reflections = wave.reflections + leg.reflections;
+                if !limits.allow(reflections, wave.diffractions + 2) {
+                    continue;
+                }
+                if (out.len() + 1) * size_of::<Wave>() > limits.bytes {
+                    return None;
+                }
+                let strengths = self.strengths(group, leaving.places[i as usize].leaving);
+                out.push(Wave {
+                    corner: leg.corner,
+                    front: FrontId::after(id, i),
+                    strength: strengths[(id - group.waves.start) as usize].into(),
+                    length_m: wave.length_m + leg.ray.length_m,
+                    reflections,
+                    diffractions: wave.diffractions + 1,
+                    first_front: 0,
+                });
+            }
+        }
+        Some(())
+    }
+
+    fn count(&mut self, corner: u32, reflections: u32, diffractions: u32, more: usize) {
+        let counts = &mut self.counts[corner as usize];
+        let is_same =
+            |c: &&mut Count| (c.reflections, c.diffractions) == (reflections, diffractions);
+        match counts.iter_mut().find(is_same) {
+            Some(count) => count.fronts += more,
+            None => counts.push(Count {
+                reflections,
+                diffractions,
+                fronts: more,
+            }),
+        }
+    }
+
+    fn sort(&mut self, corners: usize) {
+        self.groups.sort_by_key(|group| group.corner);
+        self.first_group = vec![0; corners + 1];
+        for group in &self.groups {
+            self.first_group[group.corner as usize + 1] += 1;
+        }
+        for c in 0..corners {
+            self.first_group[c + 1] += self.first_group[c];
+        }
+    }
+
+    fn last_leg<'t>(&self, of: &Sources<'t>, front: FrontId) -> (&'t Legs, &'t Leg) {
+        let legs = match self.waves.get(front.wave as usize) {
+            Some(wave) => &of.leaving(wave).legs,
+            None => of.legs,
+        };
+        (legs, &legs.all()[front.leg as usize])
+    }
+
+    /// At a front's corner, back along its last leg.
+    pub fn ray<'t>(&self, of: &Sources<'t>, front: FrontId) -> &'t Ray {
+        &self.last_leg(of, front).1.ray
     }
 
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.fronts.len()
+        self.counts.iter().flatten().map(|c| c.fronts).sum()
     }
 
-    /// The interactions of the path along `front` and `last`, the receiver's leg to its corner.
-    pub fn interactions(
-        &self,
-        corners: &Corners,
-        legs: &Legs,
-        between: &[Legs],
-        front: u32,
-        last: (&Legs, &Leg),
-    ) -> Interactions {
-        let mut path = Interactions::new();
-        // Backwards from the corner to the transmitter, then turned around.
-        let mut at = &self.fronts[front as usize];
-        loop {
-            let wedge = &corners.wedges[at.corner as usize];
-            path.push(Interaction {
-                kind: InteractionKind::Diffraction,
-                id: wedge.id,
-                point: wedge.point,
-            });
-            let parent = self.fronts.get(at.parent as usize);
-            let from = parent.map_or(legs, |p| &between[p.corner as usize]);
-            let leg = &from.all()[at.leg as usize];
-            path.extend(from.reflections_of(leg).iter().rev().copied());
-            match parent {
-                Some(parent) => at = parent,
-                None => break,
-            }
+    /// How many of those at a corner make a path with a last leg of so many reflections.
+    pub fn paths(&self, corner: u32, reflections: u32, limits: &Limits) -> usize {
+        let counts = self.counts[corner as usize].iter();
+        counts
+            .filter(|c| limits.allow(c.reflections + reflections, c.diffractions + 1))
+            .map(|c| c.fronts)
+            .sum()
+    }
+
+    /// Directions of the transmitter's own legs.
+    pub fn own(&self) -> &[Direction] {
+        &self.own
+    }
+
+    /// Strength of the fronts at a corner but for the transmitter's own legs.
+    pub fn corner(&self, corner: u32) -> &Strength {
+        &self.corners[corner as usize]
+    }
+
+    /// Strength of the fronts of a block.
+    pub fn block(&self, id: u32) -> &Strength {
+        &self.blocks[id as usize]
+    }
+
+    /// Groups of waves at a corner that go on to further ones.
+    pub fn groups_at(&self, corner: u32) -> &[Group] {
+        let [from, to] = [0, 1].map(|i| self.first_group[corner as usize + i] as usize);
+        &self.groups[from..to]
+    }
+
+    /// Waves of a group, in order.
+    pub fn waves_of(&self, group: &Group) -> impl Iterator<Item = (u32, &Wave)> {
+        let range = group.waves.start as usize..group.waves.end as usize;
+        group.waves.clone().zip(&self.waves[range])
+    }
+
+    /// Strength of the fronts that continue the waves of a group along each of the legs of a block; all 0 beyond the limits.
+    #[inline]
+    pub fn slots(&self, group: &Group, block: &Block) -> &[Strength] {
+        let legs = block.legs.start as usize..block.legs.end as usize;
+        &self.slots[group.first_slot..][legs]
+    }
+
+    /// Upper bounds of the strengths of the fronts that continue the waves of a group along the leg at a place among the ends at its
+    /// corner; 0 for a wave, or empty for all, where the limits end.
+    #[inline]
+    pub fn strengths(&self, group: &Group, place: u32) -> &[f32] {
+        if place as usize >= group.places {
+            return &[];
         }
-        path.reverse();
-        let (legs, leg) = last;
-        path.extend(legs.reflections_of(leg).iter().rev().copied());
-        path
+        let count = group.waves.len();
+        &self.strengths[group.first_strength + place as usize * count..][..count]
+    }
+
+    /// Reflection and diffraction coefficients so far, over the square root of the product of all leg lengths.
+    pub fn amplitude(&self, of: &Sources<'_>, front: FrontId) -> Complex64 {
+        let (_, leg) = self.last_leg(of, front);
+        let Some(wave) = self.waves.get(front.wave as usize) else {
+            return leg.coefficient / leg.ray.length_m.sqrt();
+        };
+        let leaving = of.leaving(wave);
+        let place = leaving.places[front.leg as usize].leaving as usize;
+        *self.amplitudes[wave.first_front + place].get_or_init(|| {
+            let wedge = &of.corners.wedges[wave.corner as usize];
+            let out = &leaving.rays[front.leg as usize];
+            let coefficient = wedge.coefficient(self.ray(of, wave.front), out);
+            self.amplitude(of, wave.front) * coefficient * leg.coefficient / leg.ray.length_m.sqrt()
+        })
+    }
+
+    /// Length of a front from the transmitter \[m\].
+    pub fn length_m(&self, of: &Sources<'_>, front: FrontId) -> f64 {
+        let before = self.waves.get(front.wave as usize);
+        before.map_or(0.0, |wave| wave.length_m) + self.last_leg(of, front).1.ray.length_m
+    }
+
+    /// Appends the interactions on the way of a front, its corner included.
+    pub fn interactions(&self, of: &Sources<'_>, front: FrontId, path: &mut Interactions) {
+        if let Some(wave) = self.waves.get(front.wave as usize) {
+            self.interactions(of, wave.front, path);
+        }
+        let (legs, leg) = self.last_leg(of, front);
+        path.extend_from_slice(legs.reflections_of(leg));
+        let wedge = &of.corners.wedges[leg.corner as usize];
+        path.push(Interaction {
+            kind: InteractionKind::Diffraction,
+            id: wedge.id,
+            point: wedge.point,
+        });
     }
 }

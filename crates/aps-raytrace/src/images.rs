@@ -164,17 +164,6 @@ impl ImageTree {
         Ok(builder.finish())
     }
 
-    /// How many walls the sequence of an image has.
-    pub fn order_of(&self, image: u32) -> usize {
-        let mut order = 1;
-        let mut at = self.images[image as usize].parent;
-        while at != NO_PARENT {
-            order += 1;
-            at = self.images[at as usize].parent;
-        }
-        order
-    }
-
     /// Calls `visit` with every image whose line to the point with these sights passes the
     /// windows of its last wall, on both sides: the candidates for a path.
     #[inline]

@@ -1,5 +1,7 @@
 //! Legs: everything between one point and the corners it reaches without diffraction.
 
+use std::ops::Range;
+
 use glam::DVec2;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -138,13 +140,19 @@ impl Legs {
         &self.legs
     }
 
+    /// Places of the legs to one corner.
+    #[inline]
+    pub fn range_to(&self, corner: u32) -> Range<usize> {
+        match self.first.get(corner as usize..corner as usize + 2) {
+            Some(&[from, to]) => from as usize..to as usize,
+            _ => 0..0,
+        }
+    }
+
     /// Legs to one corner.
     #[inline]
-    pub fn to(&self, corner: usize) -> &[Leg] {
-        match self.first.get(corner..corner + 2) {
-            Some(&[from, to]) => &self.legs[from as usize..to as usize],
-            _ => &[],
-        }
+    pub fn to(&self, corner: u32) -> &[Leg] {
+        &self.legs[self.range_to(corner)]
     }
 
     /// The reflections of a leg, in order from the point to the corner.

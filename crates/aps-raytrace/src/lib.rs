@@ -63,22 +63,30 @@
 
 #![forbid(unsafe_code)]
 
-mod adaptive;
 mod beam;
+mod between;
+mod bound;
 mod chain;
+mod chains;
 mod config;
 mod corner_graph;
 pub mod error;
 mod fallback;
+mod friis;
 mod fronts;
 mod images;
+mod last_steps;
 mod legs;
 mod link;
+mod map;
 mod material;
 mod occlusion;
 mod path;
 pub mod predicates;
 pub mod scene;
+mod search;
+mod strength;
+mod terminal;
 mod text;
 mod tracer;
 pub mod transition;
@@ -94,4 +102,5 @@ pub use material::{
 pub use num_complex::Complex64;
 pub use path::{Interaction, InteractionKind, Interactions, PathRecord};
 pub use scene::{Area, Footprint, Scene, Wall};
-pub use tracer::{Receiver, Tracer, Transmitter};
+pub use terminal::{Receiver, Transmitter};
+pub use tracer::Tracer;

@@ -138,25 +138,6 @@ impl Boundaries {
     }
 }
 
-impl Boundaries {
-    /// An upper bound of the bracket's magnitude: |F| <= 1 far from a boundary, and each product
-    /// is at most n sqrt(2 pi kL) next to it; reflection coefficients do not exceed 1.
-    pub fn bound(&self, n: f64, kl: f64) -> f64 {
-        let next_to_boundary = n * (TAU * kl).sqrt();
-        let term = |delta: f64| {
-            (delta / (2.0 * n))
-                .tan()
-                .recip()
-                .abs()
-                .min(next_to_boundary)
-        };
-        term(self.shadow_far)
-            + term(self.shadow)
-            + term(self.reflection_0)
-            + term(self.reflection_n)
-    }
-}
-
 /// Brings an angle into [-n pi, n pi] by multiples of 2 n pi: the nearest integers N+ and N- of
 /// the theory.
 fn wrap(angle: f64, n: f64) -> f64 {

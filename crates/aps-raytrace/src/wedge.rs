@@ -11,6 +11,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec2;
 use num_complex::Complex64;
 
+use crate::bound::WedgeBound;
 use crate::material::Reflector;
 use crate::predicates::{orient, strictly_between};
 use crate::scene::{Scene, Wall};
@@ -36,6 +37,7 @@ pub(crate) struct Wedge {
     wavenumber_per_m: f64,
     /// -e^{-j pi/4} / (2 n sqrt(2 pi k)) \[sqrt(m)\].
     factor: Complex64,
+    pub bound: WedgeBound,
 }
 
 /// A ray between a wedge and the (unfolded) place it comes from or goes to.
@@ -54,6 +56,18 @@ pub(crate) struct Ray {
     gamma_n: Complex64,
 }
 
+impl Ray {
+    /// Angles from the 0-face and from the n-face \[rad\].
+    pub fn angles(&self) -> [f64; 2] {
+        [self.from_0, self.from_n]
+    }
+
+    /// Reflection coefficients of the 0-face and of the n-face for a ray from its place.
+    pub fn gammas(&self) -> [Complex64; 2] {
+        [self.gamma_0, self.gamma_n]
+    }
+}
+
 impl Wedge {
     /// The wedge between two walls: the one that starts at the corner and the one that ends
     /// there, an open angle of more than pi apart.
@@ -68,6 +82,7 @@ impl Wedge {
         let previous = &scene.walls()[last as usize];
         let interior = next.along().angle_to(-previous.along());
         let n = (TAU - interior.abs()) / PI;
+        let factor = utd::factor(n, wavenumber_per_m);
         Self {
             id,
             point: next.a,
@@ -77,7 +92,8 @@ impl Wedge {
             reflector_0: reflectors[id as usize],
             reflector_n: reflectors[last as usize],
             wavenumber_per_m,
-            factor: utd::factor(n, wavenumber_per_m),
+            factor,
+            bound: WedgeBound::new(n, wavenumber_per_m, factor),
         }
     }
 
@@ -164,18 +180,6 @@ impl Wedge {
     fn mixed(&self, (along, outward): (DVec2, DVec2), p: &Ray, q: &Ray) -> f64 {
         let (a, b) = (p.place - self.point, q.place - self.point);
         a.dot(along) * b.dot(outward) + b.dot(along) * a.dot(outward)
-    }
-
-    /// An upper bound of |D| that falls off away from the boundaries, as |D| does. Costs half of
-    /// [`Self::coefficient`].
-    pub fn coefficient_bound_by_angle(&self, p: &Ray, q: &Ray) -> f64 {
-        let kl = self.wavenumber_per_m * utd::distance_m(p.length_m, q.length_m);
-        Boundaries::new(self.n, p.from_0, q.from_0).bound(self.n, kl) * self.factor.norm()
-    }
-
-    /// An upper bound of |D|: each of the four terms is at most n sqrt(2 pi k L).
-    pub fn coefficient_bound(&self, p: &Ray, q: &Ray) -> f64 {
-        2.0 * utd::distance_m(p.length_m, q.length_m).sqrt()
     }
 }
 

@@ -44,7 +44,7 @@ struct Omission {
     with: TraceConfig,
 }
 
-fn omissions() -> [Omission; 5] {
+fn omissions() -> [Omission; 4] {
     let default = TraceConfig::default();
     let all = TraceConfig {
         dynamic_range_db: None,
@@ -56,7 +56,9 @@ fn omissions() -> [Omission; 5] {
     };
     let far = TraceConfig {
         max_reflections: 4,
-        max_interactions: 5,
+        max_diffractions: 2,
+        max_interactions: 6,
+        dynamic_range_db: None,
         ..default.clone()
     };
     [
@@ -71,18 +73,10 @@ fn omissions() -> [Omission; 5] {
             with: range(30.0),
         },
         Omission {
-            name: "accuracy 1 dB, R4 D1",
+            name: "beyond 30 dB, R4 D2",
             without: far.clone(),
             with: TraceConfig {
-                accuracy_db: Some(1.0),
-                ..far.clone()
-            },
-        },
-        Omission {
-            name: "accuracy 6 dB, R4 D1",
-            without: far.clone(),
-            with: TraceConfig {
-                accuracy_db: Some(6.0),
+                dynamic_range_db: Some(30.0),
                 ..far
             },
         },
@@ -110,8 +104,7 @@ pub fn study(
     }
     study.heading("Omissions that can be turned off");
     study.text(
-        "Each against the same limits without it: paths weaker than the strongest by more than the dynamic range; interactions \
-         beyond what the accuracy asks for; chains of diffractions for links without a path. Time is that of tracing and \
+        "Each against the same limits without it: paths weaker than the strongest by more than the dynamic range; chains of diffractions for links without a path. Time is that of tracing and \
          labelling; errors are those of the spectrum above \u{2212}40 dB.",
     );
     let cells = |r: &Row| {

@@ -1,4 +1,4 @@
-//! The tracer's limits, dynamic range and accuracy: error of the label against time a link.
+//! The tracer's limits and dynamic range: error of the label against time a link.
 
 mod reading;
 mod settings;
@@ -23,7 +23,6 @@ struct Row {
     max_reflections: usize,
     max_diffractions: usize,
     dynamic_range_db: Option<f64>,
-    accuracy_db: Option<f64>,
     links: usize,
     missing_links: usize,
     paths_per_link: f64,
@@ -127,7 +126,6 @@ impl Row {
             max_reflections: setting.config.max_reflections,
             max_diffractions: setting.config.max_diffractions,
             dynamic_range_db: setting.config.dynamic_range_db,
-            accuracy_db: setting.config.accuracy_db,
             links: s.links,
             missing_links: s.missing,
             paths_per_link: 0.0,

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use aps_raytrace::TraceConfig;
 
-use super::settings::{self, ACCURACIES, DEFAULT, FAR_LIMITS, LIMITS, RANGES};
+use super::settings::{self, DEFAULT, LIMITS, RANGES};
 use super::{ReferenceRow, Row};
 use crate::benchmark::words::{self, three_digits};
 use crate::studies::errors::FLOOR_DB;
@@ -127,9 +127,11 @@ fn introduction(setup: &Setup, references: &[ReferenceRow]) -> [String; 3] {
         format!(
             "Rn Dm stands for limits of n reflections and m diffractions on a path, n + m in all, with the usual dynamic range of \
              {} dB and chains of up to {} diffractions for links without a path. The dynamic range is varied at R2 D1, the \
-             default; the accuracy inside {FAR_LIMITS}.",
+             default, and {} dB also within {}.",
             default.dynamic_range_db.unwrap_or_default(),
-            default.max_fallback_diffractions
+            default.max_fallback_diffractions,
+            settings::FAR_RANGE_DB,
+            settings::FAR_LIMITS
         ),
         format!(
             "Labels are the paper's, of a linear array of 16. Errors in dB are means over the bins in which the reference or the \
@@ -233,7 +235,6 @@ fn findings(all: &[Overall<'_>], by_db: &Trade) -> Vec<String> {
             small(last.mean_db)
         ));
     }
-    points.extend(accuracy_in_words(all));
     let cut: Vec<&str> = all
         .iter()
         .filter(|o| o.cut_links > 0)
@@ -248,31 +249,6 @@ fn findings(all: &[Overall<'_>], by_db: &Trade) -> Vec<String> {
         ));
     }
     points
-}
-
-/// What `--accuracy` saves inside its limits.
-fn accuracy_in_words(all: &[Overall<'_>]) -> Option<String> {
-    let inside = all.iter().find(|o| o.first.setting == FAR_LIMITS)?;
-    let own = all.iter().filter(|o| o.first.group == ACCURACIES);
-    let fastest = own
-        .clone()
-        .min_by(|p, q| p.total_us.total_cmp(&q.total_us))?;
-    let worst = own.map(|o| o.mean_db).fold(0.0, f64::max);
-    let saved = 1.0 - fastest.total_us / inside.total_us;
-    Some(format!(
-        "An accuracy asked for inside {FAR_LIMITS} changes the error by {} dB at most against {FAR_LIMITS} itself, and saves {} % of its \
-         time at best ({}, {} us instead of {}): {}.",
-        small((worst - inside.mean_db).abs()),
-        words::fixed(100.0 * saved, 0),
-        fastest.first.setting,
-        three_digits(fastest.total_us),
-        three_digits(inside.total_us),
-        match saved {
-            s if s < 0.1 =>
-                "its bounds are too wide to stop early, and to compute them costs what they save",
-            _ => "its bounds are wide, and hold",
-        }
-    ))
 }
 
 fn default_in_words(default: &Overall<'_>, choice: &Choice, by_db: &Trade) -> String {

@@ -19,15 +19,17 @@ pub const DEFAULT: &str = "R2 D1";
 
 pub const LIMITS: [&str; 3] = ["D0", "D1", "D2"];
 pub const RANGES: &str = "dynamic range";
-pub const ACCURACIES: &str = "accuracy";
+pub const FAR: &str = "far limits";
 
-/// Limits within which `--accuracy` decides how far to go.
-const FAR: (usize, usize) = (5, 1);
-/// Their setting.
-pub const FAR_LIMITS: &str = "R5 D1";
+/// Far limits, traced with a dynamic range that labels need no more of.
+const FAR_SETTING: (usize, usize) = (5, 2);
+/// In words.
+pub const FAR_LIMITS: &str = "R5 D2";
+/// Their dynamic range \[dB\].
+pub const FAR_RANGE_DB: f64 = 30.0;
 
 impl Setting {
-    /// The sweep: limits, then the dynamic range at the default limits, then the accuracy inside far ones.
+    /// The sweep: limits, then the dynamic range at the default limits, then a short one inside far ones.
     pub fn sweep(profile: Profile) -> Vec<Self> {
         let mut sweep = Vec::new();
         let most = profile.choose(1, 2);
@@ -59,13 +61,13 @@ impl Setting {
                 ..of_default
             },
         });
-        for accuracy_db in [0.1, 1.0, 3.0, 6.0, 12.0] {
-            let (reflections, diffractions) = FAR;
+        if profile.choose(false, true) {
+            let (reflections, diffractions) = FAR_SETTING;
             sweep.push(Self {
-                group: ACCURACIES,
-                name: format!("accuracy {accuracy_db} dB"),
+                group: FAR,
+                name: format!("{FAR_LIMITS}, {FAR_RANGE_DB} dB"),
                 config: TraceConfig {
-                    accuracy_db: Some(accuracy_db),
+                    dynamic_range_db: Some(FAR_RANGE_DB),
                     ..limits(reflections, diffractions)
                 },
             });

@@ -1,0 +1,247 @@
+//! Legs from corner to corner: done once a map, for paths of two and more diffractions.
+//!
+//! Each leg is looked at from both of its ends: a transmitter's waves leave along it at the one corner, and a receiver asks what
+//! arrives along it at the other. The legs from one corner to another are a block. Blocks are what a link looks at first.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use crate::bound::{Direction, Directions};
+use crate::legs::{Corners, Leg, Legs};
+use crate::wedge::Ray;
+
+/// The legs from one corner to another.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    pub from: u32,
+    pub to: u32,
+    /// Among the legs that leave the first corner.
+    pub legs: Range<u32>,
+    /// The slot of the first of them at the second corner.
+    pub first_slot: u32,
+}
+
+/// The ends of legs at one corner, the fewest reflections first: what a limit allows comes before all else.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct LegEnds {
+    /// Of the legs at this corner.
+    pub directions: Directions,
+    /// Magnitude of each leg's reflection coefficients over the square root of its length.
+    pub strengths: Vec<f64>,
+    /// The block of each.
+    pub blocks: Vec<u32>,
+    /// A slot for each, those of a block side by side.
+    pub slots: Vec<u32>,
+    /// How many have at most so many reflections.
+    up_to: Vec<u32>,
+}
+
+/// A leg in short.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LegPlaces {
+    pub length_m: f64,
+    pub reflections: u32,
+    /// Its place among the ends at the corner it leaves.
+    pub leaving: u32,
+    /// Its place among the ends at the corner it reaches.
+    pub arriving: u32,
+}
+
+/// The legs that leave a corner, sorted by the corner they reach.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Leaving {
+    pub legs: Legs,
+    /// Of each leg at this corner.
+    pub rays: Vec<Ray>,
+    pub ends: LegEnds,
+    /// What a search asks of each leg.
+    pub places: Vec<LegPlaces>,
+}
+
+/// All legs between corners.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Between {
+    /// By the corner they leave.
+    leaving: Vec<Leaving>,
+    /// By the corner they reach.
+    arriving: Vec<LegEnds>,
+    /// Sorted by the corner they reach, as receivers ask for them, then by the one they leave.
+    blocks: Vec<Block>,
+    /// First block that arrives at each corner, and the end.
+    first_block: Vec<u32>,
+}
+
+/// A leg on arrival.
+#[derive(Debug, Clone, Copy)]
+struct Arriving {
+    from: u32,
+    leg: u32,
+    block: u32,
+    slot: u32,
+}
+
+/// Memory that a leg takes here, besides its own.
+const BYTES: usize = 2 * (Directions::BYTES + size_of::<f64>() + 2 * size_of::<u32>())
+    + size_of::<Ray>()
+    + size_of::<LegPlaces>();
+
+impl Between {
+    /// Finds them; `legs_from` finds those of one corner. `Ok(None)` if they take more than `max_bytes`.
+    pub fn find<E: Send>(
+        corners: &Corners,
+        max_bytes: usize,
+        legs_from: impl Fn(usize) -> Result<Option<Legs>, E> + Sync,
+    ) -> Result<Option<Self>, E> {
+        let bytes = AtomicUsize::new(0);
+        let legs = (0..corners.wedges.len())
+            .into_par_iter()
+            .map(|from| {
+                let Some(legs) = legs_from(from)? else {
+                    return Ok(None);
+                };
+                let more = legs.bytes() + legs.all().len() * BYTES;
+                let is_too_much = bytes.fetch_add(more, Ordering::Relaxed) + more > max_bytes;
+                Ok((!is_too_much).then_some(legs))
+            })
+            .collect::<Result<Option<Vec<Legs>>, E>>()?;
+        Ok(legs.map(|legs| Self::new(corners, legs)))
+    }
+
+    fn new(corners: &Corners, legs: Vec<Legs>) -> Self {
+        let mut blocks: Vec<Block> = Vec::new();
+        for (from, legs) in (0..).zip(&legs) {
+            let mut first = 0;
+            for own in legs.all().chunk_by(|p, q| p.corner == q.corner) {
+                let legs = first..first + own.len() as u32;
+                first = legs.end;
+                let to = own[0].corner;
+                blocks.push(Block {
+                    from,
+                    to,
+                    legs,
+                    first_slot: 0,
+                });
+            }
+        }
+        blocks.sort_by_key(|block| (block.to, block.from));
+        let mut block_of: Vec<Vec<u32>> =
+            legs.iter().map(|legs| vec![0; legs.all().len()]).collect();
+        let mut arriving: Vec<Vec<Arriving>> = vec![Vec::new(); legs.len()];
+        for (id, block) in (0..).zip(&mut blocks) {
+            let arriving = &mut arriving[block.to as usize];
+            block.first_slot = arriving.len() as u32;
+            for leg in block.legs.clone() {
+                block_of[block.from as usize][leg as usize] = id;
+                arriving.push(Arriving {
+                    from: block.from,
+                    leg,
+                    block: id,
+                    slot: arriving.len() as u32,
+                });
+            }
+        }
+        let mut leaving: Vec<Leaving> = legs
+            .into_par_iter()
+            .enumerate()
+            .map(|(from, legs)| Leaving::new(corners, from, legs, &block_of[from]))
+            .collect();
+        let sorted: Vec<_> = arriving
+            .into_par_iter()
+            .enumerate()
+            .map(|(to, mut arriving)| {
+                let leg = |end: &Arriving| &leaving[end.from as usize].legs.all()[end.leg as usize];
+                arriving.sort_by_key(|end| leg(end).reflections);
+                let wedge = &corners.wedges[to].bound;
+                let mut ends = LegEnds::default();
+                for end in &arriving {
+                    let leg = leg(end);
+                    ends.push(&wedge.direction(&leg.ray), leg, end.block, end.slot);
+                }
+                (ends, arriving)
+            })
+            .collect();
+        let mut all_ends = Vec::with_capacity(sorted.len());
+        for (ends, arriving) in sorted {
+            for (place, end) in (0..).zip(arriving) {
+                leaving[end.from as usize].places[end.leg as usize].arriving = place;
+            }
+            all_ends.push(ends);
+        }
+        let first_block = |to: usize| blocks.partition_point(|b| (b.to as usize) < to) as u32;
+        Self {
+            first_block: (0..=all_ends.len()).map(first_block).collect(),
+            leaving,
+            arriving: all_ends,
+            blocks,
+        }
+    }
+
+    /// Legs that leave a corner.
+    pub fn leaving(&self, corner: u32) -> &Leaving {
+        &self.leaving[corner as usize]
+    }
+
+    /// Ends of the legs that arrive at a corner.
+    pub fn arriving(&self, corner: u32) -> &LegEnds {
+        &self.arriving[corner as usize]
+    }
+
+    /// Blocks that arrive at a corner.
+    pub fn blocks_to(&self, corner: u32) -> Range<u32> {
+        self.first_block[corner as usize]..self.first_block[corner as usize + 1]
+    }
+
+    /// All blocks.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+}
+
+impl Leaving {
+    fn new(corners: &Corners, from: usize, legs: Legs, blocks: &[u32]) -> Self {
+        let wedge = &corners.wedges[from];
+        let all = legs.all();
+        let rays: Vec<Ray> = all.iter().map(|leg| wedge.ray(leg.corner_image)).collect();
+        let place = |leg: &Leg| LegPlaces {
+            length_m: leg.ray.length_m,
+            reflections: leg.reflections,
+            leaving: 0,
+            arriving: 0,
+        };
+        let mut places: Vec<LegPlaces> = all.iter().map(place).collect();
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by_key(|&i| all[i].reflections);
+        let mut ends = LegEnds::default();
+        for (place, &i) in (0..).zip(&order) {
+            let direction = wedge.bound.direction(&rays[i]);
+            ends.push(&direction, &all[i], blocks[i], i as u32);
+            places[i].leaving = place;
+        }
+        Self {
+            legs,
+            rays,
+            ends,
+            places,
+        }
+    }
+}
+
+impl LegEnds {
+    fn push(&mut self, direction: &Direction, leg: &Leg, block: u32, slot: u32) {
+        self.directions.push(direction);
+        self.strengths.push(leg.strength);
+        self.blocks.push(block);
+        self.slots.push(slot);
+        let before = self.up_to.last().copied().unwrap_or(0);
+        self.up_to.resize(leg.reflections as usize + 1, before);
+        self.up_to[leg.reflections as usize] += 1;
+    }
+
+    /// How many have at most so many reflections.
+    pub fn with_at_most(&self, reflections: u32) -> usize {
+        let places = self.up_to.get(reflections as usize).or(self.up_to.last());
+        places.map_or(0, |&n| n as usize)
+    }
+}

@@ -1,0 +1,378 @@
+//! Upper bounds of diffraction coefficients, for many pairs of rays at once.
+//!
+//! D is -e^{-j pi/4} / (2 n sqrt(2 pi k)) times a sum of four products Gamma cot(delta / 2n) F(x) (see [`crate::utd`]), delta the
+//! angle from a boundary in [-n pi, n pi], x = 2 k L sin^2(delta / 2). The bound rests on three facts.
+//!
+//! **F is near 1.** F(x) = integral from 0 to infinity of e^{-t} (1 - j t / x)^{-1/2} dt (Kouyoumjian and Pathak's integral with
+//! z = e^{j pi/4} sqrt(x) in sqrt(pi) e^{z^2} erfc(z) = integral of e^{-t} (z^2 + t)^{-1/2} dt). For w(u) = (1 - j u)^{-1/2}, u >= 0:
+//! |w| <= 1, |w| <= u^{-1/2}, and |w'| <= 1/2, so |1 - w| <= u / 2. Integrated: |F| <= 1, |F| <= sqrt(pi x), |1 - F| <= 1 / (2 x).
+//!
+//! **x is large unless the cotangent is.** With c = cos(delta / 2n): |sin(delta / 2)| >= |sin(delta / 2n)| (alpha + (n - alpha) |c|),
+//! alpha = sin(n pi / 2). For sin(n t) / sin(t) is, as a function of z = (1 - cos t) / 2, n 2F1(1 - n, 1 + n; 3/2; z), whose
+//! coefficients beyond the first are all negative or zero for 1 <= n <= 2. It is concave in cos t, so above its chord from
+//! t = pi/2 (alpha) to t = 0 (n). And it is at most n.
+//!
+//! **Cotangents do not mind the wrap** by multiples of 2 n pi, so their angles are sums and differences of the rays' own.
+//!
+//! Products far from their boundary (x >= [`FAR`]) are summed as complex numbers with F = 1, and |Gamma cot| / (2 x) is added for
+//! what F differs; of those next to it the magnitude is added, at most |Gamma| |c| n sqrt(2 pi k L). Reflections and shadow cancel
+//! as they do in D: away from the boundaries the bound is D itself.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use multiversion::multiversion;
+use num_complex::Complex64;
+
+use crate::wedge::Ray;
+
+/// A product counts as far from its boundary from this x on: both bounds of it are about equal here.
+const FAR: f64 = 0.7;
+
+/// Sines and cosines of the angles between rays are known this well: twice what their rounding can amount to.
+const ANGLE_ERROR: f64 = 4e-15;
+
+/// Error of the transition function as it is computed, relative; [`crate::transition`] promises half of it.
+const TRANSITION_ERROR: f64 = 2e-9;
+
+/// Sines below this are taken for it, so that products of two are numbers.
+const SMALLEST: f64 = 1e-150;
+
+/// For the rounding of what follows.
+const MARGIN: f64 = 1.0 + 1e-9;
+
+/// The numbers of a ray that bounds are made of.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Direction {
+    /// Of the angle from the 0-face over 2 n.
+    cos: f64,
+    sin: f64,
+    from_0: f64,
+    from_n: f64,
+    length_m: f64,
+    gamma_0: [f64; 2],
+    gamma_n: [f64; 2],
+    norm_0: f64,
+    norm_n: f64,
+}
+
+/// How many numbers a direction has.
+const COLUMNS: usize = 11;
+
+impl Direction {
+    fn columns(&self) -> [f64; COLUMNS] {
+        let ([re_0, im_0], [re_n, im_n]) = (self.gamma_0, self.gamma_n);
+        [
+            self.cos,
+            self.sin,
+            self.from_0,
+            self.from_n,
+            self.length_m,
+            re_0,
+            im_0,
+            re_n,
+            im_n,
+            self.norm_0,
+            self.norm_n,
+        ]
+    }
+}
+
+/// Directions in columns, so that one instruction takes several of them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Directions {
+    columns: [Vec<f64>; COLUMNS],
+}
+
+impl Directions {
+    pub fn push(&mut self, direction: &Direction) {
+        for (column, value) in self.columns.iter_mut().zip(direction.columns()) {
+            column.push(value);
+        }
+    }
+
+    /// Memory a direction takes.
+    pub const BYTES: usize = COLUMNS * size_of::<f64>();
+}
+
+/// The numbers of a wedge that bounds are made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WedgeBound {
+    n: f64,
+    /// Of pi / 2n.
+    cos: f64,
+    sin: f64,
+    /// sin(n pi / 2).
+    alpha: f64,
+    /// Half of the largest |c| / (alpha + (n - alpha) |c|)^2 for |c| in 0..=1.
+    steepest: f64,
+    /// 2 k \[1/m\].
+    twice_wavenumber: f64,
+    /// 1 / (2 n sqrt(2 pi k)) \[sqrt(m)\].
+    factor: f64,
+}
+
+impl WedgeBound {
+    /// Of a wedge with the open angle n pi; `factor` stands in front of its D.
+    pub fn new(n: f64, wavenumber_per_m: f64, factor: Complex64) -> Self {
+        let (sin, cos) = (PI / (2.0 * n)).sin_cos();
+        let alpha = (n * PI / 2.0).sin().max(0.0);
+        // It grows up to |c| = alpha / (n - alpha).
+        let c = (alpha / (n - alpha)).min(1.0);
+        let steepest = 0.5 * c.max(ANGLE_ERROR) / (alpha + (n - alpha) * c).powi(2);
+        Self {
+            n,
+            cos,
+            sin,
+            alpha,
+            steepest,
+            twice_wavenumber: 2.0 * wavenumber_per_m,
+            factor: factor.norm() * MARGIN,
+        }
+    }
+
+    /// A ray at this wedge.
+    pub fn direction(&self, ray: &Ray) -> Direction {
+        let [from_0, from_n] = ray.angles();
+        let (sin, cos) = (from_0 / (2.0 * self.n)).sin_cos();
+        let [gamma_0, gamma_n] = ray.gammas();
+        Direction {
+            cos,
+            sin,
+            from_0,
+            from_n,
+            length_m: ray.length_m,
+            gamma_0: [gamma_0.re, gamma_0.im],
+            gamma_n: [gamma_n.re, gamma_n.im],
+            norm_0: gamma_0.norm(),
+            norm_n: gamma_n.norm(),
+        }
+    }
+
+    /// Bounds of |D| between one ray and each of others, in place of what `out` holds.
+    pub fn of_each(
+        &self,
+        p: &Direction,
+        others: &Directions,
+        range: Range<usize>,
+        out: &mut Vec<f64>,
+    ) {
+        out.clear();
+        out.resize(range.len(), 0.0);
+        let columns = others
+            .columns
+            .each_ref()
+            .map(|column| &column[range.clone()]);
+        bound_each(self, p, columns, out);
+    }
+
+    /// The bound for one pair of rays.
+    #[inline(always)]
+    pub fn of(&self, p: &Direction, q: &Direction) -> f64 {
+        let (cc, ss) = (p.cos * q.cos, p.sin * q.sin);
+        let (sc, cs) = (p.sin * q.cos, p.cos * q.sin);
+        let (difference, sum) = ([cc + ss, sc - cs], [cc - ss, sc + cs]);
+        let twice_kl =
+            self.twice_wavenumber * (p.length_m * q.length_m / (p.length_m + q.length_m));
+        let cap = self.n * (PI * twice_kl).sqrt();
+        let [[far, far_rest], [near, near_rest]] = self.terms(difference, twice_kl, cap);
+        let [[at_n, rest_n], [at_0, rest_0]] = self.terms(sum, twice_kl, cap);
+        let pick = |first: bool, a: f64, b: f64| if first { a } else { b };
+        let (p_0, p_n) = (p.from_0 <= q.from_0, p.from_n <= q.from_n);
+        let reflected = |i: usize| {
+            pick(p_n, p.gamma_n[i], q.gamma_n[i]) * at_n
+                - pick(p_0, p.gamma_0[i], q.gamma_0[i]) * at_0
+        };
+        let (re, im) = (far - near + reflected(0), reflected(1));
+        let rest = far_rest
+            + near_rest
+            + pick(p_0, p.norm_0, q.norm_0) * rest_0
+            + pick(p_n, p.norm_n, q.norm_n) * rest_n;
+        ((re * re + im * im).sqrt() + rest) * self.factor
+    }
+
+    /// The two products, but for Gamma, whose cotangents are of an angle (over 2 n) plus and minus pi: each as its cotangent where it
+    /// is far from its boundary, 0 next to it; and what is to be added for the rest.
+    #[inline(always)]
+    fn terms(&self, [cos, sin]: [f64; 2], twice_kl: f64, cap: f64) -> [[f64; 2]; 2] {
+        let (cc, ss) = (cos * self.cos, sin * self.sin);
+        let (sc, cs) = (sin * self.cos, cos * self.sin);
+        let turned = [[cc - ss, sc + cs], [cc + ss, sc - cs]];
+        let abs_sin = turned.map(|[_, sin]| (sin.abs() - ANGLE_ERROR).max(SMALLEST));
+        let steepest = self.steepest / twice_kl;
+        // Divisions are what this costs: one for both.
+        let inverse = 1.0 / (abs_sin[0] * abs_sin[1]);
+        let inverse = [inverse * abs_sin[1], inverse * abs_sin[0]];
+        std::array::from_fn(|i| {
+            let [cos, sin] = turned[i];
+            let (abs_cos, inverse) = (cos.abs() + ANGLE_ERROR, inverse[i]);
+            let half = abs_sin[i] * (self.alpha + (self.n - self.alpha) * cos.abs());
+            let is_far = twice_kl * (half * half) >= FAR;
+            let cotangent = abs_cos * inverse;
+            // |cot| / 2 x, with the largest |c| / (alpha + (n - alpha) |c|)^2 there is.
+            let cubed = inverse * (inverse * inverse) * steepest;
+            let far_rest = cubed.min(cotangent * (0.5 / FAR))
+                + 4.0 * ANGLE_ERROR * (inverse * inverse)
+                + cotangent * TRANSITION_ERROR;
+            let near_rest = cotangent.min(abs_cos * cap) * (1.0 + TRANSITION_ERROR);
+            [
+                if is_far {
+                    cos * inverse.copysign(sin)
+                } else {
+                    0.0
+                },
+                if is_far { far_rest } else { near_rest },
+            ]
+        })
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn bound_each(wedge: &WedgeBound, p: &Direction, columns: [&[f64]; COLUMNS], out: &mut [f64]) {
+    let count = out.len();
+    let [
+        cos,
+        sin,
+        from_0,
+        from_n,
+        length,
+        re_0,
+        im_0,
+        re_n,
+        im_n,
+        norm_0,
+        norm_n,
+    ] = columns.map(|column| &column[..count]);
+    for (i, out) in out.iter_mut().enumerate() {
+        let q = Direction {
+            cos: cos[i],
+            sin: sin[i],
+            from_0: from_0[i],
+            from_n: from_n[i],
+            length_m: length[i],
+            gamma_0: [re_0[i], im_0[i]],
+            gamma_n: [re_n[i], im_n[i]],
+            norm_0: norm_0[i],
+            norm_n: norm_n[i],
+        };
+        *out = wedge.of(p, &q);
+    }
+}
+
+/// A bound in single precision, rounded upwards, below the normal range too.
+pub(crate) fn rounded_up(bound: f64) -> f32 {
+    (bound * (1.0 + 3e-7) + f64::from(f32::from_bits(1))) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Material;
+    use crate::scene::{Footprint, Scene};
+    use crate::wedge::Wedge;
+    use glam::DVec2;
+    use proptest::prelude::*;
+    use std::f64::consts::TAU;
+
+    /// The corner at the origin of a triangle with the interior angle given, and its open angle.
+    fn corner(interior_rad: f64, material: Material, frequency_hz: f64) -> (Wedge, f64) {
+        let tip = DVec2::from_angle(interior_rad) * 40.0;
+        let house = Footprint::new([DVec2::ZERO, DVec2::new(40.0, 0.0), tip]);
+        let scene = Scene::new(&[house], None).unwrap();
+        let reflectors: Vec<_> = scene
+            .walls()
+            .iter()
+            .map(|_| material.at(frequency_hz))
+            .collect();
+        let wavenumber = TAU * frequency_hz / crate::SPEED_OF_LIGHT_M_PER_S;
+        let mut wedges = scene.wedges(&reflectors, wavenumber).into_iter();
+        let wedge = wedges.find(|w| w.point == DVec2::ZERO).unwrap();
+        (wedge, TAU - interior_rad)
+    }
+
+    fn material() -> impl Strategy<Value = Material> {
+        let dielectric = (1.0..20.0, 0.0..10.0).prop_map(|(eps, sigma)| Material::Dielectric {
+            relative_permittivity: eps,
+            conductivity_s_per_m: sigma,
+        });
+        prop_oneof![
+            Just(Material::Concrete),
+            Just(Material::PerfectConductor),
+            dielectric
+        ]
+    }
+
+    /// A ray: part of the open angle, and how far away its end is.
+    fn ray() -> impl Strategy<Value = (f64, f64)> {
+        let part = prop_oneof![0.0..=1.0, Just(0.0), Just(1.0), Just(0.5)];
+        (part, (-2.0..4.0).prop_map(|e| 10.0_f64.powf(e)))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn bound_is_never_below_the_coefficient(
+            interior in 0.005..3.1,
+            material in material(),
+            frequency in prop_oneof![Just(3.5e9), (6.0..13.0).prop_map(|e| 10.0_f64.powf(e))],
+            (p, q) in (ray(), ray()),
+            // Near one of the boundaries, or anywhere.
+            boundary in 0..5,
+            off in (-16.0..0.0).prop_map(|e| 10.0_f64.powf(e)),
+            beyond in any::<bool>(),
+        ) {
+            let (wedge, open) = corner(interior, material, frequency);
+            let phi = p.0 * open;
+            let other = match boundary {
+                0 => phi + PI,
+                1 => phi - PI,
+                2 => PI - phi,
+                3 => 2.0 * open - PI - phi,
+                _ => q.0 * open,
+            };
+            let other = (if beyond { other + off } else { other - off }).clamp(0.0, open);
+            // Angles count clockwise from the wall that starts here: the tip's, or the one along x.
+            let along = wedge.ray(DVec2::new(1.0, 0.0)).angles()[0];
+            let place = |phi: f64, length: f64| {
+                let turned = if along == 0.0 { -phi } else { interior + phi };
+                DVec2::from_angle(turned) * length
+            };
+            let (a, b) = (wedge.ray(place(phi, p.1)), wedge.ray(place(other, q.1)));
+            let exact = wedge.coefficient(&a, &b).norm();
+            let directions = [wedge.bound.direction(&a), wedge.bound.direction(&b)];
+            let bound = wedge.bound.of(&directions[0], &directions[1]);
+            prop_assert!(bound >= exact, "{bound:e} < {exact:e}");
+            // Many at once, in columns.
+            let mut columns = Directions::default();
+            (0..11).for_each(|_| columns.push(&directions[1]));
+            let mut bounds = Vec::new();
+            wedge.bound.of_each(&directions[0], &columns, 0..11, &mut bounds);
+            prop_assert!(bounds.iter().all(|b| b.to_bits() == bound.to_bits()));
+        }
+    }
+
+    #[test]
+    fn far_from_the_boundaries_the_bound_is_the_coefficient() {
+        let (wedge, _) = corner(PI / 2.0, Material::Concrete, 3.5e9);
+        let at = |degrees: f64| {
+            let place = DVec2::from_angle(-degrees.to_radians()) * 50.0;
+            wedge.ray(place)
+        };
+        let (a, b) = (at(20.0), at(240.0));
+        let [p, q] = [&a, &b].map(|ray| wedge.bound.direction(ray));
+        let exact = wedge.coefficient(&a, &b).norm();
+        let bound = wedge.bound.of(&p, &q);
+        assert!(bound < 1.02 * exact, "{bound:e}, {exact:e}");
+    }
+
+    #[test]
+    fn single_precision_never_rounds_a_bound_down() {
+        for e in -60..40 {
+            for mantissa in [1.0, 1.000_000_01, 1.999_999_99, 1.234_567_891] {
+                let bound = mantissa * 10.0_f64.powi(e);
+                assert!(f64::from(rounded_up(bound)) >= bound, "{bound:e}");
+            }
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The map: what is done once, for all terminals.
+
+use std::borrow::Cow;
+
+use glam::DVec2;
+
+use crate::between::Between;
+use crate::config::TraceConfig;
+use crate::corner_graph::CornerGraph;
+use crate::error::{ConfigError, TerminalError};
+use crate::friis::Friis;
+use crate::images::{ImageTree, TreeScratch};
+use crate::legs::{Corners, Legs};
+use crate::material::{Reflector, SPEED_OF_LIGHT_M_PER_S};
+use crate::scene::Scene;
+
+/// A scene prepared for one configuration.
+#[derive(Debug, Clone)]
+pub(crate) struct Map<'s> {
+    /// What everything is computed in: the scene, moved by `-origin` where it lies far off.
+    pub local: Cow<'s, Scene>,
+    /// Where zero is in the scene's coordinates \[m\].
+    pub origin: DVec2,
+    pub config: TraceConfig,
+    pub friis: Friis,
+    /// The dynamic range as a ratio of amplitudes: 0 keeps everything.
+    pub range: f64,
+    /// By wall.
+    pub reflectors: Vec<Reflector>,
+    /// Empty without diffraction.
+    pub corners: Corners,
+    /// For each courtyard closed on all sides, whether one of the corners is there.
+    courtyards_with_corners: Vec<bool>,
+    /// None when no path has two diffractions.
+    pub between: Option<Between>,
+    /// None when no link goes on beyond the limits.
+    pub graph: Option<CornerGraph>,
+}
+
+impl<'s> Map<'s> {
+    pub fn new(scene: &'s Scene, config: TraceConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let origin = scene.origin();
+        let local = if origin == DVec2::ZERO {
+            Cow::Borrowed(scene)
+        } else {
+            Cow::Owned(scene.moved(-origin))
+        };
+        let wavelength_m = SPEED_OF_LIGHT_M_PER_S / config.frequency_hz;
+        let wavenumber_per_m = std::f64::consts::TAU / wavelength_m;
+        let reflectors: Vec<Reflector> = scene
+            .walls()
+            .iter()
+            .map(|w| {
+                w.material
+                    .unwrap_or(config.material)
+                    .at(config.frequency_hz)
+            })
+            .collect();
+        let diffractions = config.max_diffractions.min(config.max_interactions);
+        let corners = if diffractions > 0 || config.has_fallback() {
+            let with_sights = config.reflection_limit() > 0;
+            Corners::new(&local, &reflectors, wavenumber_per_m, with_sights)
+        } else {
+            Corners::default()
+        };
+        let points = corners.wedges.iter().map(|wedge| wedge.point);
+        let mut map = Self {
+            courtyards_with_corners: local.courtyards_with(points),
+            local,
+            origin,
+            friis: Friis { wavelength_m },
+            range: config
+                .dynamic_range_db
+                .map_or(0.0, |db| 10.0_f64.powf(-db / 20.0)),
+            reflectors,
+            corners,
+            between: None,
+            graph: None,
+            config,
+        };
+        if diffractions > 1 {
+            map.between = Some(map.legs_between_corners()?);
+        }
+        if map.config.has_fallback() {
+            let limit = map.config.max_wave_bytes;
+            map.graph = Some(CornerGraph::new(&map.local, &map.corners, limit)?);
+        }
+        Ok(map)
+    }
+
+    fn legs_between_corners(&self) -> Result<Between, ConfigError> {
+        let limit = self.config.max_wave_bytes;
+        let between = Between::find(&self.corners, limit, |corner| {
+            let from = self.corners.wedges[corner].point;
+            let images = self.images(from).map_err(ConfigError::Corner)?;
+            Ok(self.legs(from, &images))
+        })?;
+        between.ok_or(ConfigError::TooManyWaves {
+            what: "waves between corners",
+            setting: "max_reflections or max_diffractions",
+            limit,
+        })
+    }
+
+    /// Whether anything at all could bend between a terminal and others in its courtyard.
+    pub fn may_reach_corners(&self, courtyard: Option<usize>) -> bool {
+        match courtyard {
+            Some(courtyard) => self.courtyards_with_corners[courtyard],
+            None => !self.corners.wedges.is_empty(),
+        }
+    }
+
+    pub fn images(&self, from: DVec2) -> Result<ImageTree, TerminalError> {
+        ImageTree::build(
+            &self.local,
+            from,
+            self.config.reflection_limit(),
+            self.config.max_images,
+            &mut TreeScratch::default(),
+        )
+        .map_err(|error| error.moved(self.origin))
+    }
+
+    /// `None` if they take more memory than allowed.
+    pub fn legs(&self, from: DVec2, images: &ImageTree) -> Option<Legs> {
+        Legs::find(
+            &self.local,
+            &self.reflectors,
+            &self.corners,
+            from,
+            images,
+            self.config.reflection_limit(),
+            self.config.max_wave_bytes,
+        )
+    }
+}

@@ -1,0 +1,406 @@
+//! The search for the diffracted paths of a link.
+//!
+//! Every pair of a front of the transmitter and a leg of the receiver at one corner is a path. Most are too weak to count. A bound of
+//! each one's amplitude costs a few nanoseconds, and of all that go over one block a single product; only those whose bound is within
+//! the dynamic range of the strongest path known are computed, the most promising first. Nothing is left out but by a bound that is
+//! proven, so what remains is what would remain of all paths.
+
+use num_complex::Complex64;
+
+use crate::between::LegPlaces;
+use crate::fronts::{FrontId, Sources};
+use crate::last_steps::{BlockSteps, CornerSteps};
+use crate::legs::{Leg, Legs};
+use crate::link::{Link, Omitted};
+use crate::map::Map;
+use crate::path::PathRecord;
+use crate::strength::Strength;
+use crate::terminal::{Receiver, Transmitter};
+
+/// Lowers what bounds are compared with: far more than their rounding and that of amplitudes.
+const SLACK: f64 = 1.0 - 1e-9;
+
+/// A path that may be strong enough.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    /// Upper bound of its amplitude.
+    bound: f64,
+    front: FrontId,
+    /// Of the receiver.
+    leg: u32,
+}
+
+/// A path that is strong enough as far as known, not yet assembled.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    front: FrontId,
+    leg: u32,
+    length_m: f64,
+    gain: Complex64,
+}
+
+/// A leg between corners and a last step.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    strength: f64,
+    length_m: f64,
+    reflections: u32,
+    leg: u32,
+}
+
+/// Memory of the search, to be used again.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Search {
+    candidates: Vec<Candidate>,
+    /// With the receiver's corner.
+    blocks: Vec<(usize, BlockSteps)>,
+    parts: Vec<Part>,
+    found: Vec<Found>,
+}
+
+/// One search.
+struct Ends<'t> {
+    map: &'t Map<'t>,
+    tx: &'t Transmitter,
+    rx: &'t Receiver,
+    sources: Sources<'t>,
+    /// Amplitude below which a path is out of the dynamic range, as far as known.
+    floor: f64,
+    /// Pairs computed.
+    computed: usize,
+    omitted: Omitted,
+}
+
+/// Adds the diffracted paths to the others of a link, and applies the dynamic range to all.
+pub(crate) fn diffract(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
+    let mut search = std::mem::take(&mut link.search);
+    search.found.clear();
+    let mut ends = Ends {
+        map,
+        tx,
+        rx,
+        sources: Sources {
+            corners: &map.corners,
+            between: map.between.as_ref(),
+            legs: &tx.legs,
+        },
+        floor: 0.0,
+        computed: 0,
+        omitted: Omitted::default(),
+    };
+    let strongest = link.paths.iter().map(PathRecord::power).fold(0.0, f64::max);
+    ends.raise_floor(strongest.sqrt());
+    ends.over_one_corner(&mut search);
+    ends.compute(&mut search);
+    if map.between.is_some() {
+        ends.over_more_corners(&mut search);
+        ends.compute(&mut search);
+    }
+    link.omitted = ends.omitted;
+    link.omitted.by_bound = ends.paths_within_limits() - ends.computed;
+    ends.cut(&search.found, link);
+    link.search = search;
+}
+
+impl Ends<'_> {
+    fn raise_floor(&mut self, amplitude: f64) {
+        self.floor = self.floor.max(amplitude * self.map.range * SLACK);
+    }
+
+    /// All pairs of a front and a leg of the receiver.
+    fn paths_within_limits(&self) -> usize {
+        let limits = self.map.config.limits();
+        let legs = self.rx.legs.all().iter();
+        legs.map(|leg| self.tx.fronts.paths(leg.corner, leg.reflections, &limits))
+            .sum()
+    }
+
+    /// Candidates over one corner.
+    fn over_one_corner(&mut self, search: &mut Search) {
+        let limits = self.map.config.limits();
+        let spread = self.map.friis.amplitude(1.0);
+        search.candidates.clear();
+        let mut range = 0..0;
+        for (i, last) in self.rx.legs.all().iter().enumerate() {
+            if i == 0 || last.corner != self.rx.legs.all()[i - 1].corner {
+                range = self.tx.legs.range_to(last.corner);
+            }
+            for (leg, j) in self.tx.legs.all()[range.clone()].iter().zip(range.clone()) {
+                if !limits.allow(leg.reflections + last.reflections, 1) {
+                    continue;
+                }
+                let (a, b) = (leg.ray.length_m, last.ray.length_m);
+                let length_m = a + b;
+                let strength = spread * leg.strength * last.strength;
+                // |D| is at most 2 sqrt(L), next to the boundaries.
+                let square = 4.0 * (a * b / length_m) / length_m * (strength * strength);
+                if square < self.floor * self.floor {
+                    self.omitted.power += square;
+                    continue;
+                }
+                let wedge = &self.map.corners.wedges[last.corner as usize].bound;
+                let bound = wedge.of(self.rx.steps.own(i), &self.tx.fronts.own()[j]);
+                let candidate = Candidate {
+                    bound: strength * bound / length_m.sqrt(),
+                    front: FrontId::own(j as u32),
+                    leg: i as u32,
+                };
+                self.consider(candidate, &mut search.candidates);
+            }
+        }
+    }
+
+    /// Candidates over several corners.
+    fn over_more_corners(&mut self, search: &mut Search) {
+        search.candidates.clear();
+        if self.floor == 0.0 && self.map.range > 0.0 {
+            self.look_for_a_floor(search);
+        }
+        self.select_blocks(&mut search.blocks);
+        for &(at, steps) in &search.blocks {
+            self.over_block(
+                &self.rx.steps.corners()[at],
+                &steps,
+                &mut search.candidates,
+                &mut search.parts,
+            );
+        }
+    }
+
+    /// Picks the blocks of which some path may reach the floor.
+    fn select_blocks(&mut self, selected: &mut Vec<(usize, BlockSteps)>) {
+        selected.clear();
+        let of_square = self.of_strengths().powi(2);
+        let floor = self.floor / self.of_strengths();
+        let is_below = |p: f32, q: f32| f64::from(p) * f64::from(q) < floor;
+        let mut power = 0.0;
+        let mut omit = |p: f32, q: f32| power += f64::from(p) * f64::from(q) * of_square;
+        let steps = &self.rx.steps;
+        for (i, at) in steps.corners().iter().enumerate() {
+            let arriving = self.tx.fronts.corner(at.corner);
+            if is_below(arriving.max, at.strength.max) {
+                omit(arriving.power, at.strength.power);
+                continue;
+            }
+            for steps in steps.blocks(at) {
+                if is_below(arriving.max, steps.strength.max) {
+                    omit(arriving.power, steps.rest_power);
+                    break;
+                }
+                let fronts = self.tx.fronts.block(steps.block);
+                if is_below(fronts.max, steps.strength.max) {
+                    omit(fronts.power, steps.strength.power);
+                } else if fronts.max > 0.0 {
+                    selected.push((i, *steps));
+                }
+            }
+        }
+        self.omitted.power += power;
+    }
+
+    /// Upper bound of what the strengths of a front and a last step are to be multiplied with: no path is shorter than the line.
+    fn of_strengths(&self) -> f64 {
+        let distance_m = self.tx.place.distance(self.rx.place);
+        self.map.friis.amplitude(1.0) / (distance_m.sqrt() * SLACK)
+    }
+
+    /// Computes one promising path, where nothing is known of the link.
+    fn look_for_a_floor(&mut self, search: &mut Search) {
+        let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
+        let all = steps.corners().iter();
+        let all = all.flat_map(|at| steps.blocks(at).iter().map(move |s| (at, s)));
+        let product =
+            |s: &BlockSteps| f64::from(fronts.block(s.block).max) * f64::from(s.strength.max);
+        let Some((at, best)) = all.max_by(|p, q| product(p.1).total_cmp(&product(q.1))) else {
+            return;
+        };
+        self.over_block(at, best, &mut search.candidates, &mut search.parts);
+        let by_bound = |p: &&Candidate, q: &&Candidate| p.bound.total_cmp(&q.bound);
+        if let Some(best) = search.candidates.iter().max_by(by_bound) {
+            let gain = self.found(best).gain;
+            self.raise_floor(gain.norm_sqr().sqrt());
+        }
+        search.candidates.clear();
+    }
+
+    /// Candidates along the legs from one corner to another: those fronts that reach the floor with the best of the steps, with those
+    /// steps that do with the best of the fronts.
+    fn over_block(
+        &mut self,
+        at: &CornerSteps,
+        steps: &BlockSteps,
+        candidates: &mut Vec<Candidate>,
+        parts: &mut Vec<Part>,
+    ) {
+        let limits = self.map.config.limits();
+        let between = self.sources.between.expect("blocks are of it");
+        let block = &between.blocks()[steps.block as usize];
+        let spread = self.map.friis.amplitude(1.0);
+        let at_most = self.of_strengths();
+        let fronts = &self.tx.fronts;
+        let places = &between.leaving(block.from).places;
+        let slots = self.rx.steps.slots(at, block);
+        for group in fronts.groups_at(block.from) {
+            let slots = fronts.slots(group, block).iter().zip(slots);
+            for (id, (before, after)) in block.legs.clone().zip(slots) {
+                let strength = f64::from(before.max) * f64::from(after.max);
+                if strength == 0.0 {
+                    continue;
+                }
+                if at_most * strength < self.floor {
+                    self.omit(at_most, f64::from(before.power) * f64::from(after.power));
+                    continue;
+                }
+                let leg = places[id as usize];
+                self.last_parts(at, &leg, before, parts);
+                let enough = self.floor / (at_most * f64::from(after.max));
+                let before = fronts.strengths(group, leg.leaving);
+                for ((wave_id, wave), &strength) in fronts.waves_of(group).zip(before) {
+                    let strength = f64::from(strength);
+                    if strength < enough {
+                        self.omit(at_most * strength, f64::from(after.power));
+                        continue;
+                    }
+                    for part in &*parts {
+                        let reflections = wave.reflections + part.reflections;
+                        if !limits.allow(reflections, wave.diffractions + 2) {
+                            continue;
+                        }
+                        let length_m = wave.length_m + part.length_m;
+                        let candidate = Candidate {
+                            bound: spread * strength * part.strength / length_m.sqrt(),
+                            front: FrontId::after(wave_id, id),
+                            leg: part.leg,
+                        };
+                        self.consider(candidate, candidates);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The last steps along a leg that reach the floor with the best of fronts.
+    fn last_parts(
+        &mut self,
+        at: &CornerSteps,
+        leg: &LegPlaces,
+        fronts: &Strength,
+        parts: &mut Vec<Part>,
+    ) {
+        parts.clear();
+        let at_most = self.of_strengths();
+        let enough = self.floor / (at_most * f64::from(fronts.max));
+        let steps = self.rx.steps.strengths(at, leg.arriving);
+        for (i, &strength) in at.legs.clone().zip(steps) {
+            let strength = f64::from(strength);
+            if strength < enough {
+                self.omit(at_most * strength, fronts.power.into());
+                continue;
+            }
+            let last = &self.rx.legs.all()[i as usize];
+            parts.push(Part {
+                strength,
+                length_m: leg.length_m + last.ray.length_m,
+                reflections: leg.reflections + last.reflections,
+                leg: i,
+            });
+        }
+    }
+
+    /// Leaves out paths of so much power over an amplitude squared.
+    fn omit(&mut self, amplitude: f64, power: f64) {
+        self.omitted.power += amplitude * amplitude * power;
+    }
+
+    fn consider(&mut self, candidate: Candidate, candidates: &mut Vec<Candidate>) {
+        if candidate.bound < self.floor {
+            self.omitted.power += candidate.bound * candidate.bound;
+        } else {
+            candidates.push(candidate);
+        }
+    }
+
+    /// Computes the candidates, the most promising first, until none of the others can reach the floor.
+    fn compute(&mut self, search: &mut Search) {
+        if self.map.range > 0.0 {
+            let descending = |p: &Candidate, q: &Candidate| q.bound.total_cmp(&p.bound);
+            search.candidates.sort_unstable_by(descending);
+        }
+        for candidate in &search.candidates {
+            if candidate.bound < self.floor {
+                self.omitted.power += candidate.bound * candidate.bound;
+                continue;
+            }
+            self.computed += 1;
+            let found = self.found(candidate);
+            // Not norm(): gains are far from the ends of the range that hypot guards.
+            let magnitude = found.gain.norm_sqr().sqrt();
+            if magnitude < self.floor {
+                self.omitted.by_gain += 1;
+                self.omitted.power += magnitude * magnitude;
+            } else {
+                self.raise_floor(magnitude);
+                search.found.push(found);
+            }
+        }
+    }
+
+    /// Computes the gain of a candidate.
+    fn found(&self, candidate: &Candidate) -> Found {
+        let &Candidate { front, leg: i, .. } = candidate;
+        let (fronts, sources) = (&self.tx.fronts, &self.sources);
+        let leg = &self.rx.legs.all()[i as usize];
+        let length_m = fronts.length_m(sources, front) + leg.ray.length_m;
+        let wedge = &self.map.corners.wedges[leg.corner as usize];
+        let coefficient = wedge.coefficient(fronts.ray(sources, front), &leg.ray);
+        let spread = (leg.ray.length_m * length_m).sqrt();
+        // The gain is over the length itself: multiply it back.
+        let gain = self.map.friis.gain(length_m)
+            * length_m
+            * fronts.amplitude(sources, front)
+            * coefficient
+            * leg.coefficient
+            / spread;
+        Found {
+            front,
+            leg: i,
+            length_m,
+            gain,
+        }
+    }
+
+    /// Applies the dynamic range to all paths and assembles the diffracted ones that remain.
+    fn cut(&self, found: &[Found], link: &mut Link) {
+        let reflected = link.paths.iter().map(PathRecord::power);
+        let diffracted = found.iter().map(|f| f.gain.norm_sqr());
+        let strongest = reflected.chain(diffracted).fold(0.0, f64::max);
+        let floor = strongest * self.map.range * self.map.range;
+        let omitted = &mut link.omitted;
+        let mut keep = |power: f64| {
+            // A gain of exactly zero is no path at all.
+            let keep = power >= floor && power > 0.0;
+            if !keep {
+                omitted.by_gain += 1;
+                omitted.power += power;
+            }
+            keep
+        };
+        link.paths.retain(|p| keep(p.power()));
+        let (from, to) = (self.tx.place, self.rx.place);
+        for f in found {
+            if keep(f.gain.norm_sqr()) {
+                let mut path = crate::path::Interactions::new();
+                let fronts = &self.tx.fronts;
+                fronts.interactions(&self.sources, f.front, &mut path);
+                let (legs, leg) = self.leg(f.leg);
+                path.extend(legs.reflections_of(leg).iter().rev().copied());
+                let record = PathRecord::new(from, to, path, f.length_m, f.gain);
+                link.paths.push(record);
+            }
+        }
+    }
+
+    fn leg(&self, i: u32) -> (&Legs, &Leg) {
+        (&self.rx.legs, &self.rx.legs.all()[i as usize])
+    }
+}

@@ -1,0 +1,155 @@
+//! Terminals: what is done once for all links of a transmitter or a receiver.
+
+use std::sync::OnceLock;
+
+use glam::DVec2;
+
+use crate::chains::Chains;
+use crate::error::TerminalError;
+use crate::fallback::Arrivals;
+use crate::fronts::{Fronts, Sources};
+use crate::images::{ImageTree, Sight, TreeScratch, sights};
+use crate::last_steps::LastSteps;
+use crate::legs::Legs;
+use crate::map::Map;
+
+/// A transmitter, prepared: its images over the walls it lights and its waves at the corners.
+#[derive(Debug, Clone)]
+pub struct Transmitter {
+    /// In the scene's coordinates, and in the tracer's own.
+    pub(crate) position: DVec2,
+    pub(crate) place: DVec2,
+    pub(crate) courtyard: Option<usize>,
+    pub(crate) images: ImageTree,
+    pub(crate) legs: Legs,
+    pub(crate) fronts: Fronts,
+    /// Made when the first link without a path asks.
+    pub(crate) chains: OnceLock<Chains>,
+}
+
+/// A receiver, prepared: the walls it sees and its legs to the corners.
+#[derive(Debug, Clone)]
+pub struct Receiver {
+    /// In the scene's coordinates, and in the tracer's own.
+    position: DVec2,
+    pub(crate) place: DVec2,
+    pub(crate) courtyard: Option<usize>,
+    pub(crate) sights: Vec<Sight>,
+    pub(crate) legs: Legs,
+    pub(crate) steps: LastSteps,
+    /// Made when the first link without a path asks.
+    pub(crate) arrivals: OnceLock<Arrivals>,
+}
+
+impl Transmitter {
+    pub(crate) fn new(
+        map: &Map<'_>,
+        given: DVec2,
+        courtyard: Option<usize>,
+    ) -> Result<Self, TerminalError> {
+        let place = given - map.origin;
+        let images = map.images(place)?;
+        let legs = legs(map, given, courtyard, &images)?;
+        let of = Sources {
+            corners: &map.corners,
+            between: map.between.as_ref(),
+            legs: &legs,
+        };
+        let fronts = Fronts::extend(&of, &map.config.limits());
+        Ok(Self {
+            position: given,
+            place,
+            courtyard,
+            fronts: fronts.ok_or_else(|| too_many(map, given))?,
+            images,
+            legs,
+            chains: OnceLock::new(),
+        })
+    }
+
+    /// Where it is \[m\].
+    #[must_use]
+    pub fn position(&self) -> DVec2 {
+        self.position
+    }
+
+    /// How many images it has, over all orders.
+    #[must_use]
+    pub fn image_count(&self) -> usize {
+        self.images.images.len()
+    }
+
+    /// How many of them light no further wall: branches left out for want of geometry.
+    #[must_use]
+    pub fn empty_beam_count(&self) -> usize {
+        self.images.empty_beams
+    }
+
+    /// How many waves arrive at corners.
+    #[must_use]
+    pub fn front_count(&self) -> usize {
+        self.fronts.len()
+    }
+}
+
+impl Receiver {
+    pub(crate) fn new(
+        map: &Map<'_>,
+        given: DVec2,
+        courtyard: Option<usize>,
+    ) -> Result<Self, TerminalError> {
+        let place = given - map.origin;
+        let sights = if map.config.reflection_limit() == 0 {
+            Vec::new()
+        } else {
+            sights(&map.local, place, &mut TreeScratch::default(), |_| false)
+        };
+        // Legs need the receiver's own images; without corners nobody asks for them.
+        let legs = if map.may_reach_corners(courtyard) {
+            legs(map, given, courtyard, &map.images(place)?)?
+        } else {
+            Legs::default()
+        };
+        let steps = LastSteps::find(
+            &map.corners,
+            &legs,
+            map.between.as_ref(),
+            &map.config.limits(),
+        );
+        Ok(Self {
+            position: given,
+            place,
+            courtyard,
+            sights,
+            legs,
+            steps: steps.ok_or_else(|| too_many(map, given))?,
+            arrivals: OnceLock::new(),
+        })
+    }
+
+    /// Where it is \[m\].
+    #[must_use]
+    pub fn position(&self) -> DVec2 {
+        self.position
+    }
+}
+
+fn legs(
+    map: &Map<'_>,
+    given: DVec2,
+    courtyard: Option<usize>,
+    images: &ImageTree,
+) -> Result<Legs, TerminalError> {
+    if !map.may_reach_corners(courtyard) {
+        return Ok(Legs::default());
+    }
+    let legs = map.legs(given - map.origin, images);
+    legs.ok_or_else(|| too_many(map, given))
+}
+
+fn too_many(map: &Map<'_>, position: DVec2) -> TerminalError {
+    TerminalError::TooManyWaves {
+        position,
+        limit: map.config.max_wave_bytes,
+    }
+}
