@@ -62,6 +62,8 @@ fn diffraction_names_its_corner() {
         "90,105",
         "--rx",
         "110,130",
+        "--limits",
+        "r2d1",
         "--max-reflections",
         "0",
         "--format",

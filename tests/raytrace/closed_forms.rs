@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Complex64, Footprint, InteractionKind, Material, Scene, TraceConfig, Tracer};
-use aps_tests::links::total_field;
+use aps_tests::links::{total_field, with_chains};
 use aps_tests::utd::{Radio, Wall};
 
 const FREQUENCY_HZ: f64 = 3.5e9;
@@ -39,7 +39,7 @@ fn bar(y: f64, up: bool, turn: DVec2) -> Footprint {
 #[test]
 fn free_space_is_friis() {
     let scene = Scene::new(&[], None).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let mut worst = 0.0_f64;
     for distance_m in [1e-3, 1.0, 100.0, 12_345.6] {
         let paths = tracer

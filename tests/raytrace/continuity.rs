@@ -9,7 +9,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
     Complex64, Footprint, InteractionKind, Material, PathRecord, Scene, TraceConfig, Tracer,
 };
-use aps_tests::links::{decibels, total_field};
+use aps_tests::links::{decibels, total_field, with_chains};
 
 /// Length of the building's sides \[m\].
 const SIDE_M: f64 = 1e3;
@@ -24,7 +24,7 @@ fn config(material: Material) -> TraceConfig {
         max_interactions: 2,
         dynamic_range_db: None,
         max_fallback_diffractions: 0,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 

@@ -6,6 +6,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
     Complex64, Footprint, InteractionKind, Link, Material, Scene, TraceConfig, Tracer, utd,
 };
+use aps_tests::links::with_chains;
 
 const WAVENUMBER_PER_M: f64 = 73.36;
 
@@ -22,7 +23,7 @@ fn diffracting() -> TraceConfig {
         max_reflections: 0,
         dynamic_range_db: None,
         max_fallback_diffractions: 0,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::{Mutex, OnceLock};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{CityConfig, GeoJsonConfig, Location, parse_geojson};
 use aps_raytrace::{Area, Link, PathRecord, Scene, TraceConfig, Tracer};
-use aps_tests::links::strongest;
+use aps_tests::links::{strongest, with_chains};
 use aps_tests::maps::real_map;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -85,7 +85,7 @@ fn config((max_reflections, max_diffractions): (usize, usize), sum: usize) -> Tr
         max_diffractions,
         max_interactions: sum,
         dynamic_range_db: None,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 

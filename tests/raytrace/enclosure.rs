@@ -1,7 +1,8 @@
 //! A courtyard closed on all sides keeps waves in and out, and the link says so.
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Footprint, Scene, TraceConfig, Tracer};
+use aps_raytrace::{Footprint, Scene, Tracer};
+use aps_tests::links::with_chains;
 
 fn square(lo: f64, hi: f64) -> Vec<DVec2> {
     [(lo, lo), (hi, lo), (hi, hi), (lo, hi)]
@@ -40,7 +41,7 @@ fn block(gate: bool) -> Scene {
 #[test]
 fn closed_courtyard_has_no_path_and_says_why() {
     let scene = block(false);
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let (inside, other, outside) = (
         DVec2::new(30.0, 70.0),
         DVec2::new(70.0, 33.0),
@@ -57,7 +58,7 @@ fn closed_courtyard_has_no_path_and_says_why() {
 #[test]
 fn a_gate_lets_waves_out() {
     let scene = block(true);
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let link = tracer
         .trace(DVec2::new(30.0, 70.0), DVec2::new(120.0, 50.0))
         .unwrap();
@@ -67,7 +68,7 @@ fn a_gate_lets_waves_out() {
 #[test]
 fn courtyard_without_corners_sets_up_no_diffraction_and_one_with_them_does() {
     let walled = block(false);
-    let tracer = Tracer::new(&walled, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&walled, with_chains()).unwrap();
     assert_eq!(tracer.corner_count(), 4, "the block's own, outside");
     let inside = DVec2::new(30.0, 70.0);
     assert_eq!(tracer.transmitter(inside).unwrap().front_count(), 0);
@@ -94,7 +95,7 @@ fn courtyard_without_corners_sets_up_no_diffraction_and_one_with_them_does() {
             material: None,
         };
         let scene = Scene::new(&[court, Footprint::new(turned.map(DVec2::from))], None).unwrap();
-        let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+        let tracer = Tracer::new(&scene, with_chains()).unwrap();
         let tx = tracer.transmitter(inside).unwrap();
         assert!(tx.front_count() > 0, "kiosk at {kiosk:?}");
         let link = tracer.trace(inside, DVec2::new(x + 5.0, y - 8.0)).unwrap();

@@ -5,6 +5,7 @@
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Area, Footprint, parse_radiomapseer};
 use aps_raytrace::{Scene, TraceConfig, Tracer};
+use aps_tests::links::with_chains;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
@@ -36,7 +37,7 @@ fn trace(text: &str) {
     );
     let config = TraceConfig {
         max_reflections: 1,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     let Ok(tracer) = Tracer::new(&scene, config) else {
         return;

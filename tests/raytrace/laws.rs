@@ -5,7 +5,7 @@ use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{
     Footprint, InteractionKind, Link, Material, PathRecord, Scene, TraceConfig, Tracer,
 };
-use aps_tests::links::{outdoor_points, strongest};
+use aps_tests::links::{outdoor_points, strongest, with_chains};
 use aps_tests::maps::real_map;
 use proptest::prelude::*;
 
@@ -22,7 +22,7 @@ fn mixed() -> TraceConfig {
         max_diffractions: 2,
         max_interactions: 3,
         dynamic_range_db: None,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 
@@ -144,7 +144,7 @@ fn paths_of_real_maps_obey_the_laws() {
     for id in [0, 33] {
         let Some(text) = real_map(id) else { return };
         let scene = Scene::from_radiomapseer(&text).unwrap();
-        let errors = check_laws(&scene, TraceConfig::default(), 40, &format!("map {id}"));
+        let errors = check_laws(&scene, with_chains(), 40, &format!("map {id}"));
         assert!(errors.paths > 1000);
     }
 }
@@ -231,12 +231,12 @@ fn exact_motions_keep_every_path() {
     // Where ties fall must not depend on the axes.
     let (stretched, back) = (
         |p: DVec2| DVec2::new(3.0 * p.x - 4.0 * p.y, 4.0 * p.x + 3.0 * p.y),
-        TraceConfig::default().frequency_hz / 5.0,
+        with_chains().frequency_hz / 5.0,
     );
     let config = TraceConfig {
         material: Material::PerfectConductor,
         dynamic_range_db: None,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     let slower = TraceConfig {
         frequency_hz: back,

@@ -3,8 +3,8 @@
 use aps_label::{Array, LabelConfig, Labeler, PathSample, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{CityConfig, Location};
-use aps_raytrace::{Footprint, Link, Scene, TraceConfig, Tracer};
-use aps_tests::links::outdoor_points;
+use aps_raytrace::{Footprint, Link, Scene, Tracer};
+use aps_tests::links::{outdoor_points, with_chains};
 
 const SIDE_M: f64 = 256.0;
 
@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-8;
 /// Spectra of all links between `points`, linear and relative to each one's largest value.
 fn spectra(footprints: &[Footprint], points: &[DVec2], label: &LabelConfig) -> Vec<Vec<f64>> {
     let scene = Scene::new(footprints, None).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let labeler = Labeler::new(label).unwrap();
     let (tx, rx) = points.split_at(points.len() / 2);
     let mut link = Link::default();

@@ -2,7 +2,7 @@
 
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Material, Scene, TraceConfig, Tracer};
-use aps_tests::links::{by_sequence, outdoor_points, strongest};
+use aps_tests::links::{by_sequence, outdoor_points, strongest, with_chains};
 use aps_tests::maps::real_map;
 use aps_tests::mixed::mixed_candidates;
 use aps_tests::utd::{Radio, Wall};
@@ -32,7 +32,7 @@ fn check(scene: &Scene, material: Material, wall: Wall, counts: [usize; 2]) -> T
         max_interactions: 2,
         dynamic_range_db: None,
         max_fallback_diffractions: 0,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     let radio = Radio {
         frequency_hz: config.frequency_hz,

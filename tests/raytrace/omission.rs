@@ -3,7 +3,7 @@
 use aps_label::{LabelConfig, Labeler, PathSample};
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Link, Scene, TraceConfig, Tracer};
-use aps_tests::links::outdoor_points;
+use aps_tests::links::{outdoor_points, with_chains};
 use aps_tests::maps::real_map;
 
 /// The APS in linear power; a bin is max over tau of a sum of path powers times kernels <= 1.
@@ -98,7 +98,7 @@ fn dynamic_range_keeps_its_bound_on_ten_maps() {
     for range_db in [60.0, 30.0] {
         let config = TraceConfig {
             dynamic_range_db: Some(range_db),
-            ..TraceConfig::default()
+            ..with_chains()
         };
         let (mut links, mut worst_db, mut omitted) = (0, 0.0_f64, 0);
         for scene in ten_maps() {

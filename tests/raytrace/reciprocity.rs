@@ -6,7 +6,7 @@
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{CityConfig, Location};
 use aps_raytrace::{Footprint, Link, Scene, TraceConfig, Tracer};
-use aps_tests::links::{by_sequence, outdoor_points, strongest};
+use aps_tests::links::{by_sequence, outdoor_points, strongest, with_chains};
 use aps_tests::maps::real_map;
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ fn two_diffractions() -> TraceConfig {
     TraceConfig {
         max_reflections: 1,
         max_diffractions: 2,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 
@@ -35,7 +35,7 @@ fn everything() -> TraceConfig {
     TraceConfig {
         dynamic_range_db: None,
         max_fallback_diffractions: 0,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 
@@ -126,12 +126,7 @@ fn check_city(tally: &mut Tally, scene: &Scene, config: &TraceConfig, counts: [u
 fn synthetic_cities_at_default_limits() {
     let mut tally = Tally::default();
     for seed in 1..=6 {
-        check_city(
-            &mut tally,
-            &small_city(seed),
-            &TraceConfig::default(),
-            [15, 60],
-        );
+        check_city(&mut tally, &small_city(seed), &with_chains(), [15, 60]);
         check_city(&mut tally, &small_city(seed), &everything(), [10, 40]);
     }
     tally.print("cities, R <= 2, D <= 1");
@@ -154,7 +149,7 @@ fn real_maps() {
         let Some(text) = real_map(id) else { return };
         let scene = Scene::from_radiomapseer(&text).unwrap();
         let mut tally = Tally::default();
-        check_city(&mut tally, &scene, &TraceConfig::default(), [10, 50]);
+        check_city(&mut tally, &scene, &with_chains(), [10, 50]);
         tally.print(&format!("map {id}, R <= 2, D <= 1"));
         assert!(tally.paths > 2_000 && tally.fallbacks > 10);
     }
@@ -194,10 +189,10 @@ fn lattices_of_equal_blocks() {
         let nothing = TraceConfig {
             max_reflections: 0,
             max_diffractions: 0,
-            ..TraceConfig::default()
+            ..with_chains()
         };
         let configs = [
-            (TraceConfig::default(), 1),
+            (with_chains(), 1),
             (everything(), 2),
             (nothing, 1),
             (two_diffractions(), 4),
@@ -229,7 +224,7 @@ fn chains_of_equal_strength_are_chosen_alike() {
     let config = TraceConfig {
         max_reflections: 0,
         max_diffractions: 0,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     for _ in 0..6 {
         let mut boxes: Vec<[i32; 4]> = Vec::new();
@@ -292,7 +287,7 @@ proptest! {
             max_reflections: reflections.min(3 - diffractions),
             max_diffractions: diffractions,
             max_interactions: 3,
-            ..TraceConfig::default()
+            ..with_chains()
         };
         let points: Vec<DVec2> = outdoor_points(&scene, 60, offset)
             .into_iter()

@@ -2,6 +2,7 @@
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Footprint, InteractionKind, Material, Scene, TraceConfig, Tracer};
+use aps_tests::links::with_chains;
 
 fn square(x: f64, y: f64, side: f64) -> Footprint {
     Footprint::new([(x, y), (x + side, y), (x + side, y + side), (x, y + side)].map(DVec2::from))
@@ -40,7 +41,7 @@ fn ray_along_a_perfectly_conducting_wall_is_not_diffracted() {
         max_reflections: 0,
         dynamic_range_db: None,
         max_fallback_diffractions: 0,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     let house = [(0.0, 0.0), (12.0, 5.0), (7.0, 17.0), (-5.0, 12.0)].map(DVec2::from);
     let scene = Scene::new(&[Footprint::new(house)], None).unwrap();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
-use aps_raytrace::{Complex64, InteractionKind, PathRecord, Scene};
+use aps_raytrace::{Complex64, InteractionKind, PathRecord, Scene, TraceConfig};
 
 /// What a path does, in order from the transmitter: kinds, and ids of walls or corners.
 pub type Sequence = Vec<(InteractionKind, u32)>;
@@ -62,4 +62,13 @@ pub fn total_field(paths: &[PathRecord]) -> Complex64 {
 #[must_use]
 pub fn decibels(p: Complex64, q: Complex64) -> f64 {
     20.0 * (p.norm() / q.norm()).log10()
+}
+
+/// The default limits, and chains of up to four diffractions for links without a path inside them.
+#[must_use]
+pub fn with_chains() -> TraceConfig {
+    TraceConfig {
+        max_fallback_diffractions: 4,
+        ..TraceConfig::default()
+    }
 }

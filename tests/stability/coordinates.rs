@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Footprint, Material, Scene, TraceConfig, Tracer};
-use aps_tests::links::{by_sequence, outdoor_points, strongest, total_field};
+use aps_tests::links::{by_sequence, outdoor_points, strongest, total_field, with_chains};
 use aps_tests::utd::{Radio, Wall};
 
 /// Paths this far below the strongest \[dB\] are sums that cancel: rounding decides on their gain.
@@ -17,7 +17,7 @@ fn all_paths() -> TraceConfig {
     TraceConfig {
         material: Material::PerfectConductor,
         dynamic_range_db: None,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 

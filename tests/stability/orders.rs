@@ -7,6 +7,7 @@ use aps_raytrace::{
     TraceConfig, TraceError, Tracer,
 };
 use aps_tests::double_double::{DoubleDouble, PI};
+use aps_tests::links::with_chains;
 use aps_tests::utd::{Radio, Wall};
 
 const FREQUENCY_HZ: f64 = 3.5e9;
@@ -258,7 +259,7 @@ fn waves_between_corners_meet_a_stated_limit() {
         max_diffractions: 1000,
         max_interactions: 1000,
         max_wave_bytes: 1 << 22,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     let tracer = Tracer::new(&scene, config).unwrap();
     let error = tracer.transmitter(DVec2::new(-5.0, 3.0)).unwrap_err();
@@ -280,7 +281,7 @@ fn waves_between_corners_meet_a_stated_limit() {
         let config = |max_wave_bytes| TraceConfig {
             max_diffractions,
             max_wave_bytes,
-            ..TraceConfig::default()
+            ..with_chains()
         };
         let unlimited = Tracer::new(&scene, config(usize::MAX))
             .unwrap()

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Location, RepairKind};
 use aps_raytrace::{Footprint, InteractionKind, Scene, TraceConfig, TraceError, Tracer, utd};
+use aps_tests::links::with_chains;
 
 fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Footprint {
     Footprint::new([(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(DVec2::from))
@@ -38,7 +39,7 @@ fn needle_is_a_half_plane_or_reported_as_dropped() {
             material: aps_raytrace::Material::PerfectConductor,
             max_reflections: 0,
             dynamic_range_db: None,
-            ..TraceConfig::default()
+            ..with_chains()
         };
         let tracer = Tracer::new(&scene, config).unwrap();
         let paths = tracer.trace(tx, rx).unwrap().paths;
@@ -77,7 +78,7 @@ fn circle_of_ten_thousand_vertices_costs_in_proportion() {
     assert_eq!(scene.walls().len(), 10_000);
     let config = TraceConfig {
         max_wave_bytes: 1 << 26,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     let tracer = Tracer::new(&scene, config).unwrap();
     assert_eq!(tracer.corner_count(), 10_000);
@@ -120,13 +121,11 @@ fn two_facing_circles_meet_a_stated_limit() {
         circle(DVec2::new(150.0, 0.0), 50.0, 4_000),
     ];
     let scene = Scene::new(&towers, None).unwrap();
-    let error = Tracer::new(&scene, TraceConfig::default())
-        .unwrap_err()
-        .to_string();
+    let error = Tracer::new(&scene, with_chains()).unwrap_err().to_string();
     assert!(error.contains("max_fallback_diffractions"), "{error}");
     let config = TraceConfig {
         max_fallback_diffractions: 0,
-        ..TraceConfig::default()
+        ..with_chains()
     };
     let tracer = Tracer::new(&scene, config).unwrap();
     let link = tracer
@@ -156,7 +155,7 @@ fn nested_courtyards_are_told_apart() {
     let blocks: Vec<_> = (0..DEPTH).map(ring).collect();
     let scene = Scene::new(&blocks, None).unwrap();
     assert_eq!(scene.walls().len(), 8 * DEPTH as usize);
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     // Between two rings, and beyond the last.
     let places = |level: u32| {
         let x = if level == 0 {
@@ -191,7 +190,7 @@ fn checkerboard_with_touching_corners_lets_nothing_through() {
             })
             .collect();
         let scene = Scene::new(&houses, None).unwrap();
-        let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+        let tracer = Tracer::new(&scene, with_chains()).unwrap();
         let (inside, beside, rim, away) = (
             at(15.0, 24.0),
             at(35.0, 24.0),
@@ -237,7 +236,7 @@ fn houses_a_picometre_apart_are_one_row() {
             scene.locate(DVec2::new(10.0 + gap / 2.0, 5.0)),
             Location::Inside { .. }
         ));
-        let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+        let tracer = Tracer::new(&scene, with_chains()).unwrap();
         let link = tracer
             .trace(DVec2::new(10.0, -5.0), DVec2::new(10.0, 15.0))
             .unwrap();
@@ -276,7 +275,7 @@ fn collinear_footprints_leave_free_space() {
     let scene = Scene::new(&[DVec2::X, DVec2::Y, DVec2::new(3.0, 4.0)].map(flat), None).unwrap();
     assert!(scene.walls().is_empty());
     assert_eq!(scene.report().count(|k| matches!(k, RepairKind::Sliver)), 3);
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let link = tracer
         .trace(DVec2::new(-1.0, -1.0), DVec2::new(5.0, 5.0))
         .unwrap();

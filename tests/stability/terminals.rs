@@ -6,7 +6,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
     Complex64, Footprint, Link, Material, Scene, TerminalError, TraceConfig, TraceError, Tracer,
 };
-use aps_tests::links::{by_sequence, total_field};
+use aps_tests::links::{by_sequence, total_field, with_chains};
 
 const K: f64 = TAU * 3.5e9 / 299_792_458.0;
 
@@ -30,7 +30,7 @@ fn with(material: Material) -> TraceConfig {
         max_diffractions: 2,
         max_interactions: 4,
         dynamic_range_db: None,
-        ..TraceConfig::default()
+        ..with_chains()
     }
 }
 
@@ -269,14 +269,14 @@ fn everything_on_one_line() {
 #[test]
 fn coincident_terminals_are_an_error() {
     let scene = Scene::new(&[house()], None).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let tx = DVec2::new(-1.0, -1.0);
     assert!(matches!(
         tracer.trace(tx, tx),
         Err(TraceError::Coincident { .. })
     ));
     let empty = Scene::new(&[], None).unwrap();
-    let tracer = Tracer::new(&empty, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&empty, with_chains()).unwrap();
     for d in [1e-110, 1e-160, 1e-200, f64::MIN_POSITIVE] {
         let link = tracer.trace(DVec2::ZERO, DVec2::new(d, 0.0));
         assert!(
@@ -295,7 +295,7 @@ fn coincident_terminals_are_an_error() {
 #[test]
 fn terminals_out_of_this_world_are_refused() {
     let scene = Scene::new(&[house()], None).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, with_chains()).unwrap();
     for far in [1e10, 1e155, 1e200, 1e308, f64::MAX] {
         for place in [
             DVec2::new(far, 5.0),
@@ -327,12 +327,12 @@ fn settings_are_refused_or_give_finite_numbers() {
                 relative_permittivity,
                 conductivity_s_per_m,
             },
-            ..TraceConfig::default()
+            ..with_chains()
         };
         let frequency = |material| TraceConfig {
             frequency_hz: value,
             material,
-            ..TraceConfig::default()
+            ..with_chains()
         };
         let configs = [
             frequency(Material::Concrete),
@@ -345,7 +345,7 @@ fn settings_are_refused_or_give_finite_numbers() {
             dielectric(1.0, value),
             TraceConfig {
                 dynamic_range_db: Some(value),
-                ..TraceConfig::default()
+                ..with_chains()
             },
         ];
         for config in configs {
@@ -368,7 +368,7 @@ fn settings_are_refused_or_give_finite_numbers() {
 #[test]
 fn azimuths_at_half_a_turn() {
     let empty = Scene::new(&[], None).unwrap();
-    let tracer = Tracer::new(&empty, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&empty, with_chains()).unwrap();
     for y in [0.0, -0.0, 1e-300, -1e-300, 1e-9, -1e-9] {
         let link = tracer
             .trace(DVec2::new(3.0, 0.0), DVec2::new(-4.0, y))

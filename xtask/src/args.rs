@@ -48,26 +48,48 @@ impl FromStr for Shard {
     }
 }
 
+/// Named limits of the tracer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Limits {
+    /// 5 reflections, 2 diffractions, paths within 30 dB of the strongest: more changes labels by less than 1 dB in the mean.
+    Converged,
+    /// 2 reflections, 1 diffraction, paths within 60 dB.
+    R2d1,
+}
+
+impl Limits {
+    fn config(self) -> TraceConfig {
+        match self {
+            Self::Converged => TraceConfig::converged(),
+            Self::R2d1 => TraceConfig::default(),
+        }
+    }
+}
+
 /// What to trace.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Tracing")]
 pub struct TraceArgs {
-    /// Most reflections on a path.
-    #[arg(long, default_value_t = TraceConfig::default().max_reflections)]
-    pub max_reflections: usize,
-    /// Most diffractions on a path.
-    #[arg(long, default_value_t = TraceConfig::default().max_diffractions)]
-    pub max_diffractions: usize,
+    /// Limits where nothing else is said.
+    #[arg(long, value_enum, default_value_t = Limits::Converged)]
+    pub limits: Limits,
+    /// Most reflections on a path [default: as the limits have it].
+    #[arg(long)]
+    pub max_reflections: Option<usize>,
+    /// Most diffractions on a path [default: as the limits have it].
+    #[arg(long)]
+    pub max_diffractions: Option<usize>,
     /// Most interactions on a path [default: the sum of the two limits above].
     #[arg(long)]
     pub max_interactions: Option<usize>,
-    /// Leave out paths weaker than the link's strongest by more than this [dB].
-    #[arg(long, default_value_t = 60.0)]
-    pub dynamic_range_db: f64,
+    /// Leave out paths weaker than the link's strongest by more than this [dB; default: as the limits have it].
+    #[arg(long)]
+    pub dynamic_range_db: Option<f64>,
     /// Keep every path inside the limits, however weak.
     #[arg(long)]
     pub no_prune: bool,
-    /// A link without a path goes on with up to this many diffractions; 0 turns it off.
+    /// A link without a path goes on with up to this many diffractions along the best chains of corners, whose levels are
+    /// estimates; 0 turns it off.
     #[arg(long, default_value_t = TraceConfig::default().max_fallback_diffractions)]
     pub max_fallback_diffractions: usize,
     /// Carrier [Hz].
@@ -82,17 +104,21 @@ pub struct TraceArgs {
 impl TraceArgs {
     /// The tracer's configuration.
     pub fn config(&self) -> TraceConfig {
+        let limits = self.limits.config();
+        let max_reflections = self.max_reflections.unwrap_or(limits.max_reflections);
+        let max_diffractions = self.max_diffractions.unwrap_or(limits.max_diffractions);
+        let range_db = self.dynamic_range_db.or(limits.dynamic_range_db);
         TraceConfig {
             frequency_hz: self.frequency_hz,
             material: self.material,
-            max_reflections: self.max_reflections,
-            max_diffractions: self.max_diffractions,
+            max_reflections,
+            max_diffractions,
             max_interactions: self
                 .max_interactions
-                .unwrap_or(self.max_reflections.saturating_add(self.max_diffractions)),
-            dynamic_range_db: (!self.no_prune).then_some(self.dynamic_range_db),
+                .unwrap_or(max_reflections.saturating_add(max_diffractions)),
+            dynamic_range_db: range_db.filter(|_| !self.no_prune),
             max_fallback_diffractions: self.max_fallback_diffractions,
-            ..TraceConfig::default()
+            ..limits
         }
     }
 }

@@ -42,7 +42,8 @@ pub struct TraceConfig {
     /// every path inside the limits.
     pub dynamic_range_db: Option<f64>,
     /// A link without any path inside the limits goes on with up to this many diffractions, along
-    /// the best chains of mutually visible corners; no more than `max_diffractions` turns it off.
+    /// the best chains of mutually visible corners, whose levels are estimates; no more than `max_diffractions`, as by
+    /// default, turns it off.
     pub max_fallback_diffractions: usize,
     /// Most images of one terminal: a bound on memory (about 80 bytes each) where walls multiply
     /// them, as in a long corridor.
@@ -63,7 +64,7 @@ impl Default for TraceConfig {
             max_diffractions: 1,
             max_interactions: 3,
             dynamic_range_db: Some(60.0),
-            max_fallback_diffractions: 4,
+            max_fallback_diffractions: 0,
             max_images: 10_000_000,
             max_wave_bytes: 1 << 30,
         }
@@ -71,6 +72,19 @@ impl Default for TraceConfig {
 }
 
 impl TraceConfig {
+    /// Five reflections, two diffractions, paths within 30 dB of the strongest: labels that more orders and weaker paths change
+    /// by less than 1 dB in the mean, on maps of the paper (`cargo xtask report --study tracer`).
+    #[must_use]
+    pub fn converged() -> Self {
+        Self {
+            max_reflections: 5,
+            max_diffractions: 2,
+            max_interactions: 7,
+            dynamic_range_db: Some(30.0),
+            ..Self::default()
+        }
+    }
+
     /// Reflections up to an order and nothing else, no path left out.
     #[must_use]
     pub fn reflections_only(max_reflections: usize) -> Self {
