@@ -139,7 +139,7 @@ fn check(all: &Link, cut: &Link, range_db: f64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 120, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]
     fn paths_within_the_range_are_those_of_all_paths(

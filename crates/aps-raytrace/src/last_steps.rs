@@ -68,25 +68,31 @@ impl LastSteps {
         let Some(between) = between else {
             return Some(steps);
         };
+        let count = |leg: &Leg| {
+            let left = limits.left(leg.reflections, 2);
+            left.map_or(0, |left| between.arriving(leg.corner).with_at_most(left))
+        };
+        let places = |legs: &[Leg]| legs.iter().map(count).max().unwrap_or(0);
+        let by_corner = || legs.all().chunk_by(|p, q| p.corner == q.corner);
+        // What receivers keep is what fills the memory: not a byte more.
+        let strengths = by_corner().map(|legs| places(legs) * legs.len()).sum();
+        let ends = |legs: &[Leg]| between.arriving(legs[0].corner).slots.len();
+        let slots = by_corner().map(ends).sum();
+        let bytes = strengths * size_of::<f32>() + slots * size_of::<Strength>();
+        if bytes > limits.bytes {
+            return None;
+        }
+        steps.strengths.reserve_exact(strengths);
+        steps.slots.reserve_exact(slots);
         let mut rows = Rows::default();
         let mut blocks = Vec::new();
         let mut first_leg = 0;
-        for legs in legs.all().chunk_by(|p, q| p.corner == q.corner) {
+        for legs in by_corner() {
             let corner = legs[0].corner;
             let wedge = &corners.wedges[corner as usize].bound;
             let ends = between.arriving(corner);
-            let count = |leg: &Leg| {
-                let left = limits.left(leg.reflections, 2);
-                left.map_or(0, |left| ends.with_at_most(left))
-            };
-            let places = legs.iter().map(count).max().unwrap_or(0);
+            let places = places(legs);
             let first = steps.strengths.len();
-            let bytes = (first + places * legs.len()) * size_of::<f32>()
-                + (steps.slots.len() + ends.slots.len()) * size_of::<Strength>()
-                + (steps.blocks.len() + ends.blocks.len()) * size_of::<BlockSteps>();
-            if bytes > limits.bytes {
-                return None;
-            }
             steps.strengths.resize(first + places * legs.len(), 0.0);
             rows.clear(ends.blocks.len());
             for (i, leg) in legs.iter().enumerate() {
@@ -125,6 +131,7 @@ impl LastSteps {
             steps.corners.push(at);
             first_leg += legs.len();
         }
+        steps.blocks.shrink_to_fit();
         Some(steps)
     }
 

@@ -10,10 +10,9 @@ use num_complex::Complex64;
 use crate::between::LegPlaces;
 use crate::fronts::{FrontId, Sources};
 use crate::last_steps::{BlockSteps, CornerSteps};
-use crate::legs::{Leg, Legs};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
-use crate::path::PathRecord;
+use crate::path::{Interactions, PathRecord};
 use crate::strength::Strength;
 use crate::terminal::{Receiver, Transmitter};
 
@@ -56,6 +55,7 @@ pub(crate) struct Search {
     blocks: Vec<(usize, BlockSteps)>,
     parts: Vec<Part>,
     found: Vec<Found>,
+    reflected: Vec<PathRecord>,
 }
 
 /// One search.
@@ -98,7 +98,7 @@ pub(crate) fn diffract(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mu
     }
     link.omitted = ends.omitted;
     link.omitted.by_bound = ends.paths_within_limits() - ends.computed;
-    ends.cut(&search.found, link);
+    ends.cut(&mut search, link);
     link.search = search;
 }
 
@@ -369,10 +369,10 @@ impl Ends<'_> {
         }
     }
 
-    /// Applies the dynamic range to all paths and assembles the diffracted ones that remain.
-    fn cut(&self, found: &[Found], link: &mut Link) {
+    /// Applies the dynamic range to all paths and assembles the diffracted ones that remain, the shortest first.
+    fn cut(&self, search: &mut Search, link: &mut Link) {
         let reflected = link.paths.iter().map(PathRecord::power);
-        let diffracted = found.iter().map(|f| f.gain.norm_sqr());
+        let diffracted = search.found.iter().map(|f| f.gain.norm_sqr());
         let strongest = reflected.chain(diffracted).fold(0.0, f64::max);
         let floor = strongest * self.map.range * self.map.range;
         let omitted = &mut link.omitted;
@@ -386,21 +386,35 @@ impl Ends<'_> {
             keep
         };
         link.paths.retain(|p| keep(p.power()));
-        let (from, to) = (self.tx.place, self.rx.place);
-        for f in found {
-            if keep(f.gain.norm_sqr()) {
-                let mut path = crate::path::Interactions::new();
-                let fronts = &self.tx.fronts;
-                fronts.interactions(&self.sources, f.front, &mut path);
-                let (legs, leg) = self.leg(f.leg);
-                path.extend(legs.reflections_of(leg).iter().rev().copied());
-                let record = PathRecord::new(from, to, path, f.length_m, f.gain);
-                link.paths.push(record);
-            }
+        search.found.retain(|f| keep(f.gain.norm_sqr()));
+        if search.found.is_empty() {
+            return;
         }
+        // Records are large, what they are made of is not: sort that.
+        search
+            .found
+            .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));
+        link.paths
+            .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));
+        std::mem::swap(&mut search.reflected, &mut link.paths);
+        let mut reflected = search.reflected.drain(..).peekable();
+        for found in &search.found {
+            while let Some(shorter) = reflected.next_if(|p| p.length_m <= found.length_m) {
+                link.paths.push(shorter);
+            }
+            link.paths.push(self.record(found));
+        }
+        link.paths.extend(reflected);
     }
 
-    fn leg(&self, i: u32) -> (&Legs, &Leg) {
-        (&self.rx.legs, &self.rx.legs.all()[i as usize])
+    fn record(&self, found: &Found) -> PathRecord {
+        let mut path = Interactions::new();
+        let fronts = &self.tx.fronts;
+        fronts.interactions(&self.sources, found.front, &mut path);
+        let leg = &self.rx.legs.all()[found.leg as usize];
+        let last = self.rx.legs.reflections_of(leg);
+        path.extend(last.iter().rev().copied());
+        let (from, to) = (self.tx.place, self.rx.place);
+        PathRecord::new(from, to, path, found.length_m, found.gain)
     }
 }
