@@ -88,8 +88,6 @@ fn link_in_a_tile_is_traced_and_drawn() {
         "169,247",
         "--rx",
         "186,166",
-        "--limits",
-        "r2d1",
         "--svg",
         svg.to_str().unwrap(),
     ]);

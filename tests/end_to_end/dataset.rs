@@ -86,8 +86,8 @@ fn another_configuration_is_refused_by_name() {
         out,
     ]);
     for difference in [
-        "configuration.trace.max_interactions is 7 there, 3 here",
-        "configuration.trace.max_reflections is 5 there, 1 here",
+        "configuration.trace.max_interactions is 3 there, 2 here",
+        "configuration.trace.max_reflections is 2 there, 1 here",
     ] {
         assert!(error.contains(difference), "{error}");
     }

@@ -30,7 +30,7 @@ fn finished_data_set_is_described() {
         "180 bins over [-180, 180] deg, dB in half precision",
         "paths: delay",
         "label.protocol = \"released\"",
-        "trace.max_reflections = 5",
+        "trace.max_reflections = 2",
         "seed = 42",
         "training maps: mean 0.",
         "dominant peaks:",

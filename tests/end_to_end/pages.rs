@@ -85,7 +85,7 @@ fn table_of_paths_holds_what_the_tracer_found() {
     assert_eq!(pictures_in(&page), 2);
 
     let scene = Scene::from_radiomapseer(house).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::converged()).unwrap();
+    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
     let mut paths = tracer
         .trace(DVec2::new(90.0, 130.0), DVec2::new(120.0, 120.0))
         .unwrap()

@@ -62,8 +62,6 @@ fn diffraction_names_its_corner() {
         "90,105",
         "--rx",
         "110,130",
-        "--limits",
-        "r2d1",
         "--max-reflections",
         "0",
         "--format",
@@ -159,4 +157,33 @@ fn terminals_in_the_wrong_place_are_named() {
     let error = fail(&["trace", "--map", &map, "--tx", "5;5", "--rx", "3,5"]);
     assert!(error.contains("not a pair of numbers"), "{error}");
     assert!(fail(&["trace", "--map", &map]).contains("give a link"));
+}
+
+#[test]
+fn limits_have_names_and_single_ones_can_be_changed() {
+    let (_root, map) = house();
+    let ends = ["trace", "--map", &map, "--tx", "90,105", "--rx", "110,130"];
+    let paths = |more: &[&str]| {
+        let json = succeed(&[&ends[..], &["--format", "json"], more].concat());
+        let json: Value = serde_json::from_str(&json).unwrap();
+        json["links"][0]["paths"].as_array().unwrap().clone()
+    };
+    assert_eq!(paths(&[]), paths(&["--limits", "r2d1"]));
+    let converged = paths(&["--limits", "converged"]);
+    assert_eq!(
+        converged,
+        paths(&[
+            "--max-reflections",
+            "5",
+            "--max-diffractions",
+            "2",
+            "--dynamic-range-db",
+            "30"
+        ])
+    );
+    let gains = converged.iter().map(|p| p["gain_db"].as_f64().unwrap());
+    let (weakest, strongest) = gains.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), g| {
+        (a.min(g), b.max(g))
+    });
+    assert!(strongest - weakest <= 30.0);
 }
