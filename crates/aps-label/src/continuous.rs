@@ -6,49 +6,50 @@
 //!
 //! - f(u) >= M cos^2(pi (u - u0)) for |u - u0| <= 1/2 (Duffin and Schaeffer, Bull. AMS 44, 1938).
 //!   So the sample of the cell that holds u0 is at least [`Cell::share`] of M: every other cell is
-//!   out. With half-width 1/4 that is one half, whatever the paths.
-//! - |f''''| <= (2 pi)^4 M/2 (Bernstein). So with f and three derivatives known at c,
-//!   f(c + t) <= f + f' t + f'' t^2/2 + f''' t^3/6 + (2 pi)^4 M t^4/48.
+//!   out.
+//! - The n-th derivative of f is at most (2 pi)^n M/2 (Bernstein). So in a cell of half-width h <= 5/32
+//!   the polynomial p that agrees with f at eight Chebyshev nodes is off by at most
+//!   (2 pi h)^8 M / (2 8! 2^7) <= 8.4e-8 M.
 //!
-//! In each remaining cell Newton steps find the top; then the second fact excludes an interval
-//! around the point reached, and what it leaves of the cell is searched the same way. To show
-//! M <= T := (1 + [`TOLERANCE`]) times the best value found, M in the fourth-order term may be
-//! replaced by T: were M larger and attained at distance t <= 0.4 from c, then
-//! M (1 - 32.5 t^4) <= the cubic <= T (1 - 32.5 t^4).
+//! For each column and each of its cells that remain, p's top is sought and p bounded; while the bound is
+//! above (1 + [`TOLERANCE`]) times the best value found, the cell is halved. The label has f itself
+//! at the top found, which by the above is at least (1 - 2 * 8.4e-8 - [`TOLERANCE`]) M. As f is flat there,
+//! it is usually exact to rounding.
 //!
-//! The pulses' derivatives at the sample points serve all angles, so that a lone pulse needs no further
-//! evaluation and 20 paths need two for each angle.
+//! Samples are in single precision: they only have to tell which cells remain.
 
-use std::f64::consts::PI;
-use std::ops::Range;
+use std::slice;
 
 use multiversion::multiversion;
 
 use crate::cover::{Cell, cover};
-use crate::jet::{Jet, Pulses};
-use crate::product::{LANES, Lanes, ROWS, group_sums, pack_lanes, pack_rows};
+use crate::polynomial::{self, NODES};
+use crate::product::{LANES, Lanes};
 use crate::protocol::FLOOR_POWER;
-use crate::pulse::{in_lanes, pulses};
+use crate::pulse::pulses;
 
-/// Guaranteed relative error of the maximum: 4.3e-11 dB. What is found is usually exact to
-/// rounding; the certificate is what gets longer with a smaller tolerance.
-const TOLERANCE: f64 = 1e-11;
+/// Relative room left to a polynomial above the best value found; with the error of the
+/// interpolation, M is found to 2.2e-7 of itself, 9.5e-7 dB.
+const TOLERANCE: f64 = 5e-8;
 
-/// (2 pi)^4 / 48, the factor of M t^4 in Taylor's remainder.
-const FOURTH: f64 = 32.469_697_011_334_15;
+/// Columns sampled at once, and sample points.
+const WIDE: usize = 16;
+const POINTS: usize = 4;
+type Wide = [f32; WIDE];
 
-/// The argument for the fourth-order term needs 32.5 t^4 < 1.
-const FARTHEST: f64 = 0.4;
+/// Columns whose values at a cell's nodes are summed at once.
+const GROUP: usize = 4;
 
-/// Newton steps at most; a start within 1/4 of a top needs one to three.
-const NEWTON_STEPS: usize = 8;
-
-/// Sample points times paths whose pulses are held at once: 32 MiB. Links of up to 1400 paths, none
-/// closer than half a pulse, are below it.
-const MAX_MATRIX: usize = 1 << 22;
-
-/// Numbers held of the pulses and their derivatives at sample points: 128 MiB.
-const MAX_SHARED: usize = 1 << 24;
+/// A polynomial to be searched, and what of the delay axis its \[-1, 1\] stands for.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    column: usize,
+    middle: f64,
+    half_width: f64,
+    coefficients: Lanes,
+    /// Upper bound of the polynomial.
+    upper: f64,
+}
 
 /// Scratch space of the search.
 #[derive(Debug, Clone, Default)]
@@ -58,96 +59,49 @@ pub(crate) struct Continuous {
     sorted: Vec<f64>,
     points: Vec<f64>,
     cells: Vec<Cell>,
-    pulses: Pulses,
-    point_lanes: Vec<Lanes>,
-    matrix: Vec<Lanes>,
-    selected: Vec<u32>,
-    rows: Vec<[f64; ROWS]>,
-    lanes: Vec<Lanes>,
-    /// At each sample point, of one block or, block after block, of all.
-    samples: Vec<Lanes>,
-    /// Whether `samples` are those of all blocks.
-    all_sampled: bool,
-    /// The pulses' terms at each sample point, made when first wanted: all columns share them.
-    /// Not more than [`MAX_SHARED`] of them.
-    at_samples: Vec<f64>,
-    /// Where a sample point's terms begin, if they are made.
-    made: Vec<Option<usize>>,
-    at_point: Vec<f64>,
-    weights: Vec<Lanes>,
-    rest: Vec<(f64, f64)>,
+    /// The pulses at eight points, a row a path.
+    pulses: Vec<Lanes>,
+    /// The same in single precision, [`POINTS`] at once.
+    rows: Vec<[f32; POINTS]>,
+    /// Columns' weights, `[block][path]`.
+    weights: Vec<Wide>,
+    /// `[cell][block]`, and the largest of each column.
+    samples: Vec<Wide>,
+    highest: Vec<Wide>,
+    remaining: Vec<usize>,
+    pieces: Vec<Piece>,
     /// Per column: the maximum, and where it is [1/f_s after the first path].
     pub best: Vec<Lanes>,
     pub place: Vec<Lanes>,
-    /// Evaluations of f and its derivatives in the last search.
-    pub evaluations: usize,
+    /// Polynomials searched for the last label.
+    pub polynomials: usize,
 }
 
 impl Continuous {
-    /// Maxima for each column of `response`, `[path][block]` with `blocks` to a path. Returns the
-    /// delay that places are relative to \[s\].
+    /// Maxima for the first `columns` columns of `response`, `[path][block]` with `blocks` to a path.
+    /// Returns the delay that places are relative to \[s\].
     pub fn search(
         &mut self,
         delays_s: &[f64],
         sampling_rate_hz: f64,
         response: &[Lanes],
         blocks: usize,
+        columns: usize,
     ) -> f64 {
         let earliest = delays_s.iter().copied().fold(f64::INFINITY, f64::min);
+        let places = delays_s.iter().map(|tau| sampling_rate_hz * (tau - earliest));
         self.places.clear();
-        self.places.extend(
-            delays_s
-                .iter()
-                .map(|&tau| sampling_rate_hz * (tau - earliest)),
-        );
+        self.places.extend(places);
         self.sorted.clone_from(&self.places);
         self.sorted.sort_unstable_by(f64::total_cmp);
         cover(&self.sorted, &mut self.points, &mut self.cells);
-        self.pulses.set(&self.places);
-
-        pack_lanes(response, blocks, &mut self.lanes);
-        let paths = delays_s.len();
-        self.weights.clear();
-        self.weights.resize(paths.div_ceil(LANES), [0.0; LANES]);
+        self.pulses.resize(self.places.len(), [0.0; LANES]);
+        self.best.clear();
         self.best.resize(blocks, [0.0; LANES]);
+        self.place.clear();
         self.place.resize(blocks, [0.0; LANES]);
-        let size = self.cells.len().next_multiple_of(ROWS);
-        let most = (MAX_MATRIX / paths).next_multiple_of(ROWS);
-        self.all_sampled = self.cells.len() > most;
-        if !self.all_sampled {
-            self.samples.resize(size, [0.0; LANES]);
-            self.pack_pulses(0..self.cells.len());
-        } else {
-            self.samples.resize(blocks * size, [0.0; LANES]);
-            for first in (0..self.cells.len()).step_by(most) {
-                self.pack_pulses(first..self.cells.len().min(first + most));
-                for (lanes, samples) in
-                    (self.lanes.chunks_exact(paths)).zip(self.samples.chunks_exact_mut(size))
-                {
-                    sample(lanes, &self.rows, &mut samples[first..]);
-                }
-            }
-        }
-        self.at_samples.clear();
-        self.at_point.resize(self.pulses.terms_len(), 0.0);
-        self.made.clear();
-        self.made.resize(self.cells.len(), None);
-        self.evaluations = 0;
-        search_blocks(self, paths);
+        search(self, response.as_flattened(), columns);
         earliest
-    }
-
-    /// The pulses of all paths at the sample points of some cells, into `rows`.
-    fn pack_pulses(&mut self, cells: Range<usize>) {
-        let points = self.cells[cells.clone()].iter().map(|cell| cell.at);
-        in_lanes(points, &mut self.point_lanes);
-        let point_blocks = self.point_lanes.len();
-        self.matrix
-            .resize(self.places.len() * point_blocks, [0.0; LANES]);
-        pulses(1.0, &self.point_lanes, &self.places, &mut self.matrix);
-        self.selected.clear();
-        self.selected.extend(0..cells.len() as u32);
-        pack_rows(&self.matrix, point_blocks, &self.selected, &mut self.rows);
     }
 
     /// Number of sample points in the last search.
@@ -156,207 +110,222 @@ impl Continuous {
     }
 }
 
-/// f at the sample points in `rows`, for the columns in `lanes`.
-#[inline(always)]
-fn sample_inline(lanes: &[Lanes], rows: &[[f64; ROWS]], samples: &mut [Lanes]) {
-    let groups = rows.chunks_exact(lanes.len());
-    for (group, samples) in groups.zip(samples.chunks_exact_mut(ROWS)) {
-        samples.copy_from_slice(&group_sums(lanes, group));
-    }
-}
-
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn sample(lanes: &[Lanes], rows: &[[f64; ROWS]], samples: &mut [Lanes]) {
-    sample_inline(lanes, rows, samples);
+fn search(search: &mut Continuous, response: &[f64], columns: usize) {
+    let stride = search.best.len() * LANES;
+    pack_weights(response, stride, columns, &mut search.weights);
+    sample(search);
+    interpolate(search, response, stride);
+    settle(search);
+    // The values at the places found.
+    for (block, (best, place)) in search.best.iter_mut().zip(&search.place).enumerate() {
+        pulses(1.0, slice::from_ref(place), &search.places, &mut search.pulses);
+        let mut sum = [0.0; LANES];
+        for (pulse, row) in search.pulses.iter().zip(response.chunks_exact(stride)) {
+            let weights = &row[block * LANES..][..LANES];
+            for l in 0..LANES {
+                sum[l] += weights[l] * pulse[l];
+            }
+        }
+        *best = sum;
+    }
 }
 
+/// Weights as `[block][path]`; lanes beyond the last column are zero, and no cell remains for them.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn search_blocks(search: &mut Continuous, paths: usize) {
-    let size = search.cells.len().next_multiple_of(ROWS);
-    for (block, lanes) in search.lanes.chunks_exact(paths).enumerate() {
-        let samples = if search.all_sampled {
-            &search.samples[block * size..][..size]
-        } else {
-            sample_inline(lanes, &search.rows, &mut search.samples);
-            &search.samples
-        };
-        for l in 0..LANES {
-            for (weight, w) in search.weights.as_flattened_mut().iter_mut().zip(lanes) {
-                *weight = w[l];
+#[inline(never)]
+fn pack_weights(response: &[f64], stride: usize, columns: usize, weights: &mut Vec<Wide>) {
+    weights.clear();
+    for first in (0..columns).step_by(WIDE) {
+        let used = WIDE.min(columns - first);
+        for row in response.chunks_exact(stride) {
+            let mut wide = [0.0; WIDE];
+            for (wide, &weight) in wide.iter_mut().zip(&row[first..first + used]) {
+                *wide = weight as f32;
             }
-            let mut hunt = Hunt {
-                pulses: &search.pulses,
-                at_samples: &mut search.at_samples,
-                made: &mut search.made,
-                at_point: &mut search.at_point,
-                weights: &search.weights,
-                rest: &mut search.rest,
-                best: 0.0,
-                place: 0.0,
-                evaluations: 0,
-            };
-            hunt.column(&search.cells, samples, l);
-            search.best[block][l] = hunt.best;
-            search.place[block][l] = hunt.place;
-            search.evaluations += hunt.evaluations;
+            weights.push(wide);
         }
     }
 }
 
-/// The search for one column's maximum.
-struct Hunt<'a> {
-    pulses: &'a Pulses,
-    at_samples: &'a mut Vec<f64>,
-    made: &'a mut [Option<usize>],
-    at_point: &'a mut [f64],
-    weights: &'a [Lanes],
-    rest: &'a mut Vec<(f64, f64)>,
-    best: f64,
-    place: f64,
-    evaluations: usize,
-}
-
-impl Hunt<'_> {
-    #[inline(always)]
-    fn column(&mut self, cells: &[Cell], samples: &[Lanes], lane: usize) {
-        let mut top = 0;
-        for (i, sample) in samples[..cells.len()].iter().enumerate() {
-            if sample[lane] > samples[top][lane] {
-                top = i;
-            }
-        }
-        // The maximum is at most twice the largest sample, so here it is below the label's floor.
-        let sample = samples[top][lane];
-        if sample < 0.5 * FLOOR_POWER {
-            (self.best, self.place) = (sample, cells[top].at);
-            return;
-        }
-        self.cell(top, &cells[top]);
-        for (i, (cell, sample)) in cells.iter().zip(samples).enumerate() {
-            // The product's sums and the jet's differ by rounding.
-            if sample[lane] >= cell.share * (1.0 - 1e-9) * self.best && i != top {
-                self.cell(i, cell);
-            }
-        }
-    }
-
-    /// Searches one cell; afterwards no point of it is above (1 + TOLERANCE) times the best.
-    #[inline(always)]
-    fn cell(&mut self, index: usize, cell: &Cell) {
-        self.rest.clear();
-        let (mut low, mut high) = (cell.low, cell.high);
-        let mut at = cell.at;
-        let mut jet = self.jet_at_sample(index, at);
-        loop {
-            let mut below = excluded(&jet, -1.0, at - low, self.best);
-            let mut above = excluded(&jet, 1.0, high - at, self.best);
-            if below < at - low || above < high - at || jet.f > self.best {
-                (at, jet) = self.climb(at, jet, low, high);
-                if jet.f > self.best {
-                    (self.best, self.place) = (jet.f, at);
+/// f at the cells' sample points.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[inline(never)]
+fn sample(search: &mut Continuous) {
+    let paths = search.places.len();
+    let blocks = search.weights.len() / paths;
+    let cells = search.cells.len();
+    search.samples.clear();
+    search.samples.resize(cells.next_multiple_of(LANES) * blocks, [0.0; WIDE]);
+    search.highest.clear();
+    search.highest.resize(blocks, [0.0; WIDE]);
+    for (group, samples) in search.samples.chunks_exact_mut(LANES * blocks).enumerate() {
+        let points = std::array::from_fn(|l| search.cells[(group * LANES + l).min(cells - 1)].at);
+        pulses(1.0, &[points], &search.places, &mut search.pulses);
+        search.rows.clear();
+        for first in (0..LANES).step_by(POINTS) {
+            for pulse in &search.pulses {
+                let mut row = [0.0; POINTS];
+                for r in 0..POINTS {
+                    row[r] = pulse[first + r] as f32;
                 }
-                below = excluded(&jet, -1.0, at - low, self.best);
-                above = excluded(&jet, 1.0, high - at, self.best);
+                search.rows.push(row);
             }
-            // No two places closer than this are told apart: what is left must be less than before.
-            let resolution = 2.0 * f64::EPSILON * high.abs().max(low.abs());
-            let (below, above) = (below.max(resolution), above.max(resolution));
-            if below < at - low {
-                self.rest.push((low, at - below));
-            }
-            if above < high - at {
-                self.rest.push((at + above, high));
-            }
-            let Some(next) = self.rest.pop() else {
-                return;
-            };
-            (low, high) = next;
-            at = 0.5 * (low + high);
-            jet = self.jet(at);
         }
-    }
-
-    /// Newton steps towards a top, with the third derivative's correction (Halley's method on f'),
-    /// as long as they gain.
-    #[inline(always)]
-    fn climb(&mut self, mut at: f64, mut jet: Jet, low: f64, high: f64) -> (f64, Jet) {
-        for _ in 0..NEWTON_STEPS {
-            if jet.d2 >= 0.0 {
-                break;
+        for (block, weights) in search.weights.chunks_exact(paths).enumerate() {
+            let highest = &mut search.highest[block];
+            let mut samples = samples[block..].iter_mut().step_by(blocks);
+            for rows in search.rows.chunks_exact(paths) {
+                for sum in sums(weights, rows) {
+                    for l in 0..WIDE {
+                        highest[l] = if sum[l] > highest[l] { sum[l] } else { highest[l] };
+                    }
+                    if let Some(sample) = samples.next() {
+                        *sample = sum;
+                    }
+                }
             }
-            let newton = -jet.d1 / jet.d2;
-            let curvature = jet.d2 + 0.5 * jet.d3 * newton;
-            let step = if curvature < 0.0 {
-                -jet.d1 / curvature
-            } else {
-                newton
-            };
-            let next = (at + step).clamp(low, high);
-            if (jet.d1 * (next - at)).abs() <= 0.1 * TOLERANCE * jet.f {
-                break;
-            }
-            let ahead = self.jet(next);
-            if ahead.f <= jet.f {
-                break;
-            }
-            (at, jet) = (next, ahead);
         }
-        (at, jet)
-    }
-
-    #[inline(always)]
-    fn jet(&mut self, at: f64) -> Jet {
-        self.evaluations += 1;
-        self.pulses.terms(at, self.at_point);
-        Jet::sum(self.at_point, self.weights)
-    }
-
-    #[inline(always)]
-    fn jet_at_sample(&mut self, index: usize, at: f64) -> Jet {
-        let size = self.pulses.terms_len();
-        let begin = match self.made[index] {
-            Some(begin) => begin,
-            None if self.at_samples.len() + size > MAX_SHARED => return self.jet(at),
-            None => {
-                let begin = self.at_samples.len();
-                self.at_samples.resize(begin + size, 0.0);
-                self.pulses.terms(at, &mut self.at_samples[begin..]);
-                self.made[index] = Some(begin);
-                begin
-            }
-        };
-        let terms = &self.at_samples[begin..begin + size];
-        Jet::sum(terms, self.weights)
     }
 }
 
-/// How far from the jet's point, at most `reach`, f is certain not to exceed
-/// (1 + TOLERANCE) `best` in the direction of `sign`.
 #[inline(always)]
-fn excluded(jet: &Jet, sign: f64, reach: f64, best: f64) -> f64 {
-    let top = best * (1.0 + TOLERANCE);
-    let room = top - jet.f;
-    if room <= 0.0 {
-        return 0.0;
-    }
-    let slope = sign * jet.d1;
-    let cubic = (sign * jet.d3).max(0.0) / 6.0;
-    let mut t = reach.min(FARTHEST);
-    // On [0, t] the bound minus f is at most slope s + bend s^2, a parabola.
-    loop {
-        let bend = 0.5 * jet.d2 + t * (cubic + FOURTH * top * t);
-        let highest = if bend < 0.0 && slope > 0.0 && slope < -2.0 * bend * t {
-            slope * slope / (-4.0 * bend)
-        } else {
-            (t * (slope + bend * t)).max(0.0)
-        };
-        if highest <= room {
-            return t;
+fn sums(weights: &[Wide], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
+    let mut sums = [[0.0; WIDE]; POINTS];
+    for (weight, row) in weights.iter().zip(rows) {
+        for r in 0..POINTS {
+            for l in 0..WIDE {
+                sums[r][l] += row[r] * weight[l];
+            }
         }
-        t *= 0.75;
-        // Too small to be told from the point itself.
-        if t < 1e-15 * PI {
-            return 0.0;
+    }
+    sums
+}
+
+/// Finds the cells that remain for each column, and interpolates f there.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[inline(never)]
+fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
+    // Room for the rounding of the samples.
+    let room = 1.0 - 2.0 * (search.places.len() + 4) as f32 * f32::EPSILON;
+    // The maximum is at most twice the largest sample, so here it is below the label's floor.
+    for highest in search.highest.as_flattened_mut() {
+        if *highest < 0.5 * FLOOR_POWER as f32 {
+            *highest = f32::INFINITY;
+        }
+    }
+    search.pieces.clear();
+    let blocks = search.highest.len();
+    for (cell, samples) in search.cells.iter().zip(search.samples.chunks_exact(blocks)) {
+        let share = cell.share as f32 * room;
+        search.remaining.clear();
+        for (block, (sample, highest)) in samples.iter().zip(&search.highest).enumerate() {
+            let mut any = false;
+            for l in 0..WIDE {
+                any |= sample[l] >= share * highest[l];
+            }
+            if any {
+                for l in 0..WIDE {
+                    if sample[l] >= share * highest[l] {
+                        search.remaining.push(block * WIDE + l);
+                    }
+                }
+            }
+        }
+        if search.remaining.is_empty() {
+            continue;
+        }
+        let (middle, half_width) = (0.5 * (cell.low + cell.high), 0.5 * (cell.high - cell.low));
+        let nodes = NODES.map(|x| middle + half_width * x);
+        pulses(1.0, &[nodes], &search.places, &mut search.pulses);
+        for group in search.remaining.chunks(GROUP) {
+            let columns: [usize; GROUP] = std::array::from_fn(|r| group[r.min(group.len() - 1)]);
+            let sums = node_sums(&search.pulses, response, stride, columns);
+            for (&column, values) in group.iter().zip(&sums) {
+                search.pieces.push(Piece {
+                    column,
+                    middle,
+                    half_width,
+                    coefficients: polynomial::interpolate(values),
+                    upper: 0.0,
+                });
+            }
+        }
+    }
+}
+
+/// f at the nodes for some columns.
+#[inline(always)]
+fn node_sums(
+    pulses: &[Lanes],
+    response: &[f64],
+    stride: usize,
+    columns: [usize; GROUP],
+) -> [Lanes; GROUP] {
+    let mut sums = [[0.0; LANES]; GROUP];
+    let rows = columns.map(|column| response[column..].iter().step_by(stride));
+    let [a, b, c, d] = rows;
+    for ((((pulse, a), b), c), d) in pulses.iter().zip(a).zip(b).zip(c).zip(d) {
+        let weights = [*a, *b, *c, *d];
+        for r in 0..GROUP {
+            for l in 0..LANES {
+                sums[r][l] += weights[r] * pulse[l];
+            }
+        }
+    }
+    sums
+}
+
+/// Searches the pieces, and halves of them, until none can be above (1 + TOLERANCE) times the best
+/// of its column.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+#[inline(never)]
+fn settle(search: &mut Continuous) {
+    let (best, place) = (search.best.as_flattened_mut(), search.place.as_flattened_mut());
+    search.polynomials = 0;
+    while !search.pieces.is_empty() {
+        search.polynomials += search.pieces.len();
+        for pieces in search.pieces.chunks_mut(LANES) {
+            let mut c = [[0.0; LANES]; LANES];
+            for (l, piece) in pieces.iter().enumerate() {
+                for n in 0..LANES {
+                    c[n][l] = piece.coefficients[n];
+                }
+            }
+            let (x, upper) = polynomial::top(&mut c);
+            for (l, piece) in pieces.iter_mut().enumerate() {
+                piece.upper = upper[l];
+                if c[0][l] > best[piece.column] {
+                    best[piece.column] = c[0][l];
+                    place[piece.column] = piece.middle + piece.half_width * x[l];
+                }
+            }
+        }
+        let searched = search.pieces.len();
+        for i in 0..searched {
+            let piece = search.pieces[i];
+            if piece.upper > (1.0 + TOLERANCE) * best[piece.column] {
+                search.pieces.extend([-0.5, 0.5].map(|by| piece.half(by)));
+            }
+        }
+        search.pieces.drain(..searched);
+    }
+}
+
+impl Piece {
+    /// The half whose middle is at this x.
+    fn half(self, middle: f64) -> Self {
+        let mut scale = 1.0;
+        let coefficients = polynomial::shifted(self.coefficients, middle).map(|c| {
+            let scaled = scale * c;
+            scale *= 0.5;
+            scaled
+        });
+        Self {
+            middle: self.middle + self.half_width * middle,
+            half_width: 0.5 * self.half_width,
+            coefficients,
+            ..self
         }
     }
 }
@@ -364,7 +333,7 @@ fn excluded(jet: &Jet, sign: f64, reach: f64, best: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trig::sinc_squared;
+    use crate::pulse::pulses;
     use proptest::prelude::*;
 
     /// The search for paths at these places [1/f_s], each with a weight a lane.

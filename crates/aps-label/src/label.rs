@@ -322,9 +322,10 @@ impl Labeler {
             rate,
             &scratch.response,
             self.columns.blocks(),
+            self.columns.len(),
         );
         scratch.work.delays = search.delays();
-        scratch.work.evaluations = search.evaluations;
+        scratch.work.evaluations = search.polynomials;
         let of_bin = &self.columns.of_bin;
         let places = search.place.as_flattened();
         label.aps_delay_s.extend(

@@ -1,0 +1,124 @@
+//! Polynomials of degree 7 on \[-1, 1\]: interpolation, and a bound of the maximum.
+
+use crate::product::{LANES, Lanes};
+
+/// The zeros of the Chebyshev polynomial T_8: cos((2 j + 1) pi / 16).
+///
+/// The polynomial that agrees there with a function g is off by at most max |g^(8)| / (8! 2^7).
+pub(crate) const NODES: Lanes = [
+    -0.980_785_280_403_230_4,
+    -0.831_469_612_302_545_2,
+    -0.555_570_233_019_602_2,
+    -0.195_090_322_016_128_27,
+    0.195_090_322_016_128_27,
+    0.555_570_233_019_602_2,
+    0.831_469_612_302_545_2,
+    0.980_785_280_403_230_4,
+];
+
+/// Coefficients of the polynomial that is 1 at one node and 0 at the others, a row a node.
+const LAGRANGE: [Lanes; LANES] = {
+    let mut rows = [[0.0; LANES]; LANES];
+    let mut j = 0;
+    while j < LANES {
+        rows[j][0] = 1.0;
+        let mut i = 0;
+        while i < LANES {
+            if i != j {
+                // Times (x - x_i) / (x_j - x_i).
+                let scale = 1.0 / (NODES[j] - NODES[i]);
+                let mut n = LANES - 1;
+                while n > 0 {
+                    rows[j][n] = scale * (rows[j][n - 1] - NODES[i] * rows[j][n]);
+                    n -= 1;
+                }
+                rows[j][0] *= -scale * NODES[i];
+            }
+            i += 1;
+        }
+        j += 1;
+    }
+    rows
+};
+
+/// Steps towards the top: each cubes the distance, as long as the top is no flatter than a parabola.
+const STEPS: usize = 3;
+
+/// Coefficients of the polynomial with these values at the [`NODES`], the constant term first.
+#[inline(always)]
+pub(crate) fn interpolate(values: &Lanes) -> Lanes {
+    let mut sum = [0.0; LANES];
+    for (value, row) in values.iter().zip(&LAGRANGE) {
+        for n in 0..LANES {
+            sum[n] += value * row[n];
+        }
+    }
+    sum
+}
+
+/// Coefficients after x is replaced by x + `by`.
+#[inline(always)]
+pub(crate) fn shifted(mut c: Lanes, by: f64) -> Lanes {
+    for first in 0..LANES - 1 {
+        for n in (first..LANES - 1).rev() {
+            c[n] += by * c[n + 1];
+        }
+    }
+    c
+}
+
+/// Searches eight polynomials, `[coefficient][lane]`, and leaves their expansions at a point near the
+/// top, the value first. Returns that point, and upper bounds of the polynomials on \[-1, 1\].
+///
+/// At each step the polynomial is expanded anew and Halley's method applied to its derivative. With
+/// the final expansion c_n, the values at a distance t <= T on one side are at most
+/// c_0 + t (c_1 + t B), where B is c_2 and, times powers of T, the later terms that are positive.
+#[inline(always)]
+pub(crate) fn top(c: &mut [Lanes; LANES]) -> (Lanes, Lanes) {
+    let mut x = [0.0; LANES];
+    let mut step = [0.0; LANES];
+    for _ in 0..STEPS {
+        for l in 0..LANES {
+            let (c1, c2, c3) = (c[1][l], c[2][l], c[3][l]);
+            let halley = 4.0 * (c2 * c2) - 3.0 * (c1 * c3);
+            let concave = c2 < 0.0;
+            // Without a top the higher end.
+            let above = if concave { -2.0 * (c1 * c2) } else { c1 };
+            let below = if concave { halley } else { f64::MIN_POSITIVE };
+            let newton = concave & (halley <= 0.0);
+            let above = if newton { -c1 } else { above };
+            let below = if newton { 2.0 * c2 } else { below };
+            let next = x[l] + above / below;
+            let next = if next < 1.0 { next } else { 1.0 };
+            let next = if next > -1.0 { next } else { -1.0 };
+            step[l] = next - x[l];
+            x[l] = next;
+        }
+        for first in 0..LANES - 1 {
+            for n in (first..LANES - 1).rev() {
+                for l in 0..LANES {
+                    c[n][l] += step[l] * c[n + 1][l];
+                }
+            }
+        }
+    }
+    let mut upper = [0.0; LANES];
+    for l in 0..LANES {
+        let left = excess(c, l, -1.0, 1.0 + x[l]);
+        let right = excess(c, l, 1.0, 1.0 - x[l]);
+        upper[l] = c[0][l] + if left > right { left } else { right };
+    }
+    (x, upper)
+}
+
+/// Bound of what a polynomial exceeds its value at 0 by, as far as `reach` on one side.
+#[inline(always)]
+fn excess(c: &[Lanes; LANES], lane: usize, sign: f64, reach: f64) -> f64 {
+    let positive = |x: f64| if x > 0.0 { x } else { 0.0 };
+    let mut bend = positive(sign * c[7][lane]);
+    bend = positive(c[6][lane]) + reach * bend;
+    bend = positive(sign * c[5][lane]) + reach * bend;
+    bend = positive(c[4][lane]) + reach * bend;
+    bend = positive(sign * c[3][lane]) + reach * bend;
+    reach * positive(sign * c[1][lane] + reach * positive(c[2][lane] + reach * bend))
+}
