@@ -100,7 +100,7 @@ impl Continuous {
         self.best.resize(blocks, [0.0; LANES]);
         self.place.clear();
         self.place.resize(blocks, [0.0; LANES]);
-        search(self, response.as_flattened(), columns);
+        search(self, response, columns);
         earliest
     }
 
@@ -111,10 +111,17 @@ impl Continuous {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn search(search: &mut Continuous, response: &[f64], columns: usize) {
+fn search(search: &mut Continuous, response: &[Lanes], columns: usize) {
     let stride = search.best.len() * LANES;
-    pack_weights(response, stride, columns, &mut search.weights);
+    pack_weights(response, search.best.len(), &mut search.weights);
     sample(search);
+    // The maximum is at most twice the largest sample: below half the floor it does not matter.
+    for (column, highest) in search.highest.as_flattened_mut().iter_mut().enumerate() {
+        if *highest < 0.5 * FLOOR_POWER as f32 || column >= columns {
+            *highest = f32::INFINITY;
+        }
+    }
+    let response = response.as_flattened();
     interpolate(search, response, stride);
     settle(search);
     // The values at the places found.
@@ -131,17 +138,21 @@ fn search(search: &mut Continuous, response: &[f64], columns: usize) {
     }
 }
 
-/// Weights as `[block][path]`; lanes beyond the last column are zero, and no cell remains for them.
+/// Weights as `[block][path]`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 #[inline(never)]
-fn pack_weights(response: &[f64], stride: usize, columns: usize, weights: &mut Vec<Wide>) {
+fn pack_weights(response: &[Lanes], blocks: usize, weights: &mut Vec<Wide>) {
     weights.clear();
-    for first in (0..columns).step_by(WIDE) {
-        let used = WIDE.min(columns - first);
-        for row in response.chunks_exact(stride) {
+    for first in (0..blocks).step_by(2) {
+        for row in response.chunks_exact(blocks) {
             let mut wide = [0.0; WIDE];
-            for (wide, &weight) in wide.iter_mut().zip(&row[first..first + used]) {
-                *wide = weight as f32;
+            for l in 0..LANES {
+                wide[l] = row[first][l] as f32;
+            }
+            if let Some(second) = row.get(first + 1) {
+                for l in 0..LANES {
+                    wide[LANES + l] = second[l] as f32;
+                }
             }
             weights.push(wide);
         }
@@ -208,17 +219,12 @@ fn sums(weights: &[Wide], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
 fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
     // Room for the rounding of the samples.
     let room = 1.0 - 2.0 * (search.places.len() + 4) as f32 * f32::EPSILON;
-    // The maximum is at most twice the largest sample, so here it is below the label's floor.
-    for highest in search.highest.as_flattened_mut() {
-        if *highest < 0.5 * FLOOR_POWER as f32 {
-            *highest = f32::INFINITY;
-        }
-    }
     search.pieces.clear();
     let blocks = search.highest.len();
+    search.remaining.resize(blocks * WIDE + 1, 0);
     for (cell, samples) in search.cells.iter().zip(search.samples.chunks_exact(blocks)) {
         let share = cell.share as f32 * room;
-        search.remaining.clear();
+        let mut count = 0;
         for (block, (sample, highest)) in samples.iter().zip(&search.highest).enumerate() {
             let mut any = false;
             for l in 0..WIDE {
@@ -226,19 +232,19 @@ fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
             }
             if any {
                 for l in 0..WIDE {
-                    if sample[l] >= share * highest[l] {
-                        search.remaining.push(block * WIDE + l);
-                    }
+                    search.remaining[count] = block * WIDE + l;
+                    count += usize::from(sample[l] >= share * highest[l]);
                 }
             }
         }
-        if search.remaining.is_empty() {
+        let remaining = &search.remaining[..count];
+        if remaining.is_empty() {
             continue;
         }
         let (middle, half_width) = (0.5 * (cell.low + cell.high), 0.5 * (cell.high - cell.low));
         let nodes = NODES.map(|x| middle + half_width * x);
         pulses(1.0, &[nodes], &search.places, &mut search.pulses);
-        for group in search.remaining.chunks(GROUP) {
+        for group in remaining.chunks(GROUP) {
             let columns: [usize; GROUP] = std::array::from_fn(|r| group[r.min(group.len() - 1)]);
             let sums = node_sums(&search.pulses, response, stride, columns);
             for (&column, values) in group.iter().zip(&sums) {

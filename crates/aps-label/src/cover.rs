@@ -14,7 +14,7 @@
 //!   path on either side. Each path is within 1/4 of one of them, where g >= 0.81; the c_i needed
 //!   on one side sum to less than 0.4, on both to less than 0.8.
 
-use std::f64::consts::PI;
+use multiversion::multiversion;
 
 use crate::trig::cos_pi;
 
@@ -24,6 +24,11 @@ pub(crate) const SPACING: f64 = 0.3125;
 const CLOSE: f64 = 0.75 * SPACING;
 /// The cover reaches this far from every path.
 const REACH: f64 = 0.75;
+
+/// Room for the rounding of a sum of bounds in single precision.
+const LIMIT: f32 = 1.0 - 1e-4;
+/// Cells looked at together.
+const AT_ONCE: usize = 16;
 
 /// One cell of the cover.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,26 +46,49 @@ pub(crate) struct Cell {
 pub(crate) fn cover(places: &[f64], points: &mut Vec<f64>, cells: &mut Vec<Cell>) {
     sample_points(places, points);
     cells.clear();
-    let mut left = 0;
     let mut before = 0.5 * SPACING;
     for (i, &at) in points.iter().enumerate() {
         let to_next = points.get(i + 1).map_or(SPACING, |next| next - at);
         let after = 0.5 * to_next.min(SPACING);
-        let (low, high) = (at - before, at + after);
-        while left < places.len() && places[left] < low {
-            left += 1;
-        }
-        if may_hold_maximum(places, left, low, high) {
-            let cosine = cos_pi(before.max(after));
-            cells.push(Cell {
-                at,
-                low,
-                high,
-                share: cosine * cosine,
-            });
-        }
+        cells.push(Cell {
+            at,
+            low: at - before,
+            high: at + after,
+            share: 0.0,
+        });
         before = after;
     }
+    keep_possible(places, cells);
+}
+
+/// Drops the cells where the bound of sum_k g(u - u_k) leaves no room for the maximum.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn keep_possible(places: &[f64], cells: &mut Vec<Cell>) {
+    let mut kept = 0;
+    for first in (0..cells.len()).step_by(AT_ONCE) {
+        let (mut middle, mut half) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
+        let last = AT_ONCE.min(cells.len() - first);
+        for i in 0..last {
+            let Cell { low, high, .. } = cells[first + i];
+            (middle[i], half[i]) = (0.5 * (low + high), 0.5 * (high - low));
+        }
+        let mut sum = [0.0; AT_ONCE];
+        for place in places {
+            for i in 0..AT_ONCE {
+                let distance = (middle[i] - place).abs() - half[i];
+                sum[i] += pulse_bound(distance as f32);
+            }
+        }
+        for (i, sum) in sum[..last].iter().enumerate() {
+            if *sum > LIMIT {
+                let cell = cells[first + i];
+                let cosine = cos_pi((cell.at - cell.low).max(cell.high - cell.at));
+                cells[kept] = Cell { share: cosine * cosine, ..cell };
+                kept += 1;
+            }
+        }
+    }
+    cells.truncate(kept);
 }
 
 /// Sample points at most [`SPACING`] apart within [`REACH`] of every path, on the paths themselves
@@ -97,50 +125,17 @@ fn extend_to(end: f64, points: &mut Vec<f64>) {
     }
 }
 
-/// Whether the bound of sum_k g(u - u_k) over low <= u <= high leaves room for the maximum; the
-/// first `left` paths are below `low`.
-///
-/// The paths are taken outwards from the cell, and no farther than the answer needs.
-fn may_hold_maximum(places: &[f64], mut left: usize, low: f64, high: f64) -> bool {
-    /// Room for rounding.
-    const LIMIT: f64 = 1.0 - 1e-9;
-    let mut right = places.len() - left;
-    let bound_before = |left: usize| match left {
-        0 => 0.0,
-        _ => pulse_bound(low - places[left - 1]),
-    };
-    let bound_after = |right: usize| match right {
-        0 => 0.0,
-        _ => pulse_bound((places[places.len() - right] - high).max(0.0)),
-    };
-    let (mut before, mut after) = (bound_before(left), bound_after(right));
-    let mut sum = 0.0;
-    while sum + before.max(after) <= LIMIT {
-        if sum + left as f64 * before + right as f64 * after <= LIMIT {
-            return false;
-        }
-        if before > after {
-            sum += before;
-            left -= 1;
-            before = bound_before(left);
-        } else {
-            sum += after;
-            right -= 1;
-            after = bound_after(right);
-        }
-    }
-    true
-}
-
 /// A falling upper bound of g on distances >= 0: the power series of sinc^2, cut after a positive
 /// term, up to 0.8; then the height 0.0554 it has reached or the envelope, whichever is less.
-fn pulse_bound(distance: f64) -> f64 {
-    let z = (PI * distance) * (PI * distance);
-    if z < 6.3 {
-        1.0 + z * (-1.0 / 3.0 + z * (2.0 / 45.0 + z * (-1.0 / 315.0 + z * (2.0 / 14175.0))))
-    } else {
-        (1.0 / z).min(0.0554)
-    }
+#[inline(always)]
+fn pulse_bound(distance: f32) -> f32 {
+    let y = std::f32::consts::PI * if distance > 0.0 { distance } else { 0.0 };
+    let z = y * y;
+    let near =
+        1.0 + z * (-1.0 / 3.0 + z * (2.0 / 45.0 + z * (-1.0 / 315.0 + z * (2.0 / 14175.0))));
+    let envelope = 1.0 / z;
+    let far = if envelope < 0.0554 { envelope } else { 0.0554 };
+    if z < 6.3 { near } else { far }
 }
 
 #[cfg(test)]

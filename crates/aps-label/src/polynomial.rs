@@ -42,7 +42,7 @@ const LAGRANGE: [Lanes; LANES] = {
 };
 
 /// Steps towards the top: each cubes the distance, as long as the top is no flatter than a parabola.
-const STEPS: usize = 3;
+const STEPS: usize = 2;
 
 /// Coefficients of the polynomial with these values at the [`NODES`], the constant term first.
 #[inline(always)]
