@@ -37,9 +37,6 @@ const WIDE: usize = 16;
 const POINTS: usize = 4;
 type Wide = [f32; WIDE];
 
-/// Columns whose values at a cell's nodes are summed at once.
-const GROUP: usize = 4;
-
 /// A polynomial to be searched, and what of the delay axis its \[-1, 1\] stands for.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
@@ -65,9 +62,9 @@ pub(crate) struct Continuous {
     rows: Vec<[f32; POINTS]>,
     /// Columns' weights, `[block][path]`.
     weights: Vec<Wide>,
-    /// `[cell][block]`, and the largest of each column.
+    /// `[cell][block]`; and of each column the largest, then the least that keeps a cell.
     samples: Vec<Wide>,
-    highest: Vec<Wide>,
+    least: Vec<Wide>,
     remaining: Vec<usize>,
     pieces: Vec<Piece>,
     /// Per column: the maximum, and where it is [1/f_s after the first path].
@@ -89,13 +86,12 @@ impl Continuous {
         columns: usize,
     ) -> f64 {
         let earliest = delays_s.iter().copied().fold(f64::INFINITY, f64::min);
-        let places = delays_s.iter().map(|tau| sampling_rate_hz * (tau - earliest));
-        self.places.clear();
-        self.places.extend(places);
-        self.sorted.clone_from(&self.places);
+        self.sorted.clear();
+        self.sorted.extend(delays_s.iter().map(|tau| sampling_rate_hz * (tau - earliest)));
+        self.places.clone_from(&self.sorted);
         self.sorted.sort_unstable_by(f64::total_cmp);
         cover(&self.sorted, &mut self.points, &mut self.cells);
-        self.pulses.resize(self.places.len(), [0.0; LANES]);
+        self.pulses.resize(delays_s.len(), [0.0; LANES]);
         self.best.clear();
         self.best.resize(blocks, [0.0; LANES]);
         self.place.clear();
@@ -115,11 +111,12 @@ fn search(search: &mut Continuous, response: &[Lanes], columns: usize) {
     let stride = search.best.len() * LANES;
     pack_weights(response, search.best.len(), &mut search.weights);
     sample(search);
-    // The maximum is at most twice the largest sample: below half the floor it does not matter.
-    for (column, highest) in search.highest.as_flattened_mut().iter_mut().enumerate() {
-        if *highest < 0.5 * FLOOR_POWER as f32 || column >= columns {
-            *highest = f32::INFINITY;
-        }
+    // Less room for the rounding of the samples.
+    let room = 1.0 - 2.0 * (search.pulses.len() + 4) as f32 * f32::EPSILON;
+    for (column, least) in search.least.as_flattened_mut().iter_mut().enumerate() {
+        // The maximum is at most twice the largest sample: here it is below the label's floor.
+        let searched = *least >= 0.5 * FLOOR_POWER as f32 && column < columns;
+        *least = if searched { room * *least } else { f32::INFINITY };
     }
     let response = response.as_flattened();
     interpolate(search, response, stride);
@@ -163,15 +160,15 @@ fn pack_weights(response: &[Lanes], blocks: usize, weights: &mut Vec<Wide>) {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 #[inline(never)]
 fn sample(search: &mut Continuous) {
-    let paths = search.places.len();
+    let paths = search.pulses.len();
     let blocks = search.weights.len() / paths;
     let cells = search.cells.len();
     search.samples.clear();
     search.samples.resize(cells.next_multiple_of(LANES) * blocks, [0.0; WIDE]);
-    search.highest.clear();
-    search.highest.resize(blocks, [0.0; WIDE]);
+    search.least.clear();
+    search.least.resize(blocks, [0.0; WIDE]);
     for (group, samples) in search.samples.chunks_exact_mut(LANES * blocks).enumerate() {
-        let points = std::array::from_fn(|l| search.cells[(group * LANES + l).min(cells - 1)].at);
+        let points: Lanes = std::array::from_fn(|l| search.cells[(group * LANES + l).min(cells - 1)].at);
         pulses(1.0, &[points], &search.places, &mut search.pulses);
         search.rows.clear();
         for first in (0..LANES).step_by(POINTS) {
@@ -184,7 +181,7 @@ fn sample(search: &mut Continuous) {
             }
         }
         for (block, weights) in search.weights.chunks_exact(paths).enumerate() {
-            let highest = &mut search.highest[block];
+            let highest = &mut search.least[block];
             let mut samples = samples[block..].iter_mut().step_by(blocks);
             for rows in search.rows.chunks_exact(paths) {
                 for sum in sums(weights, rows) {
@@ -217,23 +214,22 @@ fn sums(weights: &[Wide], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 #[inline(never)]
 fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
-    // Room for the rounding of the samples.
-    let room = 1.0 - 2.0 * (search.places.len() + 4) as f32 * f32::EPSILON;
     search.pieces.clear();
-    let blocks = search.highest.len();
+    let blocks = search.least.len();
     search.remaining.resize(blocks * WIDE + 1, 0);
     for (cell, samples) in search.cells.iter().zip(search.samples.chunks_exact(blocks)) {
-        let share = cell.share as f32 * room;
+        
+        let share = cell.share as f32;
         let mut count = 0;
-        for (block, (sample, highest)) in samples.iter().zip(&search.highest).enumerate() {
+        for (block, (sample, least)) in samples.iter().zip(&search.least).enumerate() {
             let mut any = false;
             for l in 0..WIDE {
-                any |= sample[l] >= share * highest[l];
+                any |= sample[l] >= share * least[l];
             }
             if any {
                 for l in 0..WIDE {
                     search.remaining[count] = block * WIDE + l;
-                    count += usize::from(sample[l] >= share * highest[l]);
+                    count += usize::from(sample[l] >= share * least[l]);
                 }
             }
         }
@@ -244,42 +240,22 @@ fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
         let (middle, half_width) = (0.5 * (cell.low + cell.high), 0.5 * (cell.high - cell.low));
         let nodes = NODES.map(|x| middle + half_width * x);
         pulses(1.0, &[nodes], &search.places, &mut search.pulses);
-        for group in remaining.chunks(GROUP) {
-            let columns: [usize; GROUP] = std::array::from_fn(|r| group[r.min(group.len() - 1)]);
-            let sums = node_sums(&search.pulses, response, stride, columns);
-            for (&column, values) in group.iter().zip(&sums) {
-                search.pieces.push(Piece {
-                    column,
-                    middle,
-                    half_width,
-                    coefficients: polynomial::interpolate(values),
-                    upper: 0.0,
-                });
+        for &column in remaining {
+            let mut values = [0.0; LANES];
+            for (pulse, row) in search.pulses.iter().zip(response.chunks_exact(stride)) {
+                for l in 0..LANES {
+                    values[l] += row[column] * pulse[l];
+                }
             }
+            search.pieces.push(Piece {
+                column,
+                middle,
+                half_width,
+                coefficients: polynomial::interpolate(&values),
+                upper: 0.0,
+            });
         }
     }
-}
-
-/// f at the nodes for some columns.
-#[inline(always)]
-fn node_sums(
-    pulses: &[Lanes],
-    response: &[f64],
-    stride: usize,
-    columns: [usize; GROUP],
-) -> [Lanes; GROUP] {
-    let mut sums = [[0.0; LANES]; GROUP];
-    let rows = columns.map(|column| response[column..].iter().step_by(stride));
-    let [a, b, c, d] = rows;
-    for ((((pulse, a), b), c), d) in pulses.iter().zip(a).zip(b).zip(c).zip(d) {
-        let weights = [*a, *b, *c, *d];
-        for r in 0..GROUP {
-            for l in 0..LANES {
-                sums[r][l] += weights[r] * pulse[l];
-            }
-        }
-    }
-    sums
 }
 
 /// Searches the pieces, and halves of them, until none can be above (1 + TOLERANCE) times the best

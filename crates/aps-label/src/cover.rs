@@ -14,9 +14,9 @@
 //!   path on either side. Each path is within 1/4 of one of them, where g >= 0.81; the c_i needed
 //!   on one side sum to less than 0.4, on both to less than 0.8.
 
-use multiversion::multiversion;
+use std::f64::consts::PI;
 
-use crate::trig::cos_pi;
+use multiversion::multiversion;
 
 /// Largest distance of neighbouring sample points inside the cover, and largest width of a cell.
 pub(crate) const SPACING: f64 = 0.3125;
@@ -25,8 +25,6 @@ const CLOSE: f64 = 0.75 * SPACING;
 /// The cover reaches this far from every path.
 const REACH: f64 = 0.75;
 
-/// Room for the rounding of a sum of bounds in single precision.
-const LIMIT: f32 = 1.0 - 1e-4;
 /// Cells looked at together.
 const AT_ONCE: usize = 16;
 
@@ -37,8 +35,8 @@ pub(crate) struct Cell {
     pub at: f64,
     pub low: f64,
     pub high: f64,
-    /// cos^2(pi r), r the larger distance from the sample point to the cell's ends: if the maximum
-    /// of f lies in the cell, the sample is at least this share of it.
+    /// At most cos^2(pi r), r the larger distance from the sample point to the cell's ends: if the
+    /// maximum of f lies in the cell, the sample is at least this share of it.
     pub share: f64,
 }
 
@@ -50,11 +48,13 @@ pub(crate) fn cover(places: &[f64], points: &mut Vec<f64>, cells: &mut Vec<Cell>
     for (i, &at) in points.iter().enumerate() {
         let to_next = points.get(i + 1).map_or(SPACING, |next| next - at);
         let after = 0.5 * to_next.min(SPACING);
+        let z = (PI * before.max(after)) * (PI * before.max(after));
         cells.push(Cell {
             at,
             low: at - before,
             high: at + after,
-            share: 0.0,
+            // Four terms of the alternating series.
+            share: 1.0 - z * (1.0 - z * (1.0 / 3.0 - z * (2.0 / 45.0))),
         });
         before = after;
     }
@@ -64,6 +64,8 @@ pub(crate) fn cover(places: &[f64], points: &mut Vec<f64>, cells: &mut Vec<Cell>
 /// Drops the cells where the bound of sum_k g(u - u_k) leaves no room for the maximum.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn keep_possible(places: &[f64], cells: &mut Vec<Cell>) {
+    // Room for the rounding of the sums.
+    let limit = 1.0 - 2.0 * (places.len() + 8) as f32 * f32::EPSILON;
     let mut kept = 0;
     for first in (0..cells.len()).step_by(AT_ONCE) {
         let (mut middle, mut half) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
@@ -80,12 +82,8 @@ fn keep_possible(places: &[f64], cells: &mut Vec<Cell>) {
             }
         }
         for (i, sum) in sum[..last].iter().enumerate() {
-            if *sum > LIMIT {
-                let cell = cells[first + i];
-                let cosine = cos_pi((cell.at - cell.low).max(cell.high - cell.at));
-                cells[kept] = Cell { share: cosine * cosine, ..cell };
-                kept += 1;
-            }
+            cells[kept] = cells[first + i];
+            kept += usize::from(*sum > limit);
         }
     }
     cells.truncate(kept);
