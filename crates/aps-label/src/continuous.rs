@@ -87,7 +87,11 @@ impl Continuous {
     ) -> f64 {
         let earliest = delays_s.iter().copied().fold(f64::INFINITY, f64::min);
         self.sorted.clear();
-        self.sorted.extend(delays_s.iter().map(|tau| sampling_rate_hz * (tau - earliest)));
+        self.sorted.extend(
+            delays_s
+                .iter()
+                .map(|tau| sampling_rate_hz * (tau - earliest)),
+        );
         self.places.clone_from(&self.sorted);
         self.sorted.sort_unstable_by(f64::total_cmp);
         cover(&self.sorted, &mut self.points, &mut self.cells);
@@ -116,14 +120,23 @@ fn search(search: &mut Continuous, response: &[Lanes], columns: usize) {
     for (column, least) in search.least.as_flattened_mut().iter_mut().enumerate() {
         // The maximum is at most twice the largest sample: here it is below the label's floor.
         let searched = *least >= 0.5 * FLOOR_POWER as f32 && column < columns;
-        *least = if searched { room * *least } else { f32::INFINITY };
+        *least = if searched {
+            room * *least
+        } else {
+            f32::INFINITY
+        };
     }
     let response = response.as_flattened();
     interpolate(search, response, stride);
     settle(search);
     // The values at the places found.
     for (block, (best, place)) in search.best.iter_mut().zip(&search.place).enumerate() {
-        pulses(1.0, slice::from_ref(place), &search.places, &mut search.pulses);
+        pulses(
+            1.0,
+            slice::from_ref(place),
+            &search.places,
+            &mut search.pulses,
+        );
         let mut sum = [0.0; LANES];
         for (pulse, row) in search.pulses.iter().zip(response.chunks_exact(stride)) {
             let weights = &row[block * LANES..][..LANES];
@@ -137,7 +150,6 @@ fn search(search: &mut Continuous, response: &[Lanes], columns: usize) {
 
 /// Weights as `[block][path]`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-#[inline(never)]
 fn pack_weights(response: &[Lanes], blocks: usize, weights: &mut Vec<Wide>) {
     weights.clear();
     for first in (0..blocks).step_by(2) {
@@ -158,17 +170,19 @@ fn pack_weights(response: &[Lanes], blocks: usize, weights: &mut Vec<Wide>) {
 
 /// f at the cells' sample points.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-#[inline(never)]
 fn sample(search: &mut Continuous) {
     let paths = search.pulses.len();
     let blocks = search.weights.len() / paths;
     let cells = search.cells.len();
     search.samples.clear();
-    search.samples.resize(cells.next_multiple_of(LANES) * blocks, [0.0; WIDE]);
+    search
+        .samples
+        .resize(cells.next_multiple_of(LANES) * blocks, [0.0; WIDE]);
     search.least.clear();
     search.least.resize(blocks, [0.0; WIDE]);
     for (group, samples) in search.samples.chunks_exact_mut(LANES * blocks).enumerate() {
-        let points: Lanes = std::array::from_fn(|l| search.cells[(group * LANES + l).min(cells - 1)].at);
+        let points: Lanes =
+            std::array::from_fn(|l| search.cells[(group * LANES + l).min(cells - 1)].at);
         pulses(1.0, &[points], &search.places, &mut search.pulses);
         search.rows.clear();
         for first in (0..LANES).step_by(POINTS) {
@@ -186,7 +200,11 @@ fn sample(search: &mut Continuous) {
             for rows in search.rows.chunks_exact(paths) {
                 for sum in sums(weights, rows) {
                     for l in 0..WIDE {
-                        highest[l] = if sum[l] > highest[l] { sum[l] } else { highest[l] };
+                        highest[l] = if sum[l] > highest[l] {
+                            sum[l]
+                        } else {
+                            highest[l]
+                        };
                     }
                     if let Some(sample) = samples.next() {
                         *sample = sum;
@@ -212,13 +230,11 @@ fn sums(weights: &[Wide], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
 
 /// Finds the cells that remain for each column, and interpolates f there.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-#[inline(never)]
 fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
     search.pieces.clear();
     let blocks = search.least.len();
     search.remaining.resize(blocks * WIDE + 1, 0);
     for (cell, samples) in search.cells.iter().zip(search.samples.chunks_exact(blocks)) {
-        
         let share = cell.share as f32;
         let mut count = 0;
         for (block, (sample, least)) in samples.iter().zip(&search.least).enumerate() {
@@ -261,9 +277,11 @@ fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
 /// Searches the pieces, and halves of them, until none can be above (1 + TOLERANCE) times the best
 /// of its column.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-#[inline(never)]
 fn settle(search: &mut Continuous) {
-    let (best, place) = (search.best.as_flattened_mut(), search.place.as_flattened_mut());
+    let (best, place) = (
+        search.best.as_flattened_mut(),
+        search.place.as_flattened_mut(),
+    );
     search.polynomials = 0;
     while !search.pieces.is_empty() {
         search.polynomials += search.pieces.len();
@@ -315,13 +333,16 @@ impl Piece {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pulse::pulses;
+    use crate::trig::sinc_squared;
     use proptest::prelude::*;
+
+    /// 1e-6 dB.
+    const PROMISED: f64 = 2.3e-7;
 
     /// The search for paths at these places [1/f_s], each with a weight a lane.
     fn search(places: &[f64], weights: &[Lanes]) -> Continuous {
         let mut search = Continuous::default();
-        search.search(places, 1.0, weights, 1);
+        search.search(places, 1.0, weights, 1, LANES);
         search
     }
 
@@ -330,19 +351,50 @@ mod tests {
         terms.map(|(at, w)| w[lane] * sinc_squared(u - at)).sum()
     }
 
+    /// The maximum by 40 points a unit of u and golden section around each that its neighbours do not
+    /// exceed.
+    fn brute_force(places: &[f64], weights: &[Lanes], lane: usize) -> f64 {
+        const STEP: f64 = 0.025;
+        let f = |u: f64| f(places, weights, lane, u);
+        let first = places.iter().copied().fold(f64::INFINITY, f64::min) - 1.0;
+        let last = places.iter().copied().fold(0.0, f64::max) + 1.0;
+        let count = ((last - first) / STEP) as usize;
+        let values: Vec<f64> = (0..=count).map(|i| f(first + STEP * i as f64)).collect();
+        let coarse = values.iter().copied().fold(0.0, f64::max);
+        let mut best = coarse;
+        for i in 1..count {
+            // A top is at most cos^2(pi STEP/2) higher than the nearest point.
+            if values[i] < 0.99 * coarse || values[i] < values[i - 1].max(values[i + 1]) {
+                continue;
+            }
+            let (mut low, mut high) =
+                (first + STEP * (i - 1) as f64, first + STEP * (i + 1) as f64);
+            while high - low > 1e-6 {
+                let third = (high - low) / 3.0;
+                if f(low + third) < f(high - third) {
+                    low += third;
+                } else {
+                    high -= third;
+                }
+            }
+            best = best.max(f(0.5 * (low + high)));
+        }
+        best
+    }
+
     /// Two equal pulses merge into one with a top as flat as a quartic: the hardest case for a bound
     /// by derivatives.
     #[test]
-    fn flat_top_is_settled_within_a_few_hundred_evaluations() {
+    fn flat_top_is_settled_by_some_polynomials() {
         let mut most = 0;
         for i in 0..400 {
             let places = [0.0, 0.7 + f64::from(i) * 5e-4];
             let search = search(&places, &[[1.0; LANES]; 2]);
-            most = most.max(search.evaluations / LANES);
-            let middle = f(&places, &[[1.0; LANES]; 2], 0, 0.5 * places[1]);
-            assert!(search.best[0][0] >= middle * (1.0 - 1e-15));
+            most = most.max(search.polynomials / LANES);
+            let highest = brute_force(&places, &[[1.0; LANES]; 2], 0);
+            assert!(search.best[0][0] >= highest * (1.0 - PROMISED));
         }
-        assert!(most < 300, "{most} evaluations");
+        assert!(most < 60, "{most} polynomials");
     }
 
     #[test]
@@ -351,29 +403,81 @@ mod tests {
         assert_eq!(search.best, [[0.0; LANES]]);
     }
 
+    /// Delays spread, crowded, or in clusters, some of them equal; powers over 300 dB.
+    fn links(paths: std::ops::Range<usize>) -> impl Strategy<Value = (Vec<f64>, Vec<Lanes>)> {
+        let path = (0.0..12.0, prop::array::uniform8(0.0..1.0), 0_u32..4);
+        let range_db = prop::sample::select(vec![3.0, 40.0, 300.0]);
+        (prop::collection::vec(path, paths), 0.02..3.0, range_db).prop_map(
+            |(paths, crowd, range_db)| {
+                let place = |at: f64, kind: u32| match kind {
+                    0 => crowd * at.floor(),
+                    1 => crowd * (at.floor() + 0.1 * at.fract()),
+                    _ => crowd * at,
+                };
+                let weight = |x: f64| libm::exp10(-0.1 * range_db * x);
+                paths
+                    .iter()
+                    .map(|p| (place(p.0, p.2), p.1.map(weight)))
+                    .unzip()
+            },
+        )
+    }
+
+    fn check((places, weights): (Vec<f64>, Vec<Lanes>)) -> Result<f64, TestCaseError> {
+        let first = places.iter().copied().fold(f64::INFINITY, f64::min);
+        let search = search(&places, &weights);
+        let mut worst = 0.0_f64;
+        for lane in 0..LANES {
+            let (best, place) = (search.best[0][lane], first + search.place[0][lane]);
+            let at_place = f(&places, &weights, lane, place);
+            prop_assert!(
+                (best - at_place).abs() <= 1e-12 * best,
+                "{} is not {}",
+                best,
+                at_place
+            );
+            let highest = brute_force(&places, &weights, lane);
+            worst = worst.max(highest / best - 1.0);
+            prop_assert!(highest <= best * (1.0 + PROMISED), "{} > {}", highest, best);
+        }
+        Ok(worst)
+    }
+
     proptest! {
         #[test]
-        fn nothing_on_a_dense_grid_is_above_the_certified_maximum(
-            paths in prop::collection::vec((0.0..12.0, prop::array::uniform8(-40.0..0.0)), 1..20),
-            crowd in 0.02..1.0,
-        ) {
-            let places: Vec<f64> = paths.iter().map(|path| path.0 * crowd).collect();
-            let first = places.iter().copied().fold(f64::INFINITY, f64::min);
-            let weights: Vec<Lanes> =
-                paths.iter().map(|path| path.1.map(|db| libm::exp10(0.1 * db))).collect();
-            let search = search(&places, &weights);
-            for lane in 0..LANES {
-                let (best, place) = (search.best[0][lane], first + search.place[0][lane]);
-                let at_place = f(&places, &weights, lane, place);
-                prop_assert!((best - at_place).abs() <= 1e-13 * best, "{} is not {}", best, at_place);
-                // Coarse everywhere, fine around the place found.
-                let everywhere = (0..1500).map(|i| first - 1.5 + f64::from(i) * 0.01);
-                let around = (-50..=50).map(|i| place + f64::from(i) * 1e-5);
-                for u in everywhere.chain(around) {
-                    let value = f(&places, &weights, lane, u);
-                    prop_assert!(value <= best * (1.0 + TOLERANCE + 1e-14), "f({}) = {} > {}", u, value, best);
-                }
-            }
+        fn brute_force_finds_no_higher_value(link in links(1..20)) {
+            check(link)?;
         }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(8))]
+        #[test]
+        fn brute_force_finds_no_higher_value_among_many_paths(link in links(100..201)) {
+            check(link)?;
+        }
+    }
+
+    /// Not run by default: the figure of the documentation.
+    #[test]
+    #[ignore = "takes minutes"]
+    fn worst_error_of_many_links() {
+        use proptest::strategy::ValueTree;
+        use proptest::test_runner::TestRunner;
+        let mut runner = TestRunner::deterministic();
+        let mut worst = 0.0_f64;
+        for i in 0..20_000 {
+            let paths = if i % 50 == 0 { 100..201 } else { 1..20 };
+            let link = links(paths)
+                .new_tree(&mut runner)
+                .expect("a link")
+                .current();
+            worst = worst.max(check(link).expect("within the promise"));
+        }
+        eprintln!(
+            "worst {:e} dB of {} maxima",
+            10.0 * worst.ln_1p() / std::f64::consts::LN_10,
+            20_000 * LANES
+        );
     }
 }

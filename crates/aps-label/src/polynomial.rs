@@ -122,3 +122,42 @@ fn excess(c: &[Lanes; LANES], lane: usize, sign: f64, reach: f64) -> f64 {
     bend = positive(sign * c[3][lane]) + reach * bend;
     reach * positive(sign * c[1][lane] + reach * positive(c[2][lane] + reach * bend))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn value(c: &Lanes, x: f64) -> f64 {
+        c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+    }
+
+    proptest! {
+        #[test]
+        fn polynomials_are_their_own_interpolation(c in prop::array::uniform8(-1.0..1.0_f64), by in -1.0..1.0_f64) {
+            let found = interpolate(&NODES.map(|x| value(&c, x)));
+            for (found, c) in found.iter().zip(&c) {
+                prop_assert!((found - c).abs() < 1e-12, "{} {}", found, c);
+            }
+            let moved = shifted(c, by);
+            prop_assert!((value(&moved, 0.3) - value(&c, by + 0.3)).abs() < 1e-12);
+        }
+
+        #[test]
+        fn no_value_is_above_the_bound(c in prop::array::uniform8(-1.0..1.0_f64), flat in -12.0..0.0_f64) {
+            // From all terms alike to a parabola.
+            let c: Lanes = std::array::from_fn(|n| if n > 2 { c[n] * 10_f64.powf(flat) } else { c[n] });
+            let mut expansion = c.map(|c| [c; LANES]);
+            let (x, upper) = top(&mut expansion);
+            prop_assert!((value(&c, x[0]) - expansion[0][0]).abs() < 1e-12);
+            for i in -1000..=1000 {
+                let here = value(&c, f64::from(i) * 1e-3);
+                prop_assert!(here <= upper[0] + 1e-12, "{} > {}", here, upper[0]);
+            }
+            if flat < -9.0 {
+                let found = expansion[0][0];
+                prop_assert!(upper[0] - found < 1e-6 || c[2] > 0.0, "{} {}", upper[0], found);
+            }
+        }
+    }
+}
