@@ -86,7 +86,7 @@ pub struct Work {
     pub delays: usize,
     /// Directions at which Q was computed over all delays for the PDP.
     pub directions: usize,
-    /// Evaluations of Q and its derivatives in the continuous search.
+    /// Polynomials searched for the continuous maximum: one a column and cell of delays that remains, and halves.
     pub evaluations: usize,
 }
 
