@@ -288,8 +288,8 @@ fn settle(search: &mut Continuous) {
         for pieces in search.pieces.chunks_mut(LANES) {
             let mut c = [[0.0; LANES]; LANES];
             for (l, piece) in pieces.iter().enumerate() {
-                for n in 0..LANES {
-                    c[n][l] = piece.coefficients[n];
+                for (c, coefficient) in c.iter_mut().zip(piece.coefficients) {
+                    c[l] = coefficient;
                 }
             }
             let (x, upper) = polynomial::top(&mut c);
