@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 use multiversion::multiversion;
 
 /// Largest distance of neighbouring sample points inside the cover, and largest width of a cell.
-pub(crate) const SPACING: f64 = 0.3125;
+pub(crate) const SPACING: f64 = 0.345;
 /// A path this close to the last sample point gets none of its own.
 const CLOSE: f64 = 0.75 * SPACING;
 /// The cover reaches this far from every path.
