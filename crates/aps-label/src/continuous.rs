@@ -18,7 +18,7 @@
 //!
 //! Samples are in single precision: they only have to tell which cells remain.
 
-use std::slice;
+use std::mem;
 
 use multiversion::multiversion;
 
@@ -43,10 +43,36 @@ struct Piece {
     column: usize,
     middle: f64,
     half_width: f64,
-    /// At the polynomial's nodes.
-    values: Lanes,
-    /// Upper bound of the polynomial.
+    /// Upper bound of the polynomial, once it is searched.
     upper: f64,
+}
+
+/// Pieces, and their polynomials' values by eights, `[node][lane]`.
+#[derive(Debug, Clone, Default)]
+struct Pieces {
+    list: Vec<Piece>,
+    values: Vec<[Lanes; LANES]>,
+}
+
+impl Pieces {
+    fn clear(&mut self) {
+        self.list.clear();
+        self.values.clear();
+    }
+
+    #[inline(always)]
+    fn push(&mut self, piece: Piece, values: Lanes) {
+        let lane = self.list.len() % LANES;
+        if lane == 0 {
+            self.values.push([[0.0; LANES]; LANES]);
+        }
+        if let Some(last) = self.values.last_mut() {
+            for (row, value) in last.iter_mut().zip(values) {
+                row[lane] = value;
+            }
+        }
+        self.list.push(piece);
+    }
 }
 
 /// Scratch space of the search.
@@ -67,7 +93,8 @@ pub(crate) struct Continuous {
     samples: Vec<Wide>,
     least: Vec<Wide>,
     remaining: Vec<usize>,
-    pieces: Vec<Piece>,
+    pieces: Pieces,
+    halves: Pieces,
     /// Per column: the maximum, and where it is [1/f_s after the first path].
     pub best: Vec<Lanes>,
     pub place: Vec<Lanes>,
@@ -247,13 +274,13 @@ fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
                     values[l] += row[column] * pulse[l];
                 }
             }
-            search.pieces.push(Piece {
+            let piece = Piece {
                 column,
                 middle,
                 half_width,
-                values,
                 upper: 0.0,
-            });
+            };
+            search.pieces.push(piece, values);
         }
     }
 }
@@ -266,19 +293,14 @@ fn settle(search: &mut Continuous) {
         search.best.as_flattened_mut(),
         search.place.as_flattened_mut(),
     );
+    let (pieces, halves) = (&mut search.pieces, &mut search.halves);
     search.polynomials = 0;
-    while !search.pieces.is_empty() {
-        search.polynomials += search.pieces.len();
-        for pieces in search.pieces.chunks_mut(LANES) {
-            let mut values = [[0.0; LANES]; LANES];
-            for (l, piece) in pieces.iter().enumerate() {
-                for (values, value) in values.iter_mut().zip(piece.values) {
-                    values[l] = value;
-                }
-            }
-            let mut c = polynomial::interpolate(&values);
+    while !pieces.list.is_empty() {
+        search.polynomials += pieces.list.len();
+        for (eight, values) in pieces.list.chunks_mut(LANES).zip(&pieces.values) {
+            let mut c = polynomial::interpolate(values);
             let (x, upper) = polynomial::top(&mut c);
-            for (l, piece) in pieces.iter_mut().enumerate() {
+            for (l, piece) in eight.iter_mut().enumerate() {
                 piece.upper = upper[l];
                 if c[0][l] > best[piece.column] {
                     best[piece.column] = c[0][l];
@@ -286,28 +308,24 @@ fn settle(search: &mut Continuous) {
                 }
             }
         }
-        let searched = search.pieces.len();
-        for i in 0..searched {
-            let piece = search.pieces[i];
+        halves.clear();
+        for (i, piece) in pieces.list.iter().enumerate() {
             if piece.upper > (1.0 + TOLERANCE) * best[piece.column] {
-                search.pieces.extend([-0.5, 0.5].map(|x| piece.half(x)));
+                let c = polynomial::interpolate(
+                    &pieces.values[i / LANES].map(|values| [values[i % LANES]]),
+                );
+                for middle in [-0.5, 0.5] {
+                    let half = Piece {
+                        middle: piece.middle + piece.half_width * middle,
+                        half_width: 0.5 * piece.half_width,
+                        ..*piece
+                    };
+                    let value = |x: f64| c.iter().rev().fold(0.0, |sum, [c]| sum * x + c);
+                    halves.push(half, NODES.map(|node| value(middle + 0.5 * node)));
+                }
             }
         }
-        search.pieces.drain(..searched);
-    }
-}
-
-impl Piece {
-    /// The half whose middle is at this x.
-    fn half(self, x: f64) -> Self {
-        let c = polynomial::interpolate(&self.values.map(|value| [value]));
-        let value = |x: f64| c.iter().rev().fold(0.0, |sum, [c]| sum * x + c);
-        Self {
-            middle: self.middle + self.half_width * x,
-            half_width: 0.5 * self.half_width,
-            values: NODES.map(|node| value(x + 0.5 * node)),
-            ..self
-        }
+        mem::swap(pieces, halves);
     }
 }
 
