@@ -18,6 +18,7 @@
 //!
 //! Samples are in single precision: they only have to tell which cells remain.
 
+use std::f64::consts::PI;
 use std::mem;
 
 use multiversion::multiversion;
@@ -31,6 +32,9 @@ use crate::pulse::pulses;
 /// Relative room left to a polynomial above the best value found; with the error of the
 /// interpolation, M is found to 2.2e-7 of itself, 9.5e-7 dB.
 const TOLERANCE: f64 = 4e-8;
+
+/// Pulses farther than this from a sample point are bounded there, not computed.
+const NEAR: f64 = 4.0;
 
 /// Columns sampled at once, and sample points.
 const WIDE: usize = 16;
@@ -87,6 +91,12 @@ pub(crate) struct Continuous {
     pulses: Vec<Lanes>,
     /// The same in single precision, [`POINTS`] at once.
     rows: Vec<[f32; POINTS]>,
+    /// Per path: the distance of the nearest of eight points, and the bound of a pulse that is far.
+    nearest: Vec<f64>,
+    far: Vec<f32>,
+    /// The paths that are near, and their places.
+    near: Vec<usize>,
+    near_places: Vec<f64>,
     /// Columns' weights, `[block][path]`.
     weights: Vec<Wide>,
     /// `[cell][block]`; and of each column the largest, then the least that keeps a cell.
@@ -179,25 +189,62 @@ fn pack_weights(response: &[Lanes], blocks: usize, weights: &mut Vec<Wide>) {
     }
 }
 
-/// f at the cells' sample points.
+/// Upper bounds of f at the cells' sample points: pulses farther than [`NEAR`] from each of eight
+/// points count there with the bound 1/(pi x)^2 at the nearest. And of each column the largest sum
+/// without these.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn sample(search: &mut Continuous) {
-    let paths = search.pulses.len();
+    let paths = search.places.len();
     let blocks = search.weights.len() / paths;
     let cells = search.cells.len();
     search.samples.clear();
     search
         .samples
-        .resize(cells.next_multiple_of(LANES) * blocks, [0.0; WIDE]);
+        .resize(cells.next_multiple_of(POINTS) * blocks, [0.0; WIDE]);
     search.least.clear();
     search.least.resize(blocks, [0.0; WIDE]);
-    for (group, samples) in search.samples.chunks_exact_mut(LANES * blocks).enumerate() {
-        let points: Lanes =
-            std::array::from_fn(|l| search.cells[(group * LANES + l).min(cells - 1)].at);
-        pulses(1.0, &[points], &search.places, &mut search.pulses);
+    search.near.resize(paths, 0);
+    search.far.resize(paths, 0.0);
+    let samples = search.samples.chunks_mut(LANES * blocks);
+    for (cells, samples) in search.cells.chunks(LANES).zip(samples) {
+        let points: Lanes = std::array::from_fn(|l| cells[l.min(cells.len() - 1)].at);
+        search.nearest.clear();
+        search.nearest.resize(paths, f64::INFINITY);
+        for point in points {
+            for (nearest, place) in search.nearest.iter_mut().zip(&search.places) {
+                let distance = (point - place).abs();
+                *nearest = if distance < *nearest {
+                    distance
+                } else {
+                    *nearest
+                };
+            }
+        }
+        let mut count = 0;
+        for (path, (nearest, far)) in search.nearest.iter().zip(&mut search.far).enumerate() {
+            let root = PI * nearest;
+            *far = if *nearest < NEAR {
+                0.0
+            } else {
+                1.0 / (root * root)
+            } as f32;
+            search.near[count] = path;
+            count += usize::from(*nearest < NEAR);
+        }
+        let near = &search.near[..count];
+        search.near_places.clear();
+        search
+            .near_places
+            .extend(near.iter().map(|&path| search.places[path]));
+        pulses(
+            1.0,
+            &[points],
+            &search.near_places,
+            &mut search.pulses[..count],
+        );
         search.rows.clear();
-        for first in (0..LANES.min(cells - group * LANES)).step_by(POINTS) {
-            for pulse in &search.pulses {
+        for first in (0..cells.len()).step_by(POINTS) {
+            for pulse in &search.pulses[..count] {
                 let mut row = [0.0; POINTS];
                 for r in 0..POINTS {
                     row[r] = pulse[first + r] as f32;
@@ -206,10 +253,17 @@ fn sample(search: &mut Continuous) {
             }
         }
         for (block, weights) in search.weights.chunks_exact(paths).enumerate() {
-            let highest = &mut search.least[block];
+            let mut rest = [0.0; WIDE];
+            for (weight, far) in weights.iter().zip(&search.far) {
+                for l in 0..WIDE {
+                    rest[l] += far * weight[l];
+                }
+            }
+            let mut highest = search.least[block];
             let mut samples = samples[block..].iter_mut().step_by(blocks);
-            for rows in search.rows.chunks_exact(paths) {
-                for sum in sums(weights, rows) {
+            for first in (0..cells.len()).step_by(POINTS) {
+                let rows = &search.rows[first / POINTS * count..][..count];
+                for sum in sums(weights, near, rows) {
                     for l in 0..WIDE {
                         highest[l] = if sum[l] > highest[l] {
                             sum[l]
@@ -217,19 +271,25 @@ fn sample(search: &mut Continuous) {
                             highest[l]
                         };
                     }
+                    let mut upper = sum;
+                    for l in 0..WIDE {
+                        upper[l] += rest[l];
+                    }
                     if let Some(sample) = samples.next() {
-                        *sample = sum;
+                        *sample = upper;
                     }
                 }
             }
+            search.least[block] = highest;
         }
     }
 }
 
 #[inline(always)]
-fn sums(weights: &[Wide], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
+fn sums(weights: &[Wide], near: &[usize], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
     let mut sums = [[0.0; WIDE]; POINTS];
-    for (weight, row) in weights.iter().zip(rows) {
+    for (&path, row) in near.iter().zip(rows) {
+        let weight = &weights[path];
         for r in 0..POINTS {
             for l in 0..WIDE {
                 sums[r][l] += row[r] * weight[l];
