@@ -34,7 +34,7 @@ use crate::pulse::pulses;
 const TOLERANCE: f64 = 4e-8;
 
 /// Pulses farther than this from a sample point are bounded there, not computed.
-const NEAR: f64 = 4.0;
+const NEAR: f64 = 3.0;
 
 /// Columns sampled at once, and sample points.
 const WIDE: usize = 16;

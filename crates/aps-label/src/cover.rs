@@ -65,20 +65,20 @@ pub(crate) fn cover(places: &[f64], points: &mut Vec<f64>, cells: &mut Vec<Cell>
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn keep_possible(places: &[f64], cells: &mut Vec<Cell>) {
     // Room for the rounding of the sums.
-    let limit = 1.0 - 2.0 * (places.len() + 8) as f32 * f32::EPSILON;
+    let limit = 1.0 - 4.0 * (places.len() + 8) as f32 * f32::EPSILON;
     let mut kept = 0;
     for first in (0..cells.len()).step_by(AT_ONCE) {
-        let (mut middle, mut half) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
+        let (mut middle, mut half) = ([0.0; AT_ONCE], [0.0_f32; AT_ONCE]);
         let last = AT_ONCE.min(cells.len() - first);
         for i in 0..last {
             let Cell { low, high, .. } = cells[first + i];
-            (middle[i], half[i]) = (0.5 * (low + high), 0.5 * (high - low));
+            (middle[i], half[i]) = (0.5 * (low + high), 0.5 * (high - low) as f32);
         }
         let mut sum = [0.0; AT_ONCE];
         for place in places {
             for i in 0..AT_ONCE {
-                let distance = (middle[i] - place).abs() - half[i];
-                sum[i] += pulse_bound(distance as f32);
+                let distance = ((middle[i] - place) as f32).abs() - half[i];
+                sum[i] += pulse_bound(distance);
             }
         }
         for (i, sum) in sum[..last].iter().enumerate() {
