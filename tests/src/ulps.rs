@@ -92,7 +92,7 @@ fn dd(x: f64) -> DoubleDouble {
 pub fn worst_errors() -> Vec<KernelError> {
     let mut all = vec![transition_function(), diffraction_coefficient()];
     all.extend([reflection_coefficient(), free_space()]);
-    all.extend([delay_kernel(), delay_recurrence()]);
+    all.extend([delay_kernel(), continuous_maximum()]);
     all.extend([array_direct(false), array_direct(true)]);
     all.extend([array_tables(false), array_tables(true)]);
     all.extend([decibels(), powers(), standardised(), deviation()]);
@@ -233,10 +233,10 @@ fn delay_kernel() -> KernelError {
     meter.found
 }
 
-/// The largest of two pulses' sum over a continuous delay, from the recurrence for pulses and their
-/// derivatives, compared with the sum in 32 digits at the delay found.
-fn delay_recurrence() -> KernelError {
-    let mut meter = Meter::new("aps-label", "delay kernel, recurrence at the maximum", 1.0);
+/// The largest of two pulses' sum over a continuous delay, which is a polynomial's top, compared with
+/// the sum in 32 digits at the delay found.
+fn continuous_maximum() -> KernelError {
+    let mut meter = Meter::new("aps-label", "maximum over a continuous delay", 1.0);
     let config = LabelConfig {
         array: linear(1),
         ..LabelConfig::paper()

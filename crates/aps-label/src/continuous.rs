@@ -7,16 +7,16 @@
 //! - f(u) >= M cos^2(pi (u - u0)) for |u - u0| <= 1/2 (Duffin and Schaeffer, Bull. AMS 44, 1938).
 //!   So the sample of the cell that holds u0 is at least [`Cell::share`] of M: every other cell is
 //!   out.
-//! - The n-th derivative of f is at most (2 pi)^n M/2 (Bernstein). So in a cell of half-width h <= 5/32
+//! - The n-th derivative of f is at most (2 pi)^n M/2 (Bernstein). So in a cell of half-width h <= 0.1725
 //!   the polynomial p that agrees with f at eight Chebyshev nodes is off by at most
-//!   (2 pi h)^8 M / (2 8! 2^7) <= 8.4e-8 M.
+//!   (2 pi h)^8 M / (2 8! 2^7) <= 1.85e-7 M.
 //!
 //! For each column and each of its cells that remain, p's top is sought and p bounded; while the bound is
-//! above (1 + [`TOLERANCE`]) times the best value found, the cell is halved. The label has f itself
-//! at the top found, which by the above is at least (1 - 2 * 8.4e-8 - [`TOLERANCE`]) M. As f is flat there,
-//! it is usually exact to rounding.
+//! above (1 + [`TOLERANCE`]) times the best value found, the cell is halved. The label is the highest
+//! value of p, by the above from (1 - 1.85e-7 - [`TOLERANCE`]) M to (1 + 1.85e-7) M.
 //!
-//! Samples are in single precision: they only have to tell which cells remain.
+//! Samples are in single precision, and have a bound in place of each pulse that is far: they only have
+//! to tell which cells remain.
 
 use std::f64::consts::PI;
 use std::mem;
@@ -30,7 +30,7 @@ use crate::protocol::FLOOR_POWER;
 use crate::pulse::pulses;
 
 /// Relative room left to a polynomial above the best value found; with the error of the
-/// interpolation, M is found to 2.2e-7 of itself, 9.5e-7 dB.
+/// interpolation, M is found to 2.25e-7 of itself, 9.8e-7 dB.
 const TOLERANCE: f64 = 4e-8;
 
 /// Pulses farther than this from a sample point are bounded there, not computed.

@@ -1,7 +1,7 @@
 //! Where the maximum over a continuous delay can lie.
 //!
 //! Delays are in units of 1/f_s, so the pulse is g(x) = sinc^2(x) and f = sum_k w_k g(u - u_k) with
-//! weights w_k >= 0. The line is covered by cells of half-width at most 5/32, each with a sample
+//! weights w_k >= 0. The line is covered by cells of half-width at most 0.1725, each with a sample
 //! point inside; the cells left out cannot hold the maximum for any choice of weights:
 //!
 //! *Mixtures.* If numbers c_i >= 0 with sum below 1 and points v_i satisfy
