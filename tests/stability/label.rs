@@ -279,7 +279,7 @@ fn arrays_from_one_to_4096_elements() {
         for array in [linear(elements, 0.5), circular] {
             let config = LabelConfig {
                 array,
-                ..LabelConfig::paper()
+                ..LabelConfig::released()
             };
             let worst = check(
                 &config,
