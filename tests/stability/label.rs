@@ -41,6 +41,15 @@ fn dd(x: f64) -> DoubleDouble {
     x.into()
 }
 
+/// The relative error allowed for a value where no response vanishes: 1e-6 dB of a continuous
+/// maximum, rounding otherwise.
+fn relative_error(protocol: Protocol) -> f64 {
+    match protocol {
+        Protocol::Paper => 2.3e-7,
+        _ => 1e-11,
+    }
+}
+
 /// Compares each bin of a label with Q at the label's own delay, in 32 digits. `root` is the error
 /// allowed for the root of a single response.
 fn check(config: &LabelConfig, paths: &[PathSample], root: f64, what: &str) -> f64 {
@@ -62,8 +71,10 @@ fn check(config: &LabelConfig, paths: &[PathSample], root: f64, what: &str) -> f
         let want =
             q(config, paths, dd(*tau), dd(*theta) / dd(180.0)) / dd(strongest).from_decibel();
         let (got, want) = (10_f64.powf(0.1 * (db - strongest)), want.to_f64());
-        let allowed =
-            1e-11 * want + 2.0 * root * (want * total).sqrt() + root * root * total + 1.1e-35;
+        let allowed = relative_error(config.protocol) * want
+            + 2.0 * root * (want * total).sqrt()
+            + root * root * total
+            + 1.1e-35;
         assert!(
             (got - want).abs() <= allowed,
             "{what}: bin {theta} is {got:e}, not {want:e}"
@@ -130,9 +141,8 @@ fn ten_thousand_equal_paths_are_forty_decibels() {
     }
 }
 
-/// 10,000 paths, all different: the continuous search holds pulses at sample points in portions of
-/// 32 MiB and shares at most 128 MiB of them, instead of what grows with the square of the number of
-/// paths. Expected: Q of 32 digits.
+/// 10,000 paths, all different: the continuous search holds pulses at eight delays at a time, instead
+/// of what grows with the square of the number of paths. Expected: Q of 32 digits.
 #[test]
 fn ten_thousand_different_paths_fit_in_memory() {
     let paths: Vec<PathSample> = (0..10_000)
@@ -153,8 +163,9 @@ fn ten_thousand_different_paths_fit_in_memory() {
             let want = q(labeler.config(), &paths, dd(label.aps_delay_s[bin]), theta)
                 .decibel()
                 .to_f64();
+            let allowed_db = 10.0 * relative_error(protocol).ln_1p() / std::f64::consts::LN_10;
             assert!(
-                (label.aps_db[bin] - want).abs() < 1e-9,
+                (label.aps_db[bin] - want).abs() < allowed_db.max(1e-9),
                 "{protocol}, bin {bin}: {} {want}",
                 label.aps_db[bin]
             );
@@ -167,13 +178,13 @@ fn ten_thousand_different_paths_fit_in_memory() {
     assert!(matches!(error, PathError::TooMany { count: 100_000, .. }));
 }
 
-/// A single path: its gain at its delay, to the last digits, whatever its power.
+/// A single path: its gain, to 1e-6 dB, at exactly its delay, whatever its power.
 #[test]
 fn one_path_is_its_own_label() {
     for gain_db in [0.0, -90.0, -300.0, 1e4, -1e4] {
         for delay_s in [0.0, 1e-12, 3.1e-7, 0.5, 1.0] {
             let label = labeled(&LabelConfig::paper(), &[path(delay_s, 0.0, gain_db)]);
-            assert!((label.aps_db[90] - gain_db).abs() <= 1e-12_f64.max(1e-15 * gain_db.abs()));
+            assert!((label.aps_db[90] - gain_db).abs() <= 1e-6);
             assert_eq!(label.aps_delay_s[90], delay_s);
         }
     }
@@ -268,7 +279,7 @@ fn arrays_from_one_to_4096_elements() {
         for array in [linear(elements, 0.5), circular] {
             let config = LabelConfig {
                 array,
-                ..LabelConfig::paper()
+                ..LabelConfig::released()
             };
             let worst = check(
                 &config,
@@ -294,7 +305,7 @@ fn arrays_from_one_to_4096_elements() {
 /// f_s from 1 kHz, where a pulse is 1 ms wide and all paths merge, to 100 GHz, where 1 s is 1e11
 /// pulses; delays up to 1 s, alone, and in pairs a fraction of a pulse apart near 1 s, where
 /// doubles are 1e-16 s apart. Expected: Q of 32 digits at the delay reported, and that no delay
-/// near it has more than the 1e-11 that the search promises or than the spacing of doubles allows.
+/// near it has more than the 1e-6 dB that the search promises or than the spacing of doubles allows.
 #[test]
 fn sampling_rates_from_kilohertz_to_a_hundred_gigahertz() {
     for rate in [1e3, 1e6, 200e6, 1e10, 1e11, 1e12] {
@@ -326,13 +337,13 @@ fn sampling_rates_from_kilohertz_to_a_hundred_gigahertz() {
                     for step in [-0.3, -0.1, -1e-3, 0.0, 1e-3, 0.1, 0.3] {
                         let there = q(&config, &paths, tau + dd(step) / dd(rate), theta).to_f64();
                         assert!(
-                            there <= got * (1.0 + 2e-11 + 20.0 * slack),
+                            there <= got * (1.0 + relative_error(Protocol::Paper) + 20.0 * slack),
                             "{what}, bin {bin}: {there:e} beside {got:e}"
                         );
                     }
                     let here = q(&config, &paths, tau, theta).to_f64();
                     assert!(
-                        (here / got - 1.0).abs() <= 1e-11 + 20.0 * slack,
+                        (here / got - 1.0).abs() <= relative_error(Protocol::Paper) + 20.0 * slack,
                         "{what}, bin {bin}: {here:e} for {got:e}"
                     );
                 }

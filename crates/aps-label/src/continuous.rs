@@ -6,49 +6,78 @@
 //!
 //! - f(u) >= M cos^2(pi (u - u0)) for |u - u0| <= 1/2 (Duffin and Schaeffer, Bull. AMS 44, 1938).
 //!   So the sample of the cell that holds u0 is at least [`Cell::share`] of M: every other cell is
-//!   out. With half-width 1/4 that is one half, whatever the paths.
-//! - |f''''| <= (2 pi)^4 M/2 (Bernstein). So with f and three derivatives known at c,
-//!   f(c + t) <= f + f' t + f'' t^2/2 + f''' t^3/6 + (2 pi)^4 M t^4/48.
+//!   out.
+//! - The n-th derivative of f is at most (2 pi)^n M/2 (Bernstein). So in a cell of half-width h <= 0.1725
+//!   the polynomial p that agrees with f at eight Chebyshev nodes is off by at most
+//!   (2 pi h)^8 M / (2 8! 2^7) <= 1.85e-7 M.
 //!
-//! In each remaining cell Newton steps find the top; then the second fact excludes an interval
-//! around the point reached, and what it leaves of the cell is searched the same way. To show
-//! M <= T := (1 + [`TOLERANCE`]) times the best value found, M in the fourth-order term may be
-//! replaced by T: were M larger and attained at distance t <= 0.4 from c, then
-//! M (1 - 32.5 t^4) <= the cubic <= T (1 - 32.5 t^4).
+//! For each column and each of its cells that remain, p's top is sought and p bounded; while the bound is
+//! above (1 + [`TOLERANCE`]) times the best value found, the cell is halved. The label is the highest
+//! value of p, by the above from (1 - 1.85e-7 - [`TOLERANCE`]) M to (1 + 1.85e-7) M.
 //!
-//! The pulses' derivatives at the sample points serve all angles, so that a lone pulse needs no further
-//! evaluation and 20 paths need two for each angle.
+//! Samples are in single precision, and have a bound in place of each pulse that is far: they only have
+//! to tell which cells remain.
 
 use std::f64::consts::PI;
-use std::ops::Range;
+use std::mem;
 
 use multiversion::multiversion;
 
 use crate::cover::{Cell, cover};
-use crate::jet::{Jet, Pulses};
-use crate::product::{LANES, Lanes, ROWS, group_sums, pack_lanes, pack_rows};
+use crate::polynomial::{self, NODES};
+use crate::product::{LANES, Lanes};
 use crate::protocol::FLOOR_POWER;
-use crate::pulse::{in_lanes, pulses};
+use crate::pulse::pulses;
 
-/// Guaranteed relative error of the maximum: 4.3e-11 dB. What is found is usually exact to
-/// rounding; the certificate is what gets longer with a smaller tolerance.
-const TOLERANCE: f64 = 1e-11;
+/// Relative room left to a polynomial above the best value found; with the error of the
+/// interpolation, M is found to 2.25e-7 of itself, 9.8e-7 dB.
+const TOLERANCE: f64 = 4e-8;
 
-/// (2 pi)^4 / 48, the factor of M t^4 in Taylor's remainder.
-const FOURTH: f64 = 32.469_697_011_334_15;
+/// Pulses farther than this from a sample point are bounded there, not computed.
+const NEAR: f64 = 3.0;
 
-/// The argument for the fourth-order term needs 32.5 t^4 < 1.
-const FARTHEST: f64 = 0.4;
+/// Columns sampled at once, and sample points.
+const WIDE: usize = 16;
+const POINTS: usize = 4;
+type Wide = [f32; WIDE];
 
-/// Newton steps at most; a start within 1/4 of a top needs one to three.
-const NEWTON_STEPS: usize = 8;
+/// A polynomial to be searched, and what of the delay axis its \[-1, 1\] stands for.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    column: usize,
+    middle: f64,
+    half_width: f64,
+    /// Upper bound of the polynomial, once it is searched.
+    upper: f64,
+}
 
-/// Sample points times paths whose pulses are held at once: 32 MiB. Links of up to 1400 paths, none
-/// closer than half a pulse, are below it.
-const MAX_MATRIX: usize = 1 << 22;
+/// Pieces, and their polynomials' values by eights, `[node][lane]`.
+#[derive(Debug, Clone, Default)]
+struct Pieces {
+    list: Vec<Piece>,
+    values: Vec<[Lanes; LANES]>,
+}
 
-/// Numbers held of the pulses and their derivatives at sample points: 128 MiB.
-const MAX_SHARED: usize = 1 << 24;
+impl Pieces {
+    fn clear(&mut self) {
+        self.list.clear();
+        self.values.clear();
+    }
+
+    #[inline(always)]
+    fn push(&mut self, piece: Piece, values: Lanes) {
+        let lane = self.list.len() % LANES;
+        if lane == 0 {
+            self.values.push([[0.0; LANES]; LANES]);
+        }
+        if let Some(last) = self.values.last_mut() {
+            for (row, value) in last.iter_mut().zip(values) {
+                row[lane] = value;
+            }
+        }
+        self.list.push(piece);
+    }
+}
 
 /// Scratch space of the search.
 #[derive(Debug, Clone, Default)]
@@ -58,96 +87,59 @@ pub(crate) struct Continuous {
     sorted: Vec<f64>,
     points: Vec<f64>,
     cells: Vec<Cell>,
-    pulses: Pulses,
-    point_lanes: Vec<Lanes>,
-    matrix: Vec<Lanes>,
-    selected: Vec<u32>,
-    rows: Vec<[f64; ROWS]>,
-    lanes: Vec<Lanes>,
-    /// At each sample point, of one block or, block after block, of all.
-    samples: Vec<Lanes>,
-    /// Whether `samples` are those of all blocks.
-    all_sampled: bool,
-    /// The pulses' terms at each sample point, made when first wanted: all columns share them.
-    /// Not more than [`MAX_SHARED`] of them.
-    at_samples: Vec<f64>,
-    /// Where a sample point's terms begin, if they are made.
-    made: Vec<Option<usize>>,
-    at_point: Vec<f64>,
-    weights: Vec<Lanes>,
-    rest: Vec<(f64, f64)>,
+    /// The pulses at eight points, a row a path.
+    pulses: Vec<Lanes>,
+    /// The same in single precision, [`POINTS`] at once.
+    rows: Vec<[f32; POINTS]>,
+    /// Per path: the distance of the nearest of eight points, and the bound of a pulse that is far.
+    nearest: Vec<f64>,
+    far: Vec<f32>,
+    /// The paths that are near, and their places.
+    near: Vec<usize>,
+    near_places: Vec<f64>,
+    /// Columns' weights, `[block][path]`.
+    weights: Vec<Wide>,
+    /// `[cell][block]`; and of each column the largest, then the least that keeps a cell.
+    samples: Vec<Wide>,
+    least: Vec<Wide>,
+    remaining: Vec<usize>,
+    pieces: Pieces,
+    halves: Pieces,
     /// Per column: the maximum, and where it is [1/f_s after the first path].
     pub best: Vec<Lanes>,
     pub place: Vec<Lanes>,
-    /// Evaluations of f and its derivatives in the last search.
-    pub evaluations: usize,
+    /// Polynomials searched for the last label.
+    pub polynomials: usize,
 }
 
 impl Continuous {
-    /// Maxima for each column of `response`, `[path][block]` with `blocks` to a path. Returns the
-    /// delay that places are relative to \[s\].
+    /// Maxima for the first `columns` columns of `response`, `[path][block]` with `blocks` to a path.
+    /// Returns the delay that places are relative to \[s\].
     pub fn search(
         &mut self,
         delays_s: &[f64],
         sampling_rate_hz: f64,
         response: &[Lanes],
         blocks: usize,
+        columns: usize,
     ) -> f64 {
         let earliest = delays_s.iter().copied().fold(f64::INFINITY, f64::min);
-        self.places.clear();
-        self.places.extend(
+        self.sorted.clear();
+        self.sorted.extend(
             delays_s
                 .iter()
-                .map(|&tau| sampling_rate_hz * (tau - earliest)),
+                .map(|tau| sampling_rate_hz * (tau - earliest)),
         );
-        self.sorted.clone_from(&self.places);
+        self.places.clone_from(&self.sorted);
         self.sorted.sort_unstable_by(f64::total_cmp);
         cover(&self.sorted, &mut self.points, &mut self.cells);
-        self.pulses.set(&self.places);
-
-        pack_lanes(response, blocks, &mut self.lanes);
-        let paths = delays_s.len();
-        self.weights.clear();
-        self.weights.resize(paths.div_ceil(LANES), [0.0; LANES]);
+        self.pulses.resize(delays_s.len(), [0.0; LANES]);
+        self.best.clear();
         self.best.resize(blocks, [0.0; LANES]);
+        self.place.clear();
         self.place.resize(blocks, [0.0; LANES]);
-        let size = self.cells.len().next_multiple_of(ROWS);
-        let most = (MAX_MATRIX / paths).next_multiple_of(ROWS);
-        self.all_sampled = self.cells.len() > most;
-        if !self.all_sampled {
-            self.samples.resize(size, [0.0; LANES]);
-            self.pack_pulses(0..self.cells.len());
-        } else {
-            self.samples.resize(blocks * size, [0.0; LANES]);
-            for first in (0..self.cells.len()).step_by(most) {
-                self.pack_pulses(first..self.cells.len().min(first + most));
-                for (lanes, samples) in
-                    (self.lanes.chunks_exact(paths)).zip(self.samples.chunks_exact_mut(size))
-                {
-                    sample(lanes, &self.rows, &mut samples[first..]);
-                }
-            }
-        }
-        self.at_samples.clear();
-        self.at_point.resize(self.pulses.terms_len(), 0.0);
-        self.made.clear();
-        self.made.resize(self.cells.len(), None);
-        self.evaluations = 0;
-        search_blocks(self, paths);
+        search(self, response, columns);
         earliest
-    }
-
-    /// The pulses of all paths at the sample points of some cells, into `rows`.
-    fn pack_pulses(&mut self, cells: Range<usize>) {
-        let points = self.cells[cells.clone()].iter().map(|cell| cell.at);
-        in_lanes(points, &mut self.point_lanes);
-        let point_blocks = self.point_lanes.len();
-        self.matrix
-            .resize(self.places.len() * point_blocks, [0.0; LANES]);
-        pulses(1.0, &self.point_lanes, &self.places, &mut self.matrix);
-        self.selected.clear();
-        self.selected.extend(0..cells.len() as u32);
-        pack_rows(&self.matrix, point_blocks, &self.selected, &mut self.rows);
     }
 
     /// Number of sample points in the last search.
@@ -156,208 +148,244 @@ impl Continuous {
     }
 }
 
-/// f at the sample points in `rows`, for the columns in `lanes`.
-#[inline(always)]
-fn sample_inline(lanes: &[Lanes], rows: &[[f64; ROWS]], samples: &mut [Lanes]) {
-    let groups = rows.chunks_exact(lanes.len());
-    for (group, samples) in groups.zip(samples.chunks_exact_mut(ROWS)) {
-        samples.copy_from_slice(&group_sums(lanes, group));
-    }
-}
-
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn sample(lanes: &[Lanes], rows: &[[f64; ROWS]], samples: &mut [Lanes]) {
-    sample_inline(lanes, rows, samples);
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn search_blocks(search: &mut Continuous, paths: usize) {
-    let size = search.cells.len().next_multiple_of(ROWS);
-    for (block, lanes) in search.lanes.chunks_exact(paths).enumerate() {
-        let samples = if search.all_sampled {
-            &search.samples[block * size..][..size]
+fn search(search: &mut Continuous, response: &[Lanes], columns: usize) {
+    let stride = search.best.len() * LANES;
+    pack_weights(response, search.best.len(), &mut search.weights);
+    sample(search);
+    // Less room for the rounding of the samples.
+    let room = 1.0 - 2.0 * (search.pulses.len() + 4) as f32 * f32::EPSILON;
+    for (column, least) in search.least.as_flattened_mut().iter_mut().enumerate() {
+        // The maximum is at most twice the largest sample: here it is below the label's floor.
+        let searched = *least >= 0.5 * FLOOR_POWER as f32 && column < columns;
+        *least = if searched {
+            room * *least
         } else {
-            sample_inline(lanes, &search.rows, &mut search.samples);
-            &search.samples
+            f32::INFINITY
         };
-        for l in 0..LANES {
-            for (weight, w) in search.weights.as_flattened_mut().iter_mut().zip(lanes) {
-                *weight = w[l];
-            }
-            let mut hunt = Hunt {
-                pulses: &search.pulses,
-                at_samples: &mut search.at_samples,
-                made: &mut search.made,
-                at_point: &mut search.at_point,
-                weights: &search.weights,
-                rest: &mut search.rest,
-                best: 0.0,
-                place: 0.0,
-                evaluations: 0,
-            };
-            hunt.column(&search.cells, samples, l);
-            search.best[block][l] = hunt.best;
-            search.place[block][l] = hunt.place;
-            search.evaluations += hunt.evaluations;
-        }
     }
+    let response = response.as_flattened();
+    interpolate(search, response, stride);
+    settle(search);
 }
 
-/// The search for one column's maximum.
-struct Hunt<'a> {
-    pulses: &'a Pulses,
-    at_samples: &'a mut Vec<f64>,
-    made: &'a mut [Option<usize>],
-    at_point: &'a mut [f64],
-    weights: &'a [Lanes],
-    rest: &'a mut Vec<(f64, f64)>,
-    best: f64,
-    place: f64,
-    evaluations: usize,
-}
-
-impl Hunt<'_> {
-    #[inline(always)]
-    fn column(&mut self, cells: &[Cell], samples: &[Lanes], lane: usize) {
-        let mut top = 0;
-        for (i, sample) in samples[..cells.len()].iter().enumerate() {
-            if sample[lane] > samples[top][lane] {
-                top = i;
+/// Weights as `[block][path]`.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn pack_weights(response: &[Lanes], blocks: usize, weights: &mut Vec<Wide>) {
+    weights.clear();
+    for first in (0..blocks).step_by(2) {
+        for row in response.chunks_exact(blocks) {
+            let mut wide = [0.0; WIDE];
+            for l in 0..LANES {
+                wide[l] = row[first][l] as f32;
             }
-        }
-        // The maximum is at most twice the largest sample, so here it is below the label's floor.
-        let sample = samples[top][lane];
-        if sample < 0.5 * FLOOR_POWER {
-            (self.best, self.place) = (sample, cells[top].at);
-            return;
-        }
-        self.cell(top, &cells[top]);
-        for (i, (cell, sample)) in cells.iter().zip(samples).enumerate() {
-            // The product's sums and the jet's differ by rounding.
-            if sample[lane] >= cell.share * (1.0 - 1e-9) * self.best && i != top {
-                self.cell(i, cell);
-            }
-        }
-    }
-
-    /// Searches one cell; afterwards no point of it is above (1 + TOLERANCE) times the best.
-    #[inline(always)]
-    fn cell(&mut self, index: usize, cell: &Cell) {
-        self.rest.clear();
-        let (mut low, mut high) = (cell.low, cell.high);
-        let mut at = cell.at;
-        let mut jet = self.jet_at_sample(index, at);
-        loop {
-            let mut below = excluded(&jet, -1.0, at - low, self.best);
-            let mut above = excluded(&jet, 1.0, high - at, self.best);
-            if below < at - low || above < high - at || jet.f > self.best {
-                (at, jet) = self.climb(at, jet, low, high);
-                if jet.f > self.best {
-                    (self.best, self.place) = (jet.f, at);
+            if let Some(second) = row.get(first + 1) {
+                for l in 0..LANES {
+                    wide[LANES + l] = second[l] as f32;
                 }
-                below = excluded(&jet, -1.0, at - low, self.best);
-                above = excluded(&jet, 1.0, high - at, self.best);
             }
-            // No two places closer than this are told apart: what is left must be less than before.
-            let resolution = 2.0 * f64::EPSILON * high.abs().max(low.abs());
-            let (below, above) = (below.max(resolution), above.max(resolution));
-            if below < at - low {
-                self.rest.push((low, at - below));
-            }
-            if above < high - at {
-                self.rest.push((at + above, high));
-            }
-            let Some(next) = self.rest.pop() else {
-                return;
-            };
-            (low, high) = next;
-            at = 0.5 * (low + high);
-            jet = self.jet(at);
+            weights.push(wide);
         }
-    }
-
-    /// Newton steps towards a top, with the third derivative's correction (Halley's method on f'),
-    /// as long as they gain.
-    #[inline(always)]
-    fn climb(&mut self, mut at: f64, mut jet: Jet, low: f64, high: f64) -> (f64, Jet) {
-        for _ in 0..NEWTON_STEPS {
-            if jet.d2 >= 0.0 {
-                break;
-            }
-            let newton = -jet.d1 / jet.d2;
-            let curvature = jet.d2 + 0.5 * jet.d3 * newton;
-            let step = if curvature < 0.0 {
-                -jet.d1 / curvature
-            } else {
-                newton
-            };
-            let next = (at + step).clamp(low, high);
-            if (jet.d1 * (next - at)).abs() <= 0.1 * TOLERANCE * jet.f {
-                break;
-            }
-            let ahead = self.jet(next);
-            if ahead.f <= jet.f {
-                break;
-            }
-            (at, jet) = (next, ahead);
-        }
-        (at, jet)
-    }
-
-    #[inline(always)]
-    fn jet(&mut self, at: f64) -> Jet {
-        self.evaluations += 1;
-        self.pulses.terms(at, self.at_point);
-        Jet::sum(self.at_point, self.weights)
-    }
-
-    #[inline(always)]
-    fn jet_at_sample(&mut self, index: usize, at: f64) -> Jet {
-        let size = self.pulses.terms_len();
-        let begin = match self.made[index] {
-            Some(begin) => begin,
-            None if self.at_samples.len() + size > MAX_SHARED => return self.jet(at),
-            None => {
-                let begin = self.at_samples.len();
-                self.at_samples.resize(begin + size, 0.0);
-                self.pulses.terms(at, &mut self.at_samples[begin..]);
-                self.made[index] = Some(begin);
-                begin
-            }
-        };
-        let terms = &self.at_samples[begin..begin + size];
-        Jet::sum(terms, self.weights)
     }
 }
 
-/// How far from the jet's point, at most `reach`, f is certain not to exceed
-/// (1 + TOLERANCE) `best` in the direction of `sign`.
-#[inline(always)]
-fn excluded(jet: &Jet, sign: f64, reach: f64, best: f64) -> f64 {
-    let top = best * (1.0 + TOLERANCE);
-    let room = top - jet.f;
-    if room <= 0.0 {
-        return 0.0;
+/// Upper bounds of f at the cells' sample points: pulses farther than [`NEAR`] from each of eight
+/// points count there with the bound 1/(pi x)^2 at the nearest. And of each column the largest sum
+/// without these.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn sample(search: &mut Continuous) {
+    let paths = search.places.len();
+    let blocks = search.weights.len() / paths;
+    let cells = search.cells.len();
+    search.samples.clear();
+    search
+        .samples
+        .resize(cells.next_multiple_of(POINTS) * blocks, [0.0; WIDE]);
+    search.least.clear();
+    search.least.resize(blocks, [0.0; WIDE]);
+    search.near.resize(paths, 0);
+    search.far.resize(paths, 0.0);
+    let samples = search.samples.chunks_mut(LANES * blocks);
+    for (cells, samples) in search.cells.chunks(LANES).zip(samples) {
+        let points: Lanes = std::array::from_fn(|l| cells[l.min(cells.len() - 1)].at);
+        search.nearest.clear();
+        search.nearest.resize(paths, f64::INFINITY);
+        for point in points {
+            for (nearest, place) in search.nearest.iter_mut().zip(&search.places) {
+                let distance = (point - place).abs();
+                *nearest = if distance < *nearest {
+                    distance
+                } else {
+                    *nearest
+                };
+            }
+        }
+        let mut count = 0;
+        for (path, (nearest, far)) in search.nearest.iter().zip(&mut search.far).enumerate() {
+            let root = PI * nearest;
+            *far = if *nearest < NEAR {
+                0.0
+            } else {
+                1.0 / (root * root)
+            } as f32;
+            search.near[count] = path;
+            count += usize::from(*nearest < NEAR);
+        }
+        let near = &search.near[..count];
+        search.near_places.clear();
+        search
+            .near_places
+            .extend(near.iter().map(|&path| search.places[path]));
+        pulses(
+            1.0,
+            &[points],
+            &search.near_places,
+            &mut search.pulses[..count],
+        );
+        search.rows.clear();
+        for first in (0..cells.len()).step_by(POINTS) {
+            for pulse in &search.pulses[..count] {
+                let mut row = [0.0; POINTS];
+                for r in 0..POINTS {
+                    row[r] = pulse[first + r] as f32;
+                }
+                search.rows.push(row);
+            }
+        }
+        for (block, weights) in search.weights.chunks_exact(paths).enumerate() {
+            let mut rest = [0.0; WIDE];
+            for (weight, far) in weights.iter().zip(&search.far) {
+                for l in 0..WIDE {
+                    rest[l] += far * weight[l];
+                }
+            }
+            let mut highest = search.least[block];
+            let mut samples = samples[block..].iter_mut().step_by(blocks);
+            for first in (0..cells.len()).step_by(POINTS) {
+                let rows = &search.rows[first / POINTS * count..][..count];
+                for sum in sums(weights, near, rows) {
+                    for l in 0..WIDE {
+                        highest[l] = if sum[l] > highest[l] {
+                            sum[l]
+                        } else {
+                            highest[l]
+                        };
+                    }
+                    let mut upper = sum;
+                    for l in 0..WIDE {
+                        upper[l] += rest[l];
+                    }
+                    if let Some(sample) = samples.next() {
+                        *sample = upper;
+                    }
+                }
+            }
+            search.least[block] = highest;
+        }
     }
-    let slope = sign * jet.d1;
-    let cubic = (sign * jet.d3).max(0.0) / 6.0;
-    let mut t = reach.min(FARTHEST);
-    // On [0, t] the bound minus f is at most slope s + bend s^2, a parabola.
-    loop {
-        let bend = 0.5 * jet.d2 + t * (cubic + FOURTH * top * t);
-        let highest = if bend < 0.0 && slope > 0.0 && slope < -2.0 * bend * t {
-            slope * slope / (-4.0 * bend)
-        } else {
-            (t * (slope + bend * t)).max(0.0)
-        };
-        if highest <= room {
-            return t;
+}
+
+#[inline(always)]
+fn sums(weights: &[Wide], near: &[usize], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
+    let mut sums = [[0.0; WIDE]; POINTS];
+    for (&path, row) in near.iter().zip(rows) {
+        let weight = &weights[path];
+        for r in 0..POINTS {
+            for l in 0..WIDE {
+                sums[r][l] += row[r] * weight[l];
+            }
         }
-        t *= 0.75;
-        // Too small to be told from the point itself.
-        if t < 1e-15 * PI {
-            return 0.0;
+    }
+    sums
+}
+
+/// Finds the cells that remain for each column, and interpolates f there.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
+    search.pieces.clear();
+    let blocks = search.least.len();
+    search.remaining.resize(blocks * WIDE + 1, 0);
+    for (cell, samples) in search.cells.iter().zip(search.samples.chunks_exact(blocks)) {
+        let share = cell.share as f32;
+        let mut count = 0;
+        for (block, (sample, least)) in samples.iter().zip(&search.least).enumerate() {
+            let mut any = false;
+            for l in 0..WIDE {
+                any |= sample[l] >= share * least[l];
+            }
+            if any {
+                for l in 0..WIDE {
+                    search.remaining[count] = block * WIDE + l;
+                    count += usize::from(sample[l] >= share * least[l]);
+                }
+            }
         }
+        let remaining = &search.remaining[..count];
+        if remaining.is_empty() {
+            continue;
+        }
+        let (middle, half_width) = (0.5 * (cell.low + cell.high), 0.5 * (cell.high - cell.low));
+        let nodes = NODES.map(|x| middle + half_width * x);
+        pulses(1.0, &[nodes], &search.places, &mut search.pulses);
+        for &column in remaining {
+            let mut values = [0.0; LANES];
+            for (pulse, row) in search.pulses.iter().zip(response.chunks_exact(stride)) {
+                for l in 0..LANES {
+                    values[l] += row[column] * pulse[l];
+                }
+            }
+            let piece = Piece {
+                column,
+                middle,
+                half_width,
+                upper: 0.0,
+            };
+            search.pieces.push(piece, values);
+        }
+    }
+}
+
+/// Searches the pieces, and halves of them, until none can be above (1 + TOLERANCE) times the best
+/// of its column.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn settle(search: &mut Continuous) {
+    let (best, place) = (
+        search.best.as_flattened_mut(),
+        search.place.as_flattened_mut(),
+    );
+    let (pieces, halves) = (&mut search.pieces, &mut search.halves);
+    search.polynomials = 0;
+    while !pieces.list.is_empty() {
+        search.polynomials += pieces.list.len();
+        for (eight, values) in pieces.list.chunks_mut(LANES).zip(&pieces.values) {
+            let mut c = polynomial::interpolate(values);
+            let (x, upper) = polynomial::top(&mut c);
+            for (l, piece) in eight.iter_mut().enumerate() {
+                piece.upper = upper[l];
+                if c[0][l] > best[piece.column] {
+                    best[piece.column] = c[0][l];
+                    place[piece.column] = piece.middle + piece.half_width * x[l];
+                }
+            }
+        }
+        halves.clear();
+        for (i, piece) in pieces.list.iter().enumerate() {
+            if piece.upper > (1.0 + TOLERANCE) * best[piece.column] {
+                let c = polynomial::interpolate(
+                    &pieces.values[i / LANES].map(|values| [values[i % LANES]]),
+                );
+                for middle in [-0.5, 0.5] {
+                    let half = Piece {
+                        middle: piece.middle + piece.half_width * middle,
+                        half_width: 0.5 * piece.half_width,
+                        ..*piece
+                    };
+                    let value = |x: f64| c.iter().rev().fold(0.0, |sum, [c]| sum * x + c);
+                    halves.push(half, NODES.map(|node| value(middle + 0.5 * node)));
+                }
+            }
+        }
+        mem::swap(pieces, halves);
     }
 }
 
@@ -367,10 +395,13 @@ mod tests {
     use crate::trig::sinc_squared;
     use proptest::prelude::*;
 
+    /// 1e-6 dB.
+    const PROMISED: f64 = 2.3e-7;
+
     /// The search for paths at these places [1/f_s], each with a weight a lane.
     fn search(places: &[f64], weights: &[Lanes]) -> Continuous {
         let mut search = Continuous::default();
-        search.search(places, 1.0, weights, 1);
+        search.search(places, 1.0, weights, 1, LANES);
         search
     }
 
@@ -379,19 +410,50 @@ mod tests {
         terms.map(|(at, w)| w[lane] * sinc_squared(u - at)).sum()
     }
 
+    /// The maximum by 40 points a unit of u and golden section around each that its neighbours do not
+    /// exceed.
+    fn brute_force(places: &[f64], weights: &[Lanes], lane: usize) -> f64 {
+        const STEP: f64 = 0.025;
+        let f = |u: f64| f(places, weights, lane, u);
+        let first = places.iter().copied().fold(f64::INFINITY, f64::min) - 1.0;
+        let last = places.iter().copied().fold(0.0, f64::max) + 1.0;
+        let count = ((last - first) / STEP) as usize;
+        let values: Vec<f64> = (0..=count).map(|i| f(first + STEP * i as f64)).collect();
+        let coarse = values.iter().copied().fold(0.0, f64::max);
+        let mut best = coarse;
+        for i in 1..count {
+            // A top is at most cos^2(pi STEP/2) higher than the nearest point.
+            if values[i] < 0.99 * coarse || values[i] < values[i - 1].max(values[i + 1]) {
+                continue;
+            }
+            let (mut low, mut high) =
+                (first + STEP * (i - 1) as f64, first + STEP * (i + 1) as f64);
+            while high - low > 1e-6 {
+                let third = (high - low) / 3.0;
+                if f(low + third) < f(high - third) {
+                    low += third;
+                } else {
+                    high -= third;
+                }
+            }
+            best = best.max(f(0.5 * (low + high)));
+        }
+        best
+    }
+
     /// Two equal pulses merge into one with a top as flat as a quartic: the hardest case for a bound
     /// by derivatives.
     #[test]
-    fn flat_top_is_settled_within_a_few_hundred_evaluations() {
+    fn flat_top_is_settled_by_some_polynomials() {
         let mut most = 0;
         for i in 0..400 {
             let places = [0.0, 0.7 + f64::from(i) * 5e-4];
             let search = search(&places, &[[1.0; LANES]; 2]);
-            most = most.max(search.evaluations / LANES);
-            let middle = f(&places, &[[1.0; LANES]; 2], 0, 0.5 * places[1]);
-            assert!(search.best[0][0] >= middle * (1.0 - 1e-15));
+            most = most.max(search.polynomials / LANES);
+            let highest = brute_force(&places, &[[1.0; LANES]; 2], 0);
+            assert!(search.best[0][0] >= highest * (1.0 - PROMISED));
         }
-        assert!(most < 300, "{most} evaluations");
+        assert!(most < 60, "{most} polynomials");
     }
 
     #[test]
@@ -400,29 +462,86 @@ mod tests {
         assert_eq!(search.best, [[0.0; LANES]]);
     }
 
+    /// Delays spread, crowded, or in clusters, some of them equal; powers over 300 dB.
+    fn links(paths: std::ops::Range<usize>) -> impl Strategy<Value = (Vec<f64>, Vec<Lanes>)> {
+        let path = (0.0..12.0, prop::array::uniform8(0.0..1.0), 0_u32..4);
+        let range_db = prop::sample::select(vec![3.0, 40.0, 300.0]);
+        (prop::collection::vec(path, paths), 0.02..3.0, range_db).prop_map(
+            |(paths, crowd, range_db)| {
+                let place = |at: f64, kind: u32| match kind {
+                    0 => crowd * at.floor(),
+                    1 => crowd * (at.floor() + 0.1 * at.fract()),
+                    _ => crowd * at,
+                };
+                let weight = |x: f64| libm::exp10(-0.1 * range_db * x);
+                paths
+                    .iter()
+                    .map(|p| (place(p.0, p.2), p.1.map(weight)))
+                    .unzip()
+            },
+        )
+    }
+
+    fn check((places, weights): (Vec<f64>, Vec<Lanes>)) -> Result<f64, TestCaseError> {
+        let first = places.iter().copied().fold(f64::INFINITY, f64::min);
+        let search = search(&places, &weights);
+        let mut worst = 0.0_f64;
+        for lane in 0..LANES {
+            let (best, place) = (search.best[0][lane], first + search.place[0][lane]);
+            let at_place = f(&places, &weights, lane, place);
+            prop_assert!(
+                (best - at_place).abs() <= PROMISED * best,
+                "{} is not {}",
+                best,
+                at_place
+            );
+            let highest = brute_force(&places, &weights, lane);
+            worst = worst.max((best / highest - 1.0).abs());
+            prop_assert!(
+                (best - highest).abs() <= PROMISED * highest,
+                "{} {}",
+                best,
+                highest
+            );
+        }
+        Ok(worst)
+    }
+
     proptest! {
         #[test]
-        fn nothing_on_a_dense_grid_is_above_the_certified_maximum(
-            paths in prop::collection::vec((0.0..12.0, prop::array::uniform8(-40.0..0.0)), 1..20),
-            crowd in 0.02..1.0,
-        ) {
-            let places: Vec<f64> = paths.iter().map(|path| path.0 * crowd).collect();
-            let first = places.iter().copied().fold(f64::INFINITY, f64::min);
-            let weights: Vec<Lanes> =
-                paths.iter().map(|path| path.1.map(|db| libm::exp10(0.1 * db))).collect();
-            let search = search(&places, &weights);
-            for lane in 0..LANES {
-                let (best, place) = (search.best[0][lane], first + search.place[0][lane]);
-                let at_place = f(&places, &weights, lane, place);
-                prop_assert!((best - at_place).abs() <= 1e-13 * best, "{} is not {}", best, at_place);
-                // Coarse everywhere, fine around the place found.
-                let everywhere = (0..1500).map(|i| first - 1.5 + f64::from(i) * 0.01);
-                let around = (-50..=50).map(|i| place + f64::from(i) * 1e-5);
-                for u in everywhere.chain(around) {
-                    let value = f(&places, &weights, lane, u);
-                    prop_assert!(value <= best * (1.0 + TOLERANCE + 1e-14), "f({}) = {} > {}", u, value, best);
-                }
-            }
+        fn brute_force_finds_no_higher_value(link in links(1..20)) {
+            check(link)?;
         }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(8))]
+        #[test]
+        fn brute_force_finds_no_higher_value_among_many_paths(link in links(100..201)) {
+            check(link)?;
+        }
+    }
+
+    /// Not run by default: the figure of the documentation.
+    #[test]
+    #[ignore = "takes minutes"]
+    fn worst_error_of_many_links() {
+        use proptest::strategy::ValueTree;
+        use proptest::test_runner::TestRunner;
+        let mut runner = TestRunner::deterministic();
+        let mut worst = 0.0_f64;
+        for i in 0..20_000 {
+            let paths = if i % 50 == 0 { 100..201 } else { 1..20 };
+            let link = links(paths)
+                .new_tree(&mut runner)
+                .expect("a link")
+                .current();
+            worst = worst.max(check(link).expect("within the promise"));
+        }
+        eprintln!(
+            "worst {:e} dB of {} maxima",
+            10.0 * worst.ln_1p() / std::f64::consts::LN_10,
+            20_000 * LANES
+        );
     }
 }

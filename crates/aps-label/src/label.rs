@@ -86,7 +86,7 @@ pub struct Work {
     pub delays: usize,
     /// Directions at which Q was computed over all delays for the PDP.
     pub directions: usize,
-    /// Evaluations of Q and its derivatives in the continuous search.
+    /// Polynomials searched for the continuous maximum: one a column and cell of delays that remains, and halves.
     pub evaluations: usize,
 }
 
@@ -322,9 +322,10 @@ impl Labeler {
             rate,
             &scratch.response,
             self.columns.blocks(),
+            self.columns.len(),
         );
         scratch.work.delays = search.delays();
-        scratch.work.evaluations = search.evaluations;
+        scratch.work.evaluations = search.polynomials;
         let of_bin = &self.columns.of_bin;
         let places = search.place.as_flattened();
         label.aps_delay_s.extend(

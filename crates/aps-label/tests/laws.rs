@@ -3,7 +3,7 @@
 mod common;
 
 use aps_label::{Array, Label, LabelConfig, Labeler, PathSample, Protocol, Scratch, Status};
-use common::{assert_power_db, linear, link, path, tolerance, total_power};
+use common::{MAXIMUM_ERROR, assert_power_db, linear, link, path, tolerance, total_power};
 use proptest::prelude::*;
 
 const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
@@ -104,7 +104,8 @@ proptest! {
             for labeler in [labeler(protocol), circular(protocol, 16)] {
                 let (a, b) = (label(&labeler, &paths), label(&labeler, &superset));
                 for (a, b) in a.aps_db.iter().chain(&a.pdp_db).zip(b.aps_db.iter().chain(&b.pdp_db)) {
-                    prop_assert!(*b >= a - 1e-10, "{} fell to {}", a, b);
+                    // 1e-6 dB where the maximum is continuous.
+                    prop_assert!(*b >= a - if protocol == Protocol::Paper { 1e-6 } else { 1e-10 }, "{} fell to {}", a, b);
                 }
             }
         }
@@ -131,12 +132,13 @@ proptest! {
             let got = linear(label.aps_db[bin]);
             let q = |tau| labeler.q(&paths, tau, theta).expect("finite");
             let attained = q(label.aps_delay_s[bin]);
-            prop_assert!((got - attained).abs() <= tolerance(got, total), "{:e} is not Q = {:e}", got, attained);
+            let allowed = MAXIMUM_ERROR * got + tolerance(got, total);
+            prop_assert!((got - attained).abs() <= allowed, "{:e} is not Q = {:e}", got, attained);
             // 0.2 ns is a twenty-fifth of the pulse's width: a peak between two points shows all
             // but 1.3e-3 of itself, so a wrong peak would be found out.
             let mut tau = 0.0;
             while tau < 1.5e-6 {
-                prop_assert!(q(tau) <= got + tolerance(got, total), "Q({:e}) = {:e} > {:e}", tau, q(tau), got);
+                prop_assert!(q(tau) <= got + allowed, "Q({:e}) = {:e} > {:e}", tau, q(tau), got);
                 tau += 2e-10;
             }
         }

@@ -9,6 +9,8 @@ use proptest::prelude::*;
 const ROOT_ERROR: f64 = 2e-14;
 /// Relative error elsewhere; 1e-9 dB is 2.3e-10.
 const RELATIVE_ERROR: f64 = 1e-10;
+/// What a continuous maximum may be off by in addition: 1e-6 dB.
+pub const MAXIMUM_ERROR: f64 = 2.3e-7;
 
 pub fn linear(db: f64) -> f64 {
     10_f64.powf(0.1 * db)
