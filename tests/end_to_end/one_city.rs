@@ -144,5 +144,5 @@ fn slit_is_closed_unless_told_otherwise_and_verify_knows() {
     assert!(!succeed(&through).contains("  LoS"));
     assert!(succeed(&[&through[..], &["--close-gaps", "0"]].concat()).contains("  LoS"));
     let error = fail(&[&through[..], &["--close-gaps=-1"]].concat());
-    assert!(error.contains("cannot be closed"), "{error}");
+    assert!(error.contains("no width in metres"), "{error}");
 }

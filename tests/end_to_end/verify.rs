@@ -168,7 +168,8 @@ fn link_that_ends_in_a_building_is_found_with_and_without_the_maps() {
     let found = findings(&folder, &[]);
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(
-        found[0].contains("tx 0 of") && found[0].contains("in a building, at (55, 70) m"),
+        found[0].contains("tx 0, which has 15 valid links")
+            && found[0].contains("in a building, at (55, 70) m"),
         "{found:?}"
     );
     let found = findings(&folder, &["--maps", &maps, "--sample", "0"]);

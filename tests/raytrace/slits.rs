@@ -105,6 +105,56 @@ fn model_city_in_millimetres_keeps_its_streets() {
 }
 
 #[test]
+fn two_small_houses_alone_are_closed_like_a_city() {
+    let houses = [
+        rectangle([110.0, 112.0], [110.0, 112.0]),
+        rectangle([112.03, 114.0], [110.0, 112.0]),
+    ];
+    assert_eq!(gaps(&scene(&houses, 0.04)), 1);
+}
+
+#[test]
+fn bay_behind_a_short_wall_is_no_slit() {
+    // A chamfer of 14 mm in a concave corner, and a dead end of 1 cm.
+    let chamfer = [
+        (10., 10.),
+        (40., 10.),
+        (40., 20.),
+        (20.01, 20.),
+        (20., 20.01),
+        (20., 40.),
+        (10., 40.),
+    ];
+    let notch = [
+        (60., 10.),
+        (90., 10.),
+        (90., 20.),
+        (70.01, 20.),
+        (70.01, 15.),
+        (70., 15.),
+        (70., 20.),
+        (60., 20.),
+    ];
+    let rings = [
+        chamfer.map(DVec2::from).to_vec(),
+        notch.map(DVec2::from).to_vec(),
+    ];
+    assert_eq!(scene(&rings, 0.04).walls(), scene(&rings, 0.0).walls());
+}
+
+#[test]
+fn fillings_that_meet_leave_no_void() {
+    let houses = [
+        rectangle([10.0, 20.0], [10.0, 20.0]),
+        rectangle([20.03, 30.0], [10.0, 20.0]),
+        rectangle([10.0, 30.0], [20.03, 30.0]),
+    ];
+    let closed = scene(&houses, 0.04);
+    assert_eq!(gaps(&closed), 3);
+    assert_eq!(closed.outlines().len(), 1, "{:?}", closed.outlines());
+}
+
+#[test]
 fn impossible_width_is_refused() {
     for close_gaps_m in [-1.0, f64::NAN, f64::INFINITY] {
         let config = SceneConfig {

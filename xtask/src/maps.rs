@@ -93,9 +93,17 @@ pub struct SceneSettings {
     #[arg(
         long = "close-gaps",
         value_name = "METRES",
-        default_value_t = SceneConfig::default().close_gaps_m
+        default_value_t = SceneConfig::default().close_gaps_m,
+        value_parser = parse_width
     )]
     pub close_gaps_m: f64,
+}
+
+fn parse_width(text: &str) -> Result<f64, String> {
+    let width: Result<f64, _> = text.parse();
+    let is_width = |w: &f64| w.is_finite() && *w >= 0.0;
+    let wrong = || format!("'{text}' is no width in metres: it must be finite and not negative");
+    width.ok().filter(is_width).ok_or_else(wrong)
 }
 
 impl Default for SceneSettings {
@@ -220,8 +228,11 @@ impl MapSource {
                     seed: seed.wrapping_add(u64::from(id)),
                     ..CityConfig::default()
                 };
-                // Its vertices are whole metres: there is no slit to fill.
-                Ok(Scene::synthetic(&config)?)
+                let area = Area {
+                    min: DVec2::ZERO,
+                    max: DVec2::splat(config.size_m.into()),
+                };
+                settings.scene(&config.footprints()?, area)
             }
         }
     }
@@ -277,6 +288,7 @@ pub fn load_one(
         return MapSource::Synthetic { count: None }.load(0, seed, settings);
     }
     let place = || format!("map '{}'", path.display());
+    ensure!(path.is_file(), "{}: no such file", place());
     let bytes = std::fs::read(path).with_context(place)?;
     match is_list(&bytes) {
         true => of_radiomapseer(&bytes, settings).with_context(place),

@@ -148,7 +148,7 @@ impl CutCity {
         );
         ensure!(
             !ids.is_empty(),
-            "{}: no tile has {} buildings and room between them",
+            "{}: no tile has {} buildings and less than 95 % of its area built over",
             place(),
             settings.min_buildings
         );

@@ -1,5 +1,6 @@
 //! Reading a data set: the manifest first, then maps as they are asked for.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::arrays::ProfileNames;
@@ -211,7 +212,10 @@ impl Dataset {
 
     fn verify_bytes(&self, map: &MapEntry) -> Vec<Error> {
         let folder = self.folder(map.id);
-        let manifest = MapManifest::new(self.manifest.config(), map.clone());
+        let manifest = MapManifest {
+            format_version: self.manifest.format_version,
+            ..MapManifest::new(self.manifest.config(), map.clone())
+        };
         let mut problems: Vec<Error> = must_be(&folder.join(MAP_FILE), &json::to_bytes(&manifest))
             .err()
             .into_iter()
@@ -228,7 +232,24 @@ impl Dataset {
                 Err(error) => problems.push(error),
             }
         }
+        problems.extend(self.foreign_files(map));
         problems
+    }
+
+    /// Files in the folder of a map that are not part of it.
+    fn foreign_files(&self, map: &MapEntry) -> Vec<Error> {
+        let folder = self.folder(map.id);
+        let names = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+        let is_own = |name: &OsStr| name == MAP_FILE || map.files.iter().any(|f| name == &*f.name);
+        let foreign = names
+            .map(|entry| entry.file_name())
+            .filter(|name| !is_own(name));
+        foreign
+            .map(|name| Error::Damaged {
+                path: folder.join(name),
+                problem: "it is no part of the map".into(),
+            })
+            .collect()
     }
 
     fn verify_values(&self, map: &MapEntry) -> Vec<Error> {

@@ -8,9 +8,14 @@ use std::borrow::Cow;
 /// # Errors
 /// What is wrong with it and what to do: no text at all, UTF-16, other bytes that are not UTF-8.
 pub(crate) fn of_json(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
-    // A JSON text begins with two ASCII characters: a zero byte among them is half of a wider one.
+    if bytes.starts_with(&[0x1f, 0x8b]) {
+        return Err("it is compressed; unpack it: gunzip".into());
+    }
     let is_wide = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
-    if is_wide || bytes.iter().take(2).any(|&b| b == 0) {
+    // The other half of a wide first character is what JSON can begin with.
+    let is_start = |b: u8| b.is_ascii_whitespace() || b"{[".contains(&b);
+    let is_half = matches!(bytes, [0, b, ..] | [b, 0, ..] if is_start(*b));
+    if is_wide || is_half {
         return Err("it is in UTF-16; convert it: iconv -f UTF-16 -t UTF-8 OLD > NEW".into());
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -44,7 +49,7 @@ fn not_a_number(text: &str, error: &serde_json::Error) -> Option<String> {
     let name = word.trim_start_matches(['-', '+']).to_ascii_lowercase();
     matches!(name.as_str(), "nan" | "inf" | "infinity").then(|| {
         let (line, column) = (error.line(), start + 1);
-        format!("{word} at line {line} column {column}: JSON has no such number; write null")
+        format!("{word} at line {line} column {column}: JSON has no such number; leave it out")
     })
 }
 

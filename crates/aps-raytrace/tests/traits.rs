@@ -66,7 +66,7 @@ fn records_and_settings_survive_json() {
 
 #[test]
 fn no_message_repeats_its_cause() {
-    let config = ConfigError::Accuracy(0.0);
+    let config = ConfigError::DynamicRange(f64::NAN);
     let terminal = TerminalError::NotFinite(f64::NAN, 0.0);
     let errors: [Box<dyn std::error::Error>; 4] = [
         Box::new(SceneError::Material {

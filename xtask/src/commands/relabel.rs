@@ -113,6 +113,7 @@ impl Args {
             "--store must name aps, pdp or both: there is nothing else to make anew"
         );
         let label = self.label(&own, stored.pdp);
+        label.validate()?;
         let mut layout = settings::layout(&label, manifest.layout.raster, stored);
         for (new, old) in [
             (&mut layout.aps, manifest.layout.aps),

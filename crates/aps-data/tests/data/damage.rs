@@ -304,3 +304,36 @@ fn map_and_arrays_that_are_not_there_are_typed_errors() {
     sample::write(root.path());
     assert!(Dataset::open(root.path()).unwrap().pdp(0).is_ok());
 }
+
+#[test]
+fn older_format_is_whole_and_foreign_files_are_found() {
+    let root = tempfile::tempdir().unwrap();
+    sample::write(root.path());
+    let dataset = Dataset::open(root.path()).unwrap();
+    assert!(dataset.verify().is_empty());
+    fs::write(root.path().join("map_0001/extra.npy"), "x").unwrap();
+    let problems = dataset.verify();
+    assert_eq!(problems.len(), 1);
+    assert!(
+        problems[0].to_string().contains("extra.npy"),
+        "{}",
+        problems[0]
+    );
+    fs::remove_file(root.path().join("map_0001/extra.npy")).unwrap();
+
+    for file in std::iter::once("manifest.json".to_owned())
+        .chain((0..100).map(|i| format!("map_{i:04}/map.json")))
+    {
+        let path = root.path().join(file);
+        if let Ok(text) = fs::read_to_string(&path) {
+            fs::write(
+                path,
+                text.replace("\"format_version\": 2", "\"format_version\": 1"),
+            )
+            .unwrap();
+        }
+    }
+    let older = Dataset::open(root.path()).unwrap();
+    assert_eq!(older.manifest().format_version, 1);
+    assert!(older.verify().is_empty(), "{:?}", older.verify());
+}

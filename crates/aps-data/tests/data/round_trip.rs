@@ -289,7 +289,7 @@ fn positions_and_links_must_exist() {
     };
     assert_eq!(
         begin(&[[0.0, f64::NAN]], Links::Grid),
-        "map 0: tx 0 is at [0.0, NaN] m"
+        "map 0: tx 0 is at (0, NaN) m, outside of the map's image of 10 m x 4 m"
     );
     assert_eq!(
         begin(&TX, Links::List(&[[0, 0], [0, 3]])),

@@ -24,6 +24,8 @@ pub(super) struct Edge {
     pub a: DVec2,
     pub b: DVec2,
     pub building: usize,
+    /// Index of the edge that begins where this one ends.
+    pub next: usize,
 }
 
 /// The filling of one slit.
@@ -48,7 +50,9 @@ pub(super) fn fillings(edges: &[Edge], width_m: f64, overlap_m: f64) -> Vec<Fill
         let others = bvh.intersect_aabb(&around).map(|j| j as usize);
         found.extend(
             others
-                .filter(|&j| j > i)
+                .filter(|&j| {
+                    j > i && !is_bay(edges, i, j, width_m) && !is_bay(edges, j, i, width_m)
+                })
                 .filter_map(|j| filling(edge, &edges[j], width_m, overlap_m)),
         );
     }
@@ -57,6 +61,16 @@ pub(super) fn fillings(edges: &[Edge], width_m: f64, overlap_m: f64) -> Vec<Fill
         key(p).partial_cmp(&key(q)).expect("coordinates are finite")
     });
     found
+}
+
+/// Tells if the walls that follow edge `from` up to edge `to` are all shorter than `width_m`: the two then close in a bay
+/// with a dead end.
+fn is_bay(edges: &[Edge], from: usize, to: usize, width_m: f64) -> bool {
+    let mut at = edges[from].next;
+    while at != to && at != from && edges[at].a.distance(edges[at].b) < width_m {
+        at = edges[at].next;
+    }
+    at == to
 }
 
 /// The filling between two walls; `None` where they touch, are further apart or do not face each other.
@@ -194,12 +208,19 @@ mod tests {
             a: a.into(),
             b: b.into(),
             building,
+            next: usize::MAX,
         }
     }
 
     #[track_caller]
     fn check(p: Edge, q: Edge, expected: Option<f64>) {
-        let found = [[p, q], [q, p]].map(|edges| fillings(&edges, 0.04, 1e-6));
+        // Each is followed by itself: they are of different buildings.
+        let found = [[p, q], [q, p]].map(|mut edges| {
+            for (i, edge) in edges.iter_mut().enumerate() {
+                edge.next = i;
+            }
+            fillings(&edges, 0.04, 1e-6)
+        });
         assert_eq!(found[0], found[1], "the order matters");
         let area = found[0]
             .first()
@@ -259,7 +280,9 @@ mod tests {
     #[test]
     fn corners_across_a_slit_are_joined() {
         let north = edge((2.0, -0.02), (1.02, -0.02), 1);
-        let hull = fillings(&[edge(EAST.0, EAST.1, 0), north], 0.04, 1e-6);
+        let mut edges = [edge(EAST.0, EAST.1, 0), north];
+        (edges[0].next, edges[1].next) = (0, 1);
+        let hull = fillings(&edges, 0.04, 1e-6);
         let points = &hull[0].points;
         assert!(
             points.contains(&DVec2::new(1.0, 0.0)) && points.contains(&DVec2::new(1.02, -0.02))

@@ -128,8 +128,8 @@ impl Area {
 pub struct SceneConfig {
     /// The area that terminals are confined to; none for the whole plane.
     pub area: Option<Area>,
-    /// Slits between walls are filled where they are narrower \[m\]; 0 leaves all open. At most a thousandth of the
-    /// buildings' extent counts, so that a model city in millimetres keeps its streets.
+    /// Slits between walls are filled where they are narrower \[m\]; 0 leaves all open. Buildings that span less than 1 m
+    /// together are a model of another scale: none of their slits is filled.
     ///
     /// The default, 0.04 m, is just below half a wavelength at 3.5 GHz: a wave whose field is parallel to the walls does not
     /// pass a slit below half a wavelength. Maps do not resolve as much: OpenStreetMap stores positions to 0.01 m, and
@@ -146,8 +146,8 @@ impl Default for SceneConfig {
     }
 }
 
-/// Largest part of the scene's extent that the tolerance of gaps may be.
-const MAX_GAP_SHARE: f64 = 1e-3;
+/// Buildings that span less together \[m\] are a model, in which no slit is filled.
+const MODEL_EXTENT_M: f64 = 1.0;
 
 /// A checked city: the walls that waves can meet.
 ///
@@ -220,7 +220,11 @@ impl Scene {
         let material = |building: usize| footprints[building].material;
         let outlines = union::unite(
             &buildings,
-            width_m.min(MAX_GAP_SHARE * extent_m),
+            if extent_m < MODEL_EXTENT_M {
+                0.0
+            } else {
+                width_m
+            },
             |p, q| material(p) == material(q),
             &mut report,
         );

@@ -18,7 +18,7 @@ use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
 use super::gaps::{self, Edge, Filling};
 use super::repair::{RepairKind, RepairReport};
-use super::ring::Ring;
+use super::ring::{self, Ring};
 use crate::predicates::orient;
 
 type Contour = Vec<IntPoint<i64>>;
@@ -29,6 +29,8 @@ const GRID_BITS: i32 = 40;
 const TOLERANCE_CELLS: f64 = 8.0;
 /// How far, in cells, the filling of a slit reaches into the walls on its sides.
 const OVERLAP_CELLS: f64 = 4096.0;
+/// Largest courtyard, in squares of the width of slits, that is dropped where slits were filled.
+const VOID_WIDTHS: f64 = 4.0;
 
 /// One closed outline of the union: interior to the left of every edge.
 pub(super) struct Outline {
@@ -67,16 +69,18 @@ pub(super) fn unite(
     let mut edges = Vec::new();
     for (building, rings) in buildings {
         for ring in rings {
-            edges.extend(edges_of(&ring.points, |_| *building));
+            add_edges(&mut edges, &ring.points, |_| *building);
         }
     }
     let contours = united(shapes.iter().flat_map(|(_, contours)| contours));
     let outlines = grid.outlines(&contours, &InputEdges::new(edges.clone()), &same_material);
 
-    let walls = outlines.iter();
-    let walls = walls.flat_map(|o| edges_of(&o.points, |i| o.edge_building[i]));
+    let mut walls = Vec::new();
+    for outline in &outlines {
+        add_edges(&mut walls, &outline.points, |i| outline.edge_building[i]);
+    }
     let overlap_m = OVERLAP_CELLS * grid.cell_m;
-    let fillings = gaps::fillings(&walls.collect::<Vec<_>>(), close_gaps_m, overlap_m);
+    let fillings = gaps::fillings(&walls, close_gaps_m, overlap_m);
     if fillings.is_empty() {
         return outlines;
     }
@@ -89,20 +93,28 @@ pub(super) fn unite(
     let of_filling = |filling: &Filling| filling.points.iter().map(|&p| grid.to_cell(p)).collect();
     let filled: Vec<Contour> = fillings.iter().map(of_filling).collect();
     for filling in &fillings {
-        edges.extend(edges_of(&filling.points, |_| filling.buildings[0]));
+        add_edges(&mut edges, &filling.points, |_| filling.buildings[0]);
     }
     let contours = united(contours.iter().chain(&filled));
-    grid.outlines(&contours, &InputEdges::new(edges), &same_material)
+    let mut outlines = grid.outlines(&contours, &InputEdges::new(edges), &same_material);
+    // What fillings leave open between them is no yard.
+    let void_m2 = VOID_WIDTHS * close_gaps_m * close_gaps_m;
+    outlines.retain(|o| {
+        let area_m2 = ring::doubled_area(&o.points) / 2.0;
+        area_m2 > 0.0 || area_m2 < -void_m2
+    });
+    outlines
 }
 
-/// The edges of a closed ring.
-fn edges_of(points: &[DVec2], building: impl Fn(usize) -> usize) -> impl Iterator<Item = Edge> {
-    let n = points.len();
-    (0..n).map(move |i| Edge {
+/// Appends the edges of a closed ring.
+fn add_edges(edges: &mut Vec<Edge>, points: &[DVec2], building: impl Fn(usize) -> usize) {
+    let (first, n) = (edges.len(), points.len());
+    edges.extend((0..n).map(|i| Edge {
         a: points[i],
         b: points[(i + 1) % n],
         building: building(i),
-    })
+        next: first + (i + 1) % n,
+    }));
 }
 
 /// The union of contours without self-intersection, outer ones counter-clockwise.

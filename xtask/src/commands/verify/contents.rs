@@ -12,6 +12,9 @@ use crate::maps;
 use crate::settings;
 use crate::summary::Tally;
 
+/// How far outside of the map an end may be: positions from elsewhere are rounded \[m\].
+const MARGIN_M: f64 = 1e-3;
+
 /// Ends of valid links that are named; more of them are only counted.
 const NAMED: usize = 10;
 
@@ -29,7 +32,10 @@ pub fn check(
         let is_wrong = |p: [f64; 2]| {
             let grid = map.buildings.grid();
             let size = [grid.width, grid.height].map(|n| n as f64 * grid.metres_per_pixel);
-            let is_outside = p.iter().zip(size).any(|(&x, size)| x < 0.0 || x > size);
+            let is_outside = p
+                .iter()
+                .zip(size)
+                .any(|(&x, size)| !(-MARGIN_M..=size + MARGIN_M).contains(&x));
             match is_outside {
                 true => Some("outside the map"),
                 false => map.buildings.is_deep_inside(p).then_some("in a building"),
@@ -127,7 +133,7 @@ fn check_ends(
         for &(i, place) in wrong.iter().take(NAMED) {
             let ([x, y], links) = (ends[i], valid_links[i]);
             findings.add(format!(
-                "map {}: {role} {i} of {links} valid links is {place}, at ({x}, {y}) m",
+                "map {}: {role} {i}, which has {links} valid links, is {place}, at ({x}, {y}) m",
                 map.id
             ));
         }

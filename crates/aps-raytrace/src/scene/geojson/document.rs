@@ -64,11 +64,14 @@ fn add(document: Value, features: &mut Vec<Feature>) -> Result<(), GeoJsonError>
         Some(
             "Point" | "MultiPoint" | "LineString" | "MultiLineString" | "Polygon" | "MultiPolygon"
             | "GeometryCollection",
-        ) => features.push(Feature {
-            properties: Value::Null,
-            geometry: document.into(),
-            crs,
-        }),
+        ) => {
+            let geometry = document.into();
+            features.push(Feature {
+                properties: Value::Null,
+                crs: crs_within(&geometry)?,
+                geometry,
+            });
+        }
         Some(other) => return Err(syntax(format!("a {other} is no object of GeoJSON"))),
         None => return Err(syntax("expected an object with a `type`".into())),
     }
@@ -82,12 +85,38 @@ fn kind(object: &Map<String, Value>) -> Option<&str> {
 fn feature(mut members: Map<String, Value>, outer: Option<Crs>) -> Result<Feature, GeoJsonError> {
     let own = Crs::of(&members)?;
     let geometry = members.remove("geometry").unwrap_or_default();
-    let inner = geometry.as_object().map(Crs::of).transpose()?.flatten();
+    let inner = crs_within(&geometry)?;
     Ok(Feature {
         properties: members.remove("properties").unwrap_or_default(),
         crs: inner.or(own).or(outer),
         geometry,
     })
+}
+
+/// The coordinate system that a geometry names, or one of those in a collection.
+fn crs_within(geometry: &Value) -> Result<Option<Crs>, GeoJsonError> {
+    let Some(object) = geometry.as_object() else {
+        return Ok(None);
+    };
+    let mut found = Crs::of(object)?;
+    for inner in object
+        .get("geometries")
+        .and_then(Value::as_array)
+        .into_iter()
+        .flatten()
+    {
+        if let Some(own) = crs_within(inner)? {
+            match found {
+                Some(other) if other != own => {
+                    return Err(syntax(format!(
+                        "a geometry is in {own}, what holds it in {other}"
+                    )));
+                }
+                _ => found = Some(own),
+            }
+        }
+    }
+    Ok(found)
 }
 
 pub(super) fn syntax(reason: String) -> GeoJsonError {

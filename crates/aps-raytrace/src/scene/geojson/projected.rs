@@ -7,9 +7,9 @@ const N: f64 = 1.0 / (2.0 * 298.257_223_563 - 1.0);
 
 /// Of EPSG:3857 \[m\]: the sphere's formulas give latitudes of the ellipsoid, by definition.
 pub(super) fn from_web_mercator(x: f64, y: f64) -> Option<[f64; 2]> {
-    // Twice around the equator, and up to the poles.
-    const REACH_M: f64 = 2.0 * std::f64::consts::PI * EQUATOR_M;
-    (x.abs() <= REACH_M && y.abs() <= REACH_M).then(|| {
+    // Half around the equator, and a hundredth more for files that run on over the date line.
+    const REACH_M: f64 = 1.01 * std::f64::consts::PI * EQUATOR_M;
+    (x.abs() <= REACH_M && y.abs() <= 2.0 * REACH_M).then(|| {
         let latitude = (y / EQUATOR_M).sinh().atan();
         [(x / EQUATOR_M).to_degrees(), latitude.to_degrees()]
     })
