@@ -12,6 +12,7 @@ import resource
 import shutil
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -101,7 +102,7 @@ class Peer:
             self.scene.add(self.rt.Transmitter(f"tx{t}", [float(x), float(y), TERMINAL_M]))
         cpu, wall = cpu_s(resource.RUSAGE_SELF), time.perf_counter()
         paths = self.solver(
-            self.scene, max_depth=3, samples_per_src=samples, max_num_paths_per_src=min(samples, 100_000), refraction=False,
+            self.scene, max_depth=3, samples_per_src=samples, max_num_paths_per_src=samples, refraction=False,
             diffraction=diffractions > 0,
         )  # fmt: skip
         self.drjit.eval(paths.a, paths.tau)
@@ -151,7 +152,7 @@ def main():
     parser.add_argument("--tx", type=int, default=20)
     parser.add_argument("--rx", type=int, default=50)
     parser.add_argument("--samples", type=float, nargs="+", default=[1e4, 1e5, 1e6], help="samples a transmitter")
-    parser.add_argument("--rounds", type=int, default=3, help="rounds of timing, both sides in turns; 0 compares paths alone")
+    parser.add_argument("--rounds", type=int, default=3, help="both sides in turns, for their time; paths are compared in the first")
     parser.add_argument("--material", choices=["concrete", "pec"], default="concrete")
     parser.add_argument("--thickness", type=float, default=10.0, help="of the peer's walls [m]; the tracer's are half spaces")
     parser.add_argument("--no-caps", action="store_true", help="leave roofs and floors out of the peer's scene")
@@ -171,30 +172,26 @@ def main():
         print(f"{len(corners)} walls, {links} links, {vars(args)}\n")
 
         sizes, threads = [int(samples) for samples in args.samples], os.cpu_count()
-        first_s = {}
-        for mode, diffractions in MODES.items():
-            ours.run(diffractions, threads)
-            our_paths = ours.paths()
-            for samples in sizes:
-                first_s[mode, samples] = peer.call(peer.calls(samples)[0], samples, diffractions)[0]
-                peer_paths = {}
-                peer.run(samples, diffractions, peer_paths)
-                compare.report(f"{mode}, {samples:.0e} samples", our_paths, peer_paths, ends, corners)
-
-        times = {}
-        for _ in range(args.rounds):
+        first_s, times = {}, {}
+        for turn in range(args.rounds):
             for mode, diffractions in MODES.items():
                 for samples in sizes:
-                    times.setdefault((mode, samples), []).append(peer.run(samples, diffractions))
                     for count in sorted({1, threads}):
                         times.setdefault((mode, -count), []).append(ours.run(diffractions, count))
-        if not times:
-            return
+                    peer_paths = None if turn else {}
+                    if turn == 0:
+                        first_s[mode, samples] = peer.call(peer.calls(samples)[0], samples, diffractions)[0]
+                    times.setdefault((mode, samples), []).append(peer.run(samples, diffractions, peer_paths))
+                    print(turn, mode, samples, *(times[mode, key][-1] for key in (samples, -threads)), file=sys.stderr, flush=True)
+                    if turn == 0:
+                        compare.report(f"{mode}, {samples:.0e} samples", ours.paths(), peer_paths, ends, corners)
+
         print(f"| limits | who | wall time a link [us] | user CPU time a link [us] | first call [s] |\n|{'---|' * 5}")
         for (mode, size), spent in sorted(times.items()):
             who = f"peer, {size:.0e} samples" if size > 0 else f"ours, {-size} threads, whole process"
             wall, cpu = (spread([s[k] for s in spent], links * 1e-6) for k in range(2))
-            print(f"| {mode} | {who} | {wall} | {cpu} | {first_s.get((mode, size), float('nan')):.1f} |")
+            first = f"{first_s[mode, size]:.1f}" if size > 0 else "-"
+            print(f"| {mode} | {who} | {wall} | {cpu} | {first} |")
 
 
 if __name__ == "__main__":

@@ -87,7 +87,7 @@ def report(title, ours, peers, ends, corners):
             rows[kind(one.sequence)].setdefault("differences", []).append(other.level_db - one.level_db)
     print(f"{title}; {peers.get(None, 0)} paths of the peer leave the plane\n")
     columns = ["ours", "peer", "both", "missed, at a corner", "extra, at a corner", "extra, twice"]
-    print(f"| paths | {' | '.join(columns)} | ours found | level, peer - ours [dB]: median, 5 % to 95 % |\n|{'---|' * (len(columns) + 3)}")
+    print(f"| paths | {' | '.join(columns)} | the peer found | level, peer - ours [dB]: median, 5 % to 95 % |\n|{'---|' * (len(columns) + 3)}")
     for name, row in sorted(rows.items(), key=lambda item: (len(item[0]), item[0])):
         counts = [row.get(column, 0) for column in columns]
         level = "-"
