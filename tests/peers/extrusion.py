@@ -9,7 +9,7 @@ from shapely.geometry.polygon import orient
 
 
 def united(map_file):
-    """United footprints of a RadioMapSeer file [m]: polygons, outer rings counter-clockwise, holes clockwise, no vertex in a straight wall."""
+    """United footprints of a RadioMapSeer file [m], outer rings counter-clockwise, holes clockwise, no vertex in a straight wall."""
     rings = json.loads(Path(map_file).read_text())
     union = shapely.union_all([shapely.make_valid(shapely.Polygon(ring)) for ring in rings])
     parts = [part for part in shapely.get_parts(union) if part.geom_type == "Polygon"]
