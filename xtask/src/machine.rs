@@ -5,7 +5,7 @@ use std::time::SystemTime;
 
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
-use crate::benchmark::Machine;
+use aps_report::benchmark::Machine;
 
 /// What can be found out about them; what cannot is left empty.
 pub fn describe() -> Machine {

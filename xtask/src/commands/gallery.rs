@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
+use aps_report::document::{Block, Document, Section};
 use indicatif::{ProgressBar, ProgressStyle};
-use maud::html;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::maps::MapSource;
-use crate::page::{Page, Section};
 use crate::say;
 use crate::source::{LinkId, Source};
 use crate::tiles::TileArgs;
@@ -77,7 +76,7 @@ impl Args {
         let progress = progress_bar(counts.len() as u64);
         let mut statistics = Statistics::new(&source);
         let mut gallery = Section::new("Links");
-        gallery.paragraph(links::legend());
+        gallery.text(links::LEGEND);
         let mut exhibits = 0;
         for &(id, _) in &counts {
             progress.set_message(format!("map {id}"));
@@ -123,12 +122,12 @@ impl Args {
             .dataset
             .file_name()
             .map(|n| n.to_string_lossy().into_owned());
-        let page = Page::new(format!("Data set {}", name.unwrap_or_default()))
+        let page = Document::new(format!("Data set {}", name.unwrap_or_default()))
             .lead(statistics.summary())
             .section(statistics.section())
             .section(gallery)
             .section(settings(&source)?);
-        page.save(&self.out)?;
+        page.save_html(&self.out)?;
         say!(
             "{exhibits} links of '{}' on '{}'",
             self.dataset.display(),
@@ -180,13 +179,14 @@ fn choose(rows: &[usize], n: usize, rng: &mut ChaCha8Rng) -> Vec<usize> {
 fn settings(source: &Source) -> Result<Section> {
     let manifest = source.dataset().manifest();
     let mut section = Section::new("Settings");
-    section.paragraph("As the manifest keeps them.");
+    section.text("As the manifest keeps them.");
     let text = serde_json::to_string_pretty(&serde_json::json!({
         "seed": manifest.seed,
         "layout": manifest.layout,
         "configuration": manifest.configuration,
     }))?;
-    section.markup(html! { details { summary { "Show" } pre { code { (text) } } } });
+    let title = "Show".into();
+    section.blocks.push(Block::Folded { title, text });
     Ok(section)
 }
 

@@ -1,0 +1,51 @@
+//! How a study came about: machine, version, settings.
+
+use std::time::Instant;
+
+use aps_report::benchmark::Machine;
+use serde::{Deserialize, Serialize};
+use xtask::machine;
+
+use crate::Profile;
+
+/// How a study came about.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// How much was measured.
+    pub profile: Profile,
+    /// Seed of all that was drawn.
+    pub seed: u64,
+    /// The command that does it again, without folders.
+    pub command: String,
+    /// Where, when, how long, by which version.
+    pub machine: Machine,
+    /// When it began; ends [`Machine::seconds_total`].
+    #[serde(skip)]
+    began: Option<Began>,
+}
+
+/// An instant, which all copies of the conditions share.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Began(Instant);
+
+impl Conditions {
+    /// Those of a study that begins now.
+    pub fn now(profile: Profile, seed: u64, command: impl Into<String>) -> Self {
+        Self {
+            profile,
+            seed,
+            command: command.into(),
+            machine: machine::describe(),
+            began: Some(Began(Instant::now())),
+        }
+    }
+
+    /// The same, ended now.
+    #[must_use]
+    pub fn ended(mut self) -> Self {
+        if let Some(Began(instant)) = self.began.take() {
+            self.machine.seconds_total = instant.elapsed().as_secs_f64();
+        }
+        self
+    }
+}
