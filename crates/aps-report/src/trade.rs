@@ -83,12 +83,11 @@ impl Trade {
         let slowest = self.choices.iter().map(|c| c.time).fold(0.0, f64::max);
         steps.extend(steps.last().map(|last| [slowest, last[1]]));
         let mut chart = Chart::new(Axis::log(time), Axis::log(error)).sized(640.0, 440.0);
-        chart = chart.with(Series {
-            name: "front".into(),
-            colour: Colour::Soft,
-            mark: Mark::Steps { points: steps },
-            link: None,
-        });
+        chart = chart.with(Series::new(
+            "front",
+            Colour::Soft,
+            Mark::Steps { points: steps },
+        ));
         let mut groups: Vec<&str> = Vec::new();
         for choice in &self.choices {
             if !groups.contains(&&*choice.group) {
@@ -105,12 +104,11 @@ impl Trade {
                 interval: None,
             };
             let members = self.choices.iter().filter(|c| c.group == group);
-            chart = chart.with(Series {
-                name: group.into(),
-                colour: Colour::Series(i),
-                mark: Mark::Spots(members.map(spot).collect()),
-                link: None,
-            });
+            chart = chart.with(Series::new(
+                group,
+                Colour::Series(i),
+                Mark::Spots(members.map(spot).collect()),
+            ));
         }
         chart
     }

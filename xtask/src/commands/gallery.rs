@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use aps_report::document::{Block, Document, Section};
-use indicatif::{ProgressBar, ProgressStyle};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::maps::MapSource;
+use crate::progress;
 use crate::say;
 use crate::source::{LinkId, Source};
 use crate::tiles::TileArgs;
@@ -73,7 +73,7 @@ impl Args {
             false => BTreeMap::new(),
         };
 
-        let progress = progress_bar(counts.len() as u64);
+        let progress = progress::bar(counts.len() as u64, "maps");
         let mut statistics = Statistics::new(&source);
         let mut gallery = Section::new("Links");
         gallery.text(links::LEGEND);
@@ -188,13 +188,6 @@ fn settings(source: &Source) -> Result<Section> {
     let title = "Show".into();
     section.blocks.push(Block::Folded { title, text });
     Ok(section)
-}
-
-fn progress_bar(maps: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:8} [{bar:40}] {pos}/{len} maps, {eta} left")
-        .expect("the template is well formed")
-        .progress_chars("=> ");
-    ProgressBar::new(maps).with_style(style)
 }
 
 #[cfg(test)]

@@ -127,12 +127,11 @@ fn zone(analysis: &Analysis<'_>, example: &Example, names: &[&str]) -> Option<Ch
     };
     let mut chart =
         Chart::new(Axis::azimuth(label), Axis::linear("normalised power")).sized(480.0, 340.0);
-    chart = chart.with(Series {
-        name: "truth".into(),
-        colour: Colour::Ink,
-        mark: line(&example.truth, false),
-        link: None,
-    });
+    chart = chart.with(Series::new(
+        "truth",
+        Colour::Ink,
+        line(&example.truth, false),
+    ));
     for name in names {
         let (Some(prediction), Some(entry)) = (
             example.predictions.iter().find(|p| p.entry == *name),
@@ -140,12 +139,11 @@ fn zone(analysis: &Analysis<'_>, example: &Example, names: &[&str]) -> Option<Ch
         ) else {
             continue;
         };
-        chart = chart.with(Series {
-            name: (*name).into(),
-            colour: colour(analysis, entry),
-            mark: line(&prediction.spectrum, true),
-            link: None,
-        });
+        chart = chart.with(Series::new(
+            *name,
+            colour(analysis, entry),
+            line(&prediction.spectrum, true),
+        ));
     }
     (chart.series.len() > 1).then_some(chart)
 }

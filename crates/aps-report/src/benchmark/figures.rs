@@ -118,12 +118,7 @@ fn scatter(
     for (kind, name, colour) in KINDS {
         let spots: Vec<Spot> = analysis.of_kinds(&[kind]).iter().filter_map(spot).collect();
         if !spots.is_empty() {
-            series.push(Series {
-                name: name.into(),
-                colour,
-                mark: Mark::Spots(spots),
-                link: None,
-            });
+            series.push(Series::new(name, colour, Mark::Spots(spots)));
         }
     }
     if series.is_empty() {
@@ -150,12 +145,7 @@ fn scatter(
         let mut points = front;
         points.push([slowest, last]);
         let mark = Mark::Steps { points };
-        chart = chart.with(Series {
-            name: "Pareto front".into(),
-            colour: Colour::Soft,
-            mark,
-            link: None,
-        });
+        chart = chart.with(Series::new("Pareto front", Colour::Soft, mark));
     }
     Some(series.into_iter().fold(chart, Chart::with))
 }
@@ -183,12 +173,11 @@ pub fn ple_ccdf(analysis: &Analysis<'_>, protocol: &str) -> Option<Figure> {
             },
             false => Mark::Steps { points },
         };
-        chart = chart.with(Series {
-            name: entry.name.clone(),
-            colour: colour(analysis, entry),
+        chart = chart.with(Series::new(
+            entry.name.clone(),
+            colour(analysis, entry),
             mark,
-            link: None,
-        });
+        ));
     }
     (!chart.series.is_empty()).then(|| Figure::new(svg("ple-ccdf"), format!(
             "Share of the {} test links whose peak location error is larger than the value on the axis. Lower is better.",
@@ -232,30 +221,28 @@ pub fn by_group(
             let colour = colour(analysis, entry);
             let points = means.iter().map(|(x, m)| [*x, m.mean]).collect();
             if is_connected {
-                chart = chart.with(Series {
-                    name: entry.name.clone(),
+                chart = chart.with(Series::new(
+                    entry.name.clone(),
                     colour,
-                    mark: Mark::Line {
+                    Mark::Line {
                         points,
                         dashed: is_compared(entry),
                     },
-                    link: None,
-                });
+                ));
             }
             let spots = means.iter().map(|(x, m)| Spot {
                 at: [*x, m.mean],
                 label: String::new(),
                 interval: Some([m.low, m.high]),
             });
-            chart = chart.with(Series {
-                name: match is_connected {
+            chart = chart.with(Series::new(
+                match is_connected {
                     true => String::new(),
                     false => entry.name.clone(),
                 },
                 colour,
-                mark: Mark::Spots(spots.collect()),
-                link: None,
-            });
+                Mark::Spots(spots.collect()),
+            ));
         }
         Figure::new(
             svg(&format!("{}-{key}", stem(metric.label()))),
@@ -332,12 +319,11 @@ pub fn training_curves(analysis: &Analysis<'_>) -> Option<Figure> {
             points,
             dashed: entry.kind == EntryKind::Ablation,
         };
-        chart = chart.with(Series {
-            name: entry.name.clone(),
-            colour: colour(analysis, entry),
+        chart = chart.with(Series::new(
+            entry.name.clone(),
+            colour(analysis, entry),
             mark,
-            link: None,
-        });
+        ));
     }
     (!chart.series.is_empty()).then(|| Figure::new(svg("training"), "CosSim on the development maps after each epoch; the weights of the best epoch were kept.", chart.draw()))
 }

@@ -104,12 +104,7 @@ impl Chart {
     pub fn mark(self, name: impl Into<String>, mark: Mark) -> Self {
         let is_coloured = |s: &&Series| matches!(s.colour, Colour::Series(_));
         let colour = Colour::Series(self.series.iter().filter(is_coloured).count());
-        self.with(Series {
-            name: name.into(),
-            colour,
-            mark,
-            link: None,
-        })
+        self.with(Series::new(name, colour, mark))
     }
 
     /// Adds a line in the next free colour; after eight the colours repeat, dashed.
@@ -126,13 +121,6 @@ impl Chart {
         self.mark(name, Mark::Spots(spots.into()))
     }
 
-    /// Adds the share of values above each value, in the next free colour.
-    #[must_use]
-    pub fn ccdf(self, name: impl Into<String>, values: &[f64]) -> Self {
-        let points = ccdf_points(values);
-        self.mark(name, Mark::Steps { points })
-    }
-
     /// Adds a histogram, in percent of all values counted.
     #[must_use]
     pub fn histogram(self, name: impl Into<String>, histogram: &Histogram) -> Self {
@@ -146,12 +134,7 @@ impl Chart {
     /// Adds a vertical line with a name.
     #[must_use]
     pub fn rule(self, name: impl Into<String>, x: f64) -> Self {
-        self.with(Series {
-            name: name.into(),
-            colour: Colour::Ink,
-            mark: Mark::Rule { x },
-            link: None,
-        })
+        self.with(Series::new(name, Colour::Ink, Mark::Rule { x }))
     }
 
     /// Draws the chart.

@@ -108,6 +108,16 @@ impl Mark {
 }
 
 impl Series {
+    /// A series that is linked to nothing.
+    pub fn new(name: impl Into<String>, colour: Colour, mark: Mark) -> Self {
+        Self {
+            name: name.into(),
+            colour,
+            mark,
+            link: None,
+        }
+    }
+
     /// Draws the series; `shown` tells what the axes can show, `labels` keeps texts apart.
     pub(super) fn draw(
         &self,

@@ -13,7 +13,7 @@
 //! section.table(Table::new("Scores", ["model", "error"]).row(["mean <spectrum>", "0.31"]));
 //! let document = Document::new("Results").section(section);
 //! assert!(document.to_html().contains("mean &lt;spectrum&gt;"));
-//! assert!(document.to_markdown("").contains("**PASS** error of the model: 0.310, at most 0.500"));
+//! assert!(document.to_markdown("").contains("**PASS** error of the model: 0.310, bound 0.500"));
 //! ```
 
 mod block;

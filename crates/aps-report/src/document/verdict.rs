@@ -63,7 +63,7 @@ impl Verdict {
         } else {
             format!(" {unit}")
         };
-        let evidence = format!("{}{unit}, at most {}{unit}", small(value), small(most));
+        let evidence = format!("{}{unit}, bound {}", small(value), small(most));
         Self::decided(value <= most, claim, evidence)
     }
 

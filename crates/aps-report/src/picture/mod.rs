@@ -47,15 +47,14 @@ pub fn stems_by_gain(chart: Chart, link: &LinkView, scale: &GainScale, sense: Pr
             angle_deg(ray.path.arrival_azimuth_rad, sense),
             ray.path.gain_db,
         ];
-        chart.with(Series {
-            name: String::new(),
-            colour: ray.colour,
-            mark: Mark::Stems {
+        chart.with(Series::new(
+            "",
+            ray.colour,
+            Mark::Stems {
                 points: vec![tip],
                 dashed: false,
             },
-            link: None,
-        })
+        ))
     })
 }
 

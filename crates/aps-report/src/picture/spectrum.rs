@@ -24,15 +24,14 @@ pub fn axes(protocol: Protocol, top_db: f64, with_room: bool) -> Chart {
 
 /// A curve over these axes, in the sense of `protocol`.
 pub fn curve(spectrum: &Spectrum, protocol: Protocol, colour: Colour) -> Series {
-    Series {
-        name: spectrum.protocol.to_string(),
+    Series::new(
+        spectrum.protocol.to_string(),
         colour,
-        mark: Mark::Line {
+        Mark::Line {
             points: spectrum.points(protocol),
             dashed: colour != Colour::Ink,
         },
-        link: None,
-    }
+    )
 }
 
 /// Power over delay up to `last_ns`, `[delay in ns, dB]`, for each name and colour.
@@ -44,15 +43,14 @@ pub fn delay_chart(last_ns: f64, profiles: &[(String, Colour, Vec<[f64; 2]>)]) -
     profiles
         .iter()
         .fold(chart, |chart, (name, colour, points)| {
-            chart.with(Series {
-                name: name.clone(),
-                colour: *colour,
-                mark: Mark::Line {
+            chart.with(Series::new(
+                name.clone(),
+                *colour,
+                Mark::Line {
                     points: points.clone(),
                     dashed: *colour != Colour::Ink,
                 },
-                link: None,
-            })
+            ))
         })
 }
 

@@ -137,17 +137,16 @@ fn labelled(
     let latest_ns = delays.map(|p| p.delay_s * 1e9).fold(PROFILE_NS, f64::max);
     let last_ns = (latest_ns / 100.0).ceil() * 100.0;
     let mut pdp = picture::delay_chart(last_ns, &profiles).sized(480.0, 250.0);
-    let stems = picture::rays_by_gain(link, scale)
-        .into_iter()
-        .map(|ray| Series {
-            name: String::new(),
-            colour: ray.colour,
-            mark: Mark::Stems {
+    let stems = picture::rays_by_gain(link, scale).into_iter().map(|ray| {
+        Series::new(
+            "",
+            ray.colour,
+            Mark::Stems {
                 points: vec![[ray.path.delay_s * 1e9, ray.path.gain_db]],
                 dashed: false,
             },
-            link: None,
-        });
+        )
+    });
     pdp.series.splice(0..0, stems);
     Ok((Some(aps.draw()), Some(pdp.draw())))
 }

@@ -52,14 +52,15 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
         "Error next to the shadow boundary at k rho = 100, in the shadow of a corner of 90 deg, wave from 67.5 deg off a face.",
         chart.draw(),
     );
-    let side = |i: usize, k_rho: f64, (side, name): (f64, &str)| Series {
-        name: format!("k rho = {k_rho}, {name}"),
-        colour: Colour::Series(i),
-        mark: Mark::Line {
-            points: line(Method::Utd, k_rho, side),
-            dashed: side < 0.0,
-        },
-        link: None,
+    let side = |i: usize, k_rho: f64, (side, name): (f64, &str)| {
+        Series::new(
+            format!("k rho = {k_rho}, {name}"),
+            Colour::Series(i),
+            Mark::Line {
+                points: line(Method::Utd, k_rho, side),
+                dashed: side < 0.0,
+            },
+        )
     };
     let chart = K_RHO.iter().enumerate().fold(axes(), |chart, (i, &k_rho)| {
         chart
