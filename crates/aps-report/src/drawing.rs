@@ -33,7 +33,7 @@ impl Drawing {
         (self.width, self.height)
     }
 
-    /// What is drawn, to be put into a larger picture.
+    /// The content, to be put into a larger picture.
     pub fn into_content(self) -> Group {
         self.content
     }

@@ -47,7 +47,7 @@ pub const SERIES_COLOURS: usize = 8;
 /// Number of steps of the scale of strengths.
 pub const STRENGTH_STEPS: usize = 8;
 
-/// What pictures look like, in the names of the colours.
+/// The style of pictures, in the names of the colours.
 const PICTURE_CSS: &str = "\
 .picture text{font:13px system-ui,sans-serif;fill:var(--ink)}
 .picture .small{font-size:11.5px;fill:var(--soft)}

@@ -8,7 +8,7 @@ use crate::theme::Colour;
 pub struct Choice {
     /// Kind of setting: a colour in the chart.
     pub group: String,
-    /// What it is called in words.
+    /// Its name in words.
     pub name: String,
     /// In the unit of the time axis; positive.
     pub time: f64,
@@ -16,12 +16,12 @@ pub struct Choice {
     pub error: f64,
 }
 
-/// Which settings a chart names besides those on the front.
+/// The settings that a chart names besides those on the front.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Marked<'n> {
     /// All of them.
     All,
-    /// Those of these names.
+    /// The ones with these names.
     Only(&'n [&'n str]),
 }
 
@@ -52,7 +52,7 @@ impl Trade {
         });
     }
 
-    /// Those nothing beats, the fastest first; an error smaller by less than a hundredth is none.
+    /// The settings that nothing beats, the fastest first; an error smaller by less than a hundredth is none.
     pub fn front(&self) -> Vec<&Choice> {
         let points: Vec<[f64; 2]> = self.choices.iter().map(|c| [c.time, c.error]).collect();
         let front = pareto_front(&points, 0.01);

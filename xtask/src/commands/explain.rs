@@ -33,7 +33,7 @@ pub struct Args {
     /// Trace a link now: a RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, requires_all = ["tx", "rx"])]
     map: Option<PathBuf>,
-    /// Which tile of a city [default: the first with a building].
+    /// Tile of a city [default: the first with a building].
     #[arg(long, requires = "map")]
     map_id: Option<u32>,
     /// Seed of the synthetic city.

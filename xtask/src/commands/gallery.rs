@@ -35,7 +35,7 @@ pub struct Args {
     /// Links to show: MAP,TX,RX, the rows of transmitter and receiver [default: random ones].
     #[arg(long, num_args = 1..)]
     links: Vec<LinkId>,
-    /// How many random links to show.
+    /// Number of random links to show.
     #[arg(long, default_value_t = 12)]
     count: usize,
     /// Links that the statistics are taken from, drawn from all maps.
@@ -143,7 +143,7 @@ impl Args {
     }
 }
 
-/// How many of `n` links drawn without replacement fall on each map that has some.
+/// Numbers of `n` links, drawn without replacement, that fall on each map that has some.
 fn shares(counts: &[(u32, u64)], n: u64, rng: &mut ChaCha8Rng) -> BTreeMap<u32, u64> {
     let mut left: Vec<(u32, u64)> = counts.to_vec();
     let mut total: u64 = left.iter().map(|c| c.1).sum();

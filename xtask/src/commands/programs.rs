@@ -21,7 +21,7 @@ impl Args {
     }
 }
 
-/// When the child's allocator gives free memory back to the system \[ms\]. Never is best: a step of training asks for the
+/// The delay after which the child's allocator gives free memory back to the system \[ms\]. Never is best: a step of training asks for the
 /// same memory as the last one, and pages that come back cleared cost a tenth of it.
 const PURGE: &str = "MIMALLOC_PURGE_DELAY";
 

@@ -33,7 +33,7 @@ pub struct Args {
     /// A RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, default_value = "synthetic")]
     map: PathBuf,
-    /// Which tile of a city [default: the first with a building].
+    /// Tile of a city [default: the first with a building].
     #[arg(long)]
     map_id: Option<u32>,
     /// Seed of the synthetic city.

@@ -28,7 +28,7 @@ pub struct Args {
     /// Study to run; may be repeated [default: all].
     #[arg(long, value_enum)]
     study: Vec<Asked>,
-    /// How much to measure: full takes about ten minutes, smoke seconds.
+    /// Amount of measurement: full takes about ten minutes, smoke seconds.
     #[arg(long, value_enum, default_value_t = Profile::Full)]
     profile: Profile,
     /// Maps for the studies of the tracer and of models: synthetic cities, or a folder of RadioMapSeer files.

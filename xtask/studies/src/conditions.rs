@@ -1,4 +1,4 @@
-//! How a study came about: machine, version, settings.
+//! Conditions of a study: machine, version, settings.
 
 use std::time::Instant;
 
@@ -8,18 +8,18 @@ use xtask::machine;
 
 use crate::Profile;
 
-/// How a study came about.
+/// Conditions of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
-    /// How much was measured.
+    /// Amount of measurement.
     pub profile: Profile,
     /// Seed of all that was drawn.
     pub seed: u64,
     /// The command that does it again, without folders.
     pub command: String,
-    /// Where, when, how long, by which version.
+    /// Machine, time and version.
     pub machine: Machine,
-    /// When it began; ends [`Machine::seconds_total`].
+    /// Its beginning; ends [`Machine::seconds_total`].
     #[serde(skip)]
     began: Option<Began>,
 }
@@ -29,7 +29,7 @@ pub struct Conditions {
 struct Began(Instant);
 
 impl Conditions {
-    /// Those of a study that begins now.
+    /// The conditions of a study that begins now.
     pub fn now(profile: Profile, seed: u64, command: impl Into<String>) -> Self {
         Self {
             profile,

@@ -1,4 +1,4 @@
-//! How far spectra are from those of a reference.
+//! Distances of spectra from those of a reference.
 
 use anyhow::Result;
 use aps_label::{MeanStd, Moments, Normalization, relative_power};

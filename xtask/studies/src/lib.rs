@@ -53,7 +53,7 @@ pub use scenes::{MapChoice, NamedScene};
 pub use stopwatch::{Stopwatch, Timing, on_one_thread};
 pub use study::{FORMAT, Study};
 
-/// How much is measured.
+/// The amount of measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Profile {
@@ -99,7 +99,7 @@ pub enum StudyName {
 /// Settings of all studies.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// How much to measure.
+    /// Amount of measurement.
     pub profile: Profile,
     /// Seed of terminals, synthetic cities and drawn numbers.
     pub seed: u64,

@@ -28,8 +28,8 @@ const DENSITIES: [(&str, u32, u32); 5] = [
     ("city, dense", 24, 6),
 ];
 
-/// Which maps of a folder are taken if none are named: the one with the fewest walls, the one with the
-/// most, and so many in all.
+/// Number of maps of a folder that are taken if none are named, from the one with the fewest walls to the one with
+/// the most.
 const CHOSEN: usize = 5;
 
 /// The maps of the study of the tracer.

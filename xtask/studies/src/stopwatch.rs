@@ -18,7 +18,7 @@ pub struct Stopwatch {
     pub most: Duration,
 }
 
-/// What was measured of one piece of work.
+/// Times of one piece of work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// Median [s].

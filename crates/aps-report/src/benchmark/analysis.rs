@@ -13,11 +13,11 @@ pub const HEADLINE: [Metric; 3] = [Metric::Cosine, Metric::PleDeg, Metric::Recal
 
 /// Results with their scores, ready to be asked.
 pub struct Analysis<'a> {
-    /// What was measured.
+    /// The measurements.
     pub results: &'a Results,
     /// The drawing behind all intervals.
     pub bootstrap: Bootstrap,
-    /// Of each entry, a protocol each.
+    /// Scores of each entry, a protocol each.
     scored: Vec<Vec<Scored>>,
     everything: Group,
 }
@@ -34,14 +34,14 @@ struct Scored {
 pub struct Group {
     /// In words: `50 to 100 m`.
     pub name: String,
-    /// Where it stands on an axis.
+    /// Its place on an axis.
     pub at: f64,
     /// Places of its links in the results.
     pub links: Vec<usize>,
     resamples: Resamples,
 }
 
-/// How much better one entry is than another, link by link.
+/// The lead of one entry over another, link by link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gain {
     /// Above 0 if it is better, whichever way the metric runs.
@@ -159,7 +159,7 @@ impl<'a> Analysis<'a> {
         self.results.entries.iter().filter(is_asked).collect()
     }
 
-    /// What was learned: models, ablations and predictions from outside.
+    /// Learned entries: models, ablations and predictions from outside.
     pub fn learned(&self) -> Vec<&'a Entry> {
         self.of_kinds(&[EntryKind::Model, EntryKind::Ablation, EntryKind::External])
     }
@@ -194,7 +194,7 @@ impl<'a> Analysis<'a> {
         group.resamples.mean(&values).ok()?
     }
 
-    /// How much better `entry` is than `other`, on the same links.
+    /// The lead of `entry` over `other`, on the same links.
     pub fn gain(
         &self,
         entry: &Entry,

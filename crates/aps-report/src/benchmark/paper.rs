@@ -12,9 +12,9 @@ use aps_metrics::Metric;
 pub struct Published {
     /// Name in the tables, which entries share.
     pub name: &'static str,
-    /// Whether it is one of the five models of Table I, not of the ablation alone.
+    /// One of the five models of Table I, not of the ablation alone.
     pub is_main: bool,
-    /// Whether its encoder is multi-scale and whether a regularizer is trained with it, if it is part
+    /// Multi-scale encoder, and a regularizer that is trained with it, if it is part
     /// of the ablation.
     pub ablation: Option<[bool; 2]>,
     /// Time a link on a GPU \[ms\].
@@ -98,7 +98,7 @@ pub fn published(name: &str) -> Option<&'static Published> {
 }
 
 impl Published {
-    /// What the paper gives for a metric.
+    /// The paper's figure for a metric.
     pub fn of(&self, metric: Metric) -> Option<f64> {
         let column = Metric::PAPER_COLUMNS.iter().position(|&m| m == metric)?;
         Some(self.columns[column]).filter(|v| v.is_finite())

@@ -29,15 +29,15 @@ pub struct Results {
     pub profile: String,
     /// Every setting, seeds included, as the command resolved it.
     pub configuration: serde_json::Value,
-    /// Where and when it ran.
+    /// Machine and time of the run.
     pub machine: Machine,
-    /// What was learned from and scored on.
+    /// The data learned from and scored on.
     pub data: DataSummary,
     /// The scored test links, in the order of the rows of all score files.
     pub links: Vec<TestLink>,
     /// Everything that was scored.
     pub entries: Vec<Entry>,
-    /// What failed; the others went on without it.
+    /// Failures; the others went on without it.
     #[serde(default)]
     pub failed: Vec<Failure>,
     /// Links whose predictions are shown.
@@ -65,7 +65,7 @@ pub struct Machine {
     pub version: String,
     /// Commit it was built from; empty if unknown.
     pub commit: String,
-    /// When it began: ISO 8601, UTC.
+    /// Time of its beginning: ISO 8601, UTC.
     pub started: String,
     /// Time from the beginning to the end, reused parts not counted \[s\].
     pub seconds_total: f64,
@@ -75,7 +75,7 @@ pub struct Machine {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DataSummary {
-    /// Where the maps come from, in words: `synthetic city, seed 7` or the name of a folder.
+    /// Origin of the maps, in words: `synthetic city, seed 7` or the name of a folder.
     pub source: String,
     /// Maps learned from.
     pub train_maps: Vec<u32>,
@@ -118,11 +118,11 @@ pub struct Entry {
     /// Its name in tables, unique: `MS-AReg`, `tracer R2 D1`. The models of the paper have the names
     /// of its tables, by which its own figures are put beside theirs ([`super::paper`]).
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: EntryKind,
     /// Number of parameters that are in use when it predicts.
     pub parameters: Option<u64>,
-    /// How it was trained; none for what learns nothing or was trained elsewhere.
+    /// Its training; none for what learns nothing or was trained elsewhere.
     pub training: Option<Training>,
     /// Measured run times; none for predictions from outside.
     pub latency: Vec<Latency>,
@@ -141,7 +141,7 @@ pub enum EntryKind {
     Model,
     /// A model of its ablation study only.
     Ablation,
-    /// What learns nothing from maps: the mean spectrum, the line of sight.
+    /// Something that learns nothing from maps: the mean spectrum, the line of sight.
     Baseline,
     /// The ray tracer with lower limits than the labels were made with.
     Tracer,
@@ -149,7 +149,7 @@ pub enum EntryKind {
     External,
 }
 
-/// How a model was trained.
+/// The training of a model.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Training {
@@ -161,11 +161,11 @@ pub struct Training {
     pub best_epoch: Option<u32>,
     /// Number of links seen, repeats counted.
     pub links_seen: u64,
-    /// Where training stood after each epoch.
+    /// State of training after each epoch.
     pub curve: Vec<CurvePoint>,
 }
 
-/// Where training stood after an epoch.
+/// State of training after an epoch.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CurvePoint {
@@ -190,7 +190,7 @@ pub struct Latency {
     pub p95_ms_per_link: f64,
     /// Median time a link to build the input \[ms\]; 0 where there is nothing to build.
     pub input_ms_per_link: f64,
-    /// What it ran on: `cpu`, `cuda:0`.
+    /// The device: `cpu`, `cuda:0`.
     pub device: String,
 }
 
@@ -218,14 +218,14 @@ pub struct ProtocolScores {
 pub struct Failure {
     /// Name of the entry.
     pub name: String,
-    /// What went wrong.
+    /// The error.
     pub message: String,
 }
 
 /// A link whose predictions are shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Example {
-    /// How well it is predicted: `easy`, `median` or `worst`.
+    /// Quality of its predictions: `easy`, `median` or `worst`.
     pub difficulty: String,
     /// Its place in [`Results::links`].
     pub link: usize,

@@ -1,6 +1,6 @@
 //! Axes: from values to a part of their length, and the ticks along them.
 
-/// How values are laid out along an axis.
+/// The layout of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
     /// Equal differences are equally far apart.
@@ -13,9 +13,9 @@ pub enum Scale {
 /// An axis as asked for.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Axis {
-    /// What is measured, with its unit in brackets.
+    /// Its name, with its unit in brackets.
     pub label: String,
-    /// How values are laid out.
+    /// Layout of the values.
     pub scale: Scale,
     /// First and last value; `None` takes them from the data, rounded outwards to ticks. Values
     /// beyond a range given are drawn at its ends (lines, bars) or left out (points).
@@ -64,7 +64,7 @@ impl Axis {
         Self::linear(label).over(-180.0, 180.0).every(45.0)
     }
 
-    /// Whether the axis can show a value at all.
+    /// Tells if the axis can show a value at all.
     pub(super) fn shows(&self, value: f64) -> bool {
         value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
     }
@@ -94,7 +94,7 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    /// Where a value lies, 0 at the first end and 1 at the last; clamped to these.
+    /// The place of a value, 0 at the first end and 1 at the last; clamped to these.
     pub fn part(&self, value: f64) -> f64 {
         let place = |v: f64| match self.scale {
             Scale::Linear => v,
@@ -104,7 +104,7 @@ impl Fitted {
         ((place(value) - first) / (last - first)).clamp(0.0, 1.0)
     }
 
-    /// Whether a value lies between the ends.
+    /// Tells if a value lies between the ends.
     pub fn contains(&self, value: f64) -> bool {
         (self.first.min(self.last)..=self.last.max(self.first)).contains(&value)
     }

@@ -30,7 +30,7 @@ pub struct Bar {
 pub struct Bars {
     /// Above the plot; empty for none.
     pub title: String,
-    /// Of the values. Linear: bars start at 0 if the axis has it.
+    /// The axis of the values. Linear: bars start at 0 if the axis has it.
     pub axis: Axis,
     /// The bars.
     pub bars: Vec<Bar>,

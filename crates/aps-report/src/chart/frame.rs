@@ -38,7 +38,7 @@ impl Frame {
         }
     }
 
-    /// Where a pair of values lies \[px\].
+    /// The place of a pair of values \[px\].
     pub fn place(&self, [x, y]: [f64; 2]) -> (f64, f64) {
         (self.across(x), self.down(y))
     }

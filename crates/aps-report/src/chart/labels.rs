@@ -8,7 +8,7 @@ const BADGE: f64 = 9.5;
 /// A rectangle: left, top, right, bottom \[px\].
 type Area = [f64; 4];
 
-/// What is taken already.
+/// Places that are taken already.
 #[derive(Debug, Clone)]
 pub(crate) struct Labels {
     inside: Area,

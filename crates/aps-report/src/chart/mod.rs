@@ -24,16 +24,17 @@
 //!
 //! `plotters` rounds every coordinate of its SVG to whole pixels, which shows as steps in spectra,
 //! and knows neither classes nor titles, so that its pictures follow no theme and link to nothing.
-//! What is needed here is little: ticks, a frame, seven forms of series.
+//! Little is needed here: ticks, a frame, seven forms of series.
 
 mod axis;
 mod bars;
 mod frame;
+mod key;
 mod labels;
 mod series;
 mod values;
 
-use svg::node::element::{Group, Rectangle};
+use svg::node::element::Group;
 
 pub use axis::{Axis, Scale};
 pub use bars::{Bar, Bars};
@@ -43,9 +44,9 @@ pub use values::{Histogram, ccdf_points, pareto_front};
 pub(crate) use labels::Labels;
 pub(crate) use series::badge;
 
-use crate::drawing::{Drawing, plain, px, text_width};
+use crate::drawing::Drawing;
 use crate::theme::Colour;
-use frame::{Frame, Margins, line, words};
+use frame::{Frame, Margins, words};
 
 /// A chart with two axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,7 +149,7 @@ impl Chart {
             .collect();
         let x = self.x.fit(points.iter().map(|p| p[0]), 7);
         let y = self.y.fit(points.iter().map(|p| p[1]), 5);
-        let key = key_rows(&self.series, width - 16.0);
+        let key = key::rows(&self.series, width - 16.0);
         let title_height = if self.title.is_empty() { 0.0 } else { 24.0 };
         let margins = Margins {
             left: 30.0 + frame::tick_width(&y).max(16.0),
@@ -164,7 +165,7 @@ impl Chart {
         }
         for (i, row) in key.iter().enumerate() {
             let y = 8.0 + title_height + 20.0 * i as f64;
-            group = group.add(draw_key(row, margins.left, y));
+            group = group.add(key::draw(row, margins.left, y));
         }
         group = group.add(frame.draw(&self.x, &self.y));
         // Texts may stand above the plot up to the key.
@@ -198,63 +199,6 @@ impl Chart {
         };
         Drawing::new(group, width, height, label)
     }
-}
-
-/// The named series in rows that fit into `width` px.
-fn key_rows(series: &[Series], width: f64) -> Vec<Vec<&Series>> {
-    let mut rows: Vec<Vec<&Series>> = Vec::new();
-    let mut used = f64::INFINITY;
-    for s in series {
-        if s.name.is_empty() || matches!(s.mark, Mark::Rule { .. }) {
-            continue;
-        }
-        let wide = key_width(s);
-        if used + wide > width - 60.0 {
-            rows.push(Vec::new());
-            used = 0.0;
-        }
-        used += wide;
-        rows.last_mut().expect("a row was begun").push(s);
-    }
-    rows
-}
-
-fn key_width(series: &Series) -> f64 {
-    38.0 + text_width(&series.name)
-}
-
-fn draw_key(row: &[&Series], left: f64, top: f64) -> Group {
-    let mut group = Group::new();
-    let mut x = left;
-    for series in row {
-        let class = format!("line {}", series.colour.stroke());
-        let sample: Box<dyn svg::Node> = match &series.mark {
-            Mark::Line { dashed: true, .. } | Mark::Stems { dashed: true, .. } => Box::new(line(
-                x,
-                top + 6.0,
-                x + 18.0,
-                top + 6.0,
-                &format!("{class} dashed"),
-            )),
-            Mark::Line { .. } | Mark::Steps { .. } | Mark::Stems { .. } => {
-                Box::new(line(x, top + 6.0, x + 18.0, top + 6.0, &class))
-            }
-            _ => Box::new(
-                Rectangle::new()
-                    .set("x", px(x + 4.0))
-                    .set("y", px(top + 1.0))
-                    .set("width", 10)
-                    .set("height", 10)
-                    .set("rx", 2)
-                    .set("class", series.colour.fill()),
-            ),
-        };
-        group = group
-            .add(sample)
-            .add(words(&plain(&series.name), x + 23.0, top + 10.5, "start"));
-        x += key_width(series);
-    }
-    group
 }
 
 #[cfg(test)]

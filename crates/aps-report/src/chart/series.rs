@@ -1,4 +1,4 @@
-//! What is drawn over the axes.
+//! Series drawn over the axes.
 
 use svg::node::element::path::Data;
 use svg::node::element::{Circle, Group, Path, Rectangle, Title};
@@ -57,16 +57,16 @@ pub enum Mark {
     },
     /// Numbers in circles just above the points, moved up until none covers another.
     Badges {
-        /// Where each points to.
+        /// The points they belong to.
         points: Vec<[f64; 2]>,
-        /// What stands in all of them.
+        /// The text in all of them.
         text: String,
         /// A ring instead of a disc.
         hollow: bool,
     },
     /// A vertical line over the whole height, with its name along it.
     Rule {
-        /// Where.
+        /// Its place.
         x: f64,
     },
 }
@@ -74,7 +74,7 @@ pub enum Mark {
 /// One dot.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Spot {
-    /// Where.
+    /// Its place.
     pub at: [f64; 2],
     /// Text beside it; empty for none.
     pub label: String,

@@ -22,7 +22,7 @@ const MOST_LOSS_DB: f64 = 200.0;
 /// A dominant peak of an APS and what it is made of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lobe {
-    /// Where its maximum is \[deg\], in the sense of the spectrum's protocol.
+    /// Place of its maximum \[deg\], in the sense of the spectrum's protocol.
     pub angle_deg: f64,
     /// Its height over the power sent \[dB\].
     pub level_db: f64,

@@ -12,13 +12,13 @@ const MAPS: u32 = 5;
 const TXS: u32 = 8;
 const RXS: u32 = 12;
 
-/// What an entry is and how well it does, from 0, no better than chance, to 1, perfect.
+/// An entry and its quality, from 0, no better than chance, to 1, perfect.
 pub struct Made {
     pub name: &'static str,
     pub kind: EntryKind,
-    /// How well it gets the shape and the peaks.
+    /// Quality of the shape and the peaks.
     pub places: f64,
-    /// How well it gets the level.
+    /// Quality of the level.
     pub level: f64,
     pub ms: f64,
 }

@@ -16,7 +16,7 @@ const PLACE: u32 = 4;
 /// Measure what precision, size of batch and size of image cost a model in error and in time.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// How much to measure: full takes about ten minutes, smoke seconds.
+    /// Amount of measurement: full takes about ten minutes, smoke seconds.
     #[arg(long, value_enum, default_value_t = Profile::Full)]
     profile: Profile,
     /// Folder of RadioMapSeer files to learn from, or synthetic.

@@ -31,7 +31,7 @@ pub struct Setup {
     pub maps: String,
     /// Seed of everything drawn.
     pub seed: u64,
-    /// Where data and weights are kept.
+    /// Folder of data and weights.
     pub work: PathBuf,
     /// Set by Ctrl-C.
     pub interrupted: Arc<AtomicBool>,

@@ -17,7 +17,7 @@ const PROTOCOLS: [(Protocol, Colour); 2] = [
     (Protocol::Paper, Colour::Ink),
 ];
 
-/// Where the delay profiles of both protocols end \[ns\].
+/// End of the delay profiles of both protocols \[ns\].
 const PROFILE_NS: f64 = 1000.0;
 
 /// A reading of the pictures, for all links.

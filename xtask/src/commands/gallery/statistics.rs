@@ -9,7 +9,7 @@ use aps_report::numbers::count;
 use super::charts;
 use crate::source::{Source, SourceMap};
 
-/// What the paper says of its test links.
+/// Figures of the paper's test links.
 pub const PAPER_MEAN_PEAKS: f64 = 2.28;
 const PAPER_AT_MOST_TWO: f64 = 75.0;
 

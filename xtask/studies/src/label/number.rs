@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use aps_tests::double_double::DoubleDouble;
 
-/// What the kernels of a label need of a number.
+/// A number as the kernels of a label need it.
 pub trait Number:
     Copy
     + PartialOrd

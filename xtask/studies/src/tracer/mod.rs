@@ -42,7 +42,7 @@ struct Row {
     ple_deg: f64,
 }
 
-/// What the reference took on one map.
+/// Costs of the reference on one map.
 #[derive(Debug, Clone, Serialize)]
 struct ReferenceRow {
     map: String,
@@ -50,11 +50,11 @@ struct ReferenceRow {
     walls: usize,
     /// Links drawn.
     links: usize,
-    /// Those that are compared.
+    /// Links that are compared.
     compared: usize,
-    /// Those reached only by chains of more diffractions than the reference's limits.
+    /// Links reached only by chains of more diffractions than the reference's limits.
     beyond: usize,
-    /// Those without a path.
+    /// Links without a path.
     without_path: usize,
     paths_per_link: f64,
     seconds: f64,
