@@ -102,11 +102,15 @@ pub fn claims_of_the_paper(analysis: &Analysis<'_>, protocol: &str) -> (Vec<Verd
     (verdicts, table)
 }
 
-/// Passed if every comparison goes the way of the claim beyond its interval, failed if one goes the other way.
+/// Judges a claim: passed if every comparison goes the way of the claim beyond its interval, failed if one goes the other way.
 fn verdict(claim: String, signs: &[Sign], missing: &[&str]) -> Verdict {
     let count = |sign: Sign| signs.iter().filter(|&&s| s == sign).count();
     let (better, worse) = (count(Sign::Better), count(Sign::Worse));
     if !missing.is_empty() || signs.is_empty() {
+        let missing = match missing {
+            [] => &["anything to compare with"],
+            missing => missing,
+        };
         return Verdict::open(claim, format!("not tested, no scores of {}", list(missing)));
     }
     let evidence = format!(

@@ -11,6 +11,7 @@ use crate::link::{
     Fate, LinkView, Lobe, PathView, Spectrum, angle_deg, apart_deg, fate, has_mirrors, lobes,
     mirror_deg, under,
 };
+use crate::numbers::fixed;
 use crate::theme::Colour;
 
 /// Paths in the table, unless more make lobes.
@@ -143,7 +144,7 @@ impl<'a> Explanation<'a> {
             let cells = vec![
                 mark,
                 degrees(lobe.angle_deg),
-                decimals(lobe.level_db, 1),
+                fixed(lobe.level_db, 1),
                 text,
                 side.into(),
                 twin,
@@ -159,10 +160,10 @@ impl<'a> Explanation<'a> {
             vec![
                 l.number.to_string(),
                 l.path.name(),
-                decimals(l.path.length_m(), 1),
-                decimals(l.path.delay_s * 1e9, 1),
-                decimals(angle_deg(l.path.arrival_azimuth_rad, Protocol::Paper), 1),
-                decimals(l.path.gain_db, 1),
+                fixed(l.path.length_m(), 1),
+                fixed(l.path.delay_s * 1e9, 1),
+                fixed(angle_deg(l.path.arrival_azimuth_rad, Protocol::Paper), 1),
+                fixed(l.path.gain_db, 1),
                 percent(l.shares[0]),
                 percent(l.shares[1]),
                 fate_text(l.fate),
@@ -206,13 +207,8 @@ fn badge_text(number: usize, is_mirror: bool) -> String {
     format!("{number}{}", if is_mirror { "\u{2032}" } else { "" })
 }
 
-/// A number with a true minus sign.
-fn decimals(value: f64, decimals: usize) -> String {
-    format!("{value:.decimals$}").replace('-', "\u{2212}")
-}
-
 fn degrees(value: f64) -> String {
-    decimals(value, 0)
+    fixed(value, 0)
 }
 
 fn percent(share: f64) -> String {
