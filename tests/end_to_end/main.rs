@@ -13,6 +13,8 @@ mod one_city;
 mod pages;
 #[cfg(unix)]
 mod pipes;
+#[cfg(unix)]
+mod programs;
 mod receivers;
 mod relabel;
 mod shards;

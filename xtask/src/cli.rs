@@ -43,16 +43,17 @@ enum Command {
     /// Make a data set of the published data's files.
     Import(commands::import::Args),
     /// Measure error against run time, and report it.
-    Report(commands::report::Args),
+    #[command(disable_help_flag = true)]
+    Report(commands::programs::Args),
     /// Train a model on a data set.
     #[command(disable_help_flag = true)]
-    Train(commands::models::Args),
+    Train(commands::programs::Args),
     /// Predict spectra with a trained model.
     #[command(disable_help_flag = true)]
-    Predict(commands::models::Args),
+    Predict(commands::programs::Args),
     /// Train, score and time models against each other, baselines and the tracer, and report.
     #[command(disable_help_flag = true)]
-    BenchModels(commands::models::Args),
+    BenchModels(commands::programs::Args),
     /// Run the checks that every change must pass.
     Ci(commands::ci::Args),
 }
@@ -72,10 +73,10 @@ pub fn run() -> ExitCode {
         Command::Metrics(args) => args.run(),
         Command::Export(args) => args.run(),
         Command::Import(args) => args.run(),
-        Command::Report(args) => args.run(),
-        Command::Train(args) => args.run("train"),
-        Command::Predict(args) => args.run("predict"),
-        Command::BenchModels(args) => args.run("bench-models"),
+        Command::Report(args) => args.run("xtask-studies", "report"),
+        Command::Train(args) => args.run("xtask-models", "train"),
+        Command::Predict(args) => args.run("xtask-models", "predict"),
+        Command::BenchModels(args) => args.run("xtask-models", "bench-models"),
         Command::Ci(args) => args.run(),
     };
     exit_code(result)

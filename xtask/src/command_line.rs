@@ -1,6 +1,6 @@
 //! The command line of this process, to be told to somebody.
 
-/// What runs the runner.
+/// The command that runs the runner.
 const RUNNER: [&str; 2] = ["cargo", "xtask"];
 
 /// This process's command without the named options and their values, and without what ran it.

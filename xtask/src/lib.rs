@@ -1,7 +1,7 @@
 //! The runner behind `cargo xtask`: its command line, and what its commands share.
 //!
-//! A library, so that the commands that need models (package `xtask-models`) draw the same pictures and read the same
-//! maps, while those that need none are built without them.
+//! A library, so that the programs that are built only when they are asked for (packages `xtask-models` and
+//! `xtask-studies`) read the same maps.
 
 // Both panic when the reader has gone away: see [`output`].
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -9,40 +9,32 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
-pub mod benchmark;
 mod cautions;
-pub mod chart;
 pub mod cli;
-mod command_line;
+pub mod command_line;
 mod commands;
-pub mod drawing;
 pub mod interrupt;
-mod lobes;
 pub mod machine;
 mod maps;
 pub mod output;
-pub mod page;
-mod picture;
 mod plan;
 mod produce;
 mod production;
-mod progress;
+pub mod progress;
 mod samples;
 mod sampling;
 mod settings;
 mod source;
-mod spectra;
-pub mod studies;
 mod summary;
 pub mod targets;
-pub mod theme;
 mod tiles;
-mod view;
 mod whole_files;
 mod wire;
 
-pub use maps::{IdList, MapSource, SceneSettings};
+pub use commands::programs::{child, hand_over};
+pub use maps::{IdList, MapSource, SceneSettings, choose as choose_maps, ranges as map_ranges};
 pub use plan::{DatasetPlan, MapTime};
 pub use progress::use_threads;
-pub use sampling::Receivers;
+pub use samples::of_record as sample_of;
+pub use sampling::{Receivers, draw as draw_terminals};
 pub use settings::Stored;

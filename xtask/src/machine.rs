@@ -5,9 +5,9 @@ use std::time::SystemTime;
 
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
-use crate::benchmark::Machine;
+use aps_report::benchmark::Machine;
 
-/// What can be found out about them; what cannot is left empty.
+/// Describes both, as far as can be found out; the rest is left empty.
 pub fn describe() -> Machine {
     let what = RefreshKind::nothing()
         .with_cpu(CpuRefreshKind::nothing())
@@ -50,7 +50,7 @@ fn commit() -> String {
     }
 }
 
-/// What git says, if it is there and this is a checkout.
+/// The answer of git, if it is there and this is a checkout.
 fn git(args: &[&str]) -> Option<String> {
     let mut git = Command::new("git");
     git.args(args).current_dir(env!("CARGO_MANIFEST_DIR"));

@@ -8,9 +8,9 @@ use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, Split};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::glam::DVec2;
+use aps_report::picture::Outlines;
 
 use crate::maps::{MapSource, SceneSettings};
-use crate::picture::Outlines;
 use crate::produce::Choice;
 use crate::produce::Run;
 use crate::production;

@@ -1,4 +1,4 @@
-//! What a person who waits sees, and how many threads work for it.
+//! Progress for a person who waits, and the number of threads that work for it.
 
 use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};

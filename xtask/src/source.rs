@@ -4,17 +4,18 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, MapData, PathTable, Raster};
+use aps_data::{Dataset, InteractionKind, MapData, PathTable, Raster, UNKNOWN_ID};
 use aps_label::LabelConfig;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer, Transmitter};
+use aps_report::link::{Bend, BendKind, LinkView, PathView};
+use aps_report::picture::Outlines;
 use rayon::prelude::*;
 
 use crate::maps::{self, MapSource, SceneSettings};
-use crate::picture::Outlines;
+use crate::samples;
 use crate::settings;
 use crate::tiles::TileArgs;
-use crate::view::{LinkView, PathView};
 
 /// A data set, and the maps it was made from where they are at hand.
 pub struct Source {
@@ -82,7 +83,7 @@ impl Source {
         let scene = self.original(id, &data.buildings)?;
         let outlines = match &scene {
             Some(scene) => Outlines::of_scene(scene),
-            None => Outlines::of_raster(&data.buildings),
+            None => outlines(&data.buildings),
         };
         let again = scene.filter(|_| stored.is_none()).zip(self.trace.clone());
         Ok(SourceMap {
@@ -149,7 +150,7 @@ impl SourceMap {
                 tx: tx.into(),
                 rx: rx.into(),
                 paths: match &self.stored {
-                    Some(table) => PathView::stored(table, row),
+                    Some(table) => stored_paths(table, row),
                     None => Vec::new(),
                 },
             }
@@ -170,6 +171,36 @@ impl SourceMap {
             )
         })
     }
+}
+
+/// Buildings that are known by their raster alone.
+fn outlines(raster: &Raster) -> Outlines {
+    let grid = raster.grid();
+    let is_set = |x: usize, y: usize| raster.row(y)[x] != 0;
+    Outlines::of_pixels([grid.width, grid.height], grid.metres_per_pixel, is_set)
+}
+
+/// The paths of a link as a data set stores them.
+fn stored_paths(table: &PathTable, link: usize) -> Vec<PathView> {
+    let bend = |i: usize| Bend {
+        kind: match table.interaction_kind[i] {
+            InteractionKind::Reflection => BendKind::Reflection,
+            InteractionKind::Diffraction => BendKind::Diffraction,
+            InteractionKind::Other(_) => BendKind::Unknown,
+        },
+        id: Some(table.interaction_id[i]).filter(|&id| id != UNKNOWN_ID),
+        point: DVec2::from(table.interaction_point_m[i]),
+    };
+    let path = |p: usize| {
+        let sample = samples::of_stored(table, p);
+        PathView {
+            bends: table.interactions_of(p).map(bend).collect(),
+            delay_s: sample.delay_s,
+            arrival_azimuth_rad: sample.arrival_azimuth_rad,
+            gain_db: sample.gain_db,
+        }
+    };
+    table.paths_of(link).map(path).collect()
 }
 
 fn trace_again(

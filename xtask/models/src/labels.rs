@@ -177,7 +177,7 @@ mod tests {
             ..DatasetConfig::default()
         };
         let writer = DatasetWriter::open(root.path(), config).unwrap();
-        let buildings = Raster::of_polygons(&[], RasterGrid::default()).unwrap();
+        let buildings = Raster::empty(RasterGrid::default()).unwrap();
         let at = [[10.0, 20.0], [30.0, 5.0], [90.5, 90.0]];
         for id in 0..2 {
             let input = MapInput {

@@ -94,7 +94,7 @@ pub fn load(path: &Path, Label { kind, preset }: Label, device: &Device) -> Resu
     let report = weights::load(path, model.parameters())
         .with_context(|| format!("'{}' as weights of {kind}, preset {preset}", path.display()))?;
     if !report.dropped.is_empty() {
-        eprintln!("weights '{}': {report}", path.display());
+        note!("weights '{}': {report}", path.display());
     }
     Ok(kind.build(preset, &model.parameters().frozen()?)?)
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use aps_data::npy;
+use aps_report::benchmark::{Entry, EntryKind, Results, ScoreTable};
 use tempfile::TempDir;
-use xtask::benchmark::{Entry, EntryKind, Results, ScoreTable};
 
 fn run(out: &Path, more: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_xtask-models"))

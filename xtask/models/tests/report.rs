@@ -3,8 +3,9 @@
 use std::fs;
 use std::process::Command;
 
+use aps_report::document::Block;
 use tempfile::TempDir;
-use xtask::studies::{Block, Study};
+use xtask_studies::Study;
 
 #[test]
 fn study_of_models_is_whole_and_joins_the_report() {
@@ -24,8 +25,8 @@ fn study_of_models_is_whole_and_joins_the_report() {
     assert!(text.contains("cargo xtask report --study models --profile smoke --seed 42"));
     assert!(!text.contains("NaN"), "{text}");
     let study = Study::read(&out.join("numerics/models.json")).unwrap();
-    let figures = study.blocks.iter();
-    let figures = figures.filter(|block| matches!(block, Block::Figure { .. }));
+    let figures = study.section.blocks.iter();
+    let figures = figures.filter(|block| matches!(block, Block::Figure(_)));
     assert_eq!(figures.count(), 2);
 
     let rows = |file: &str| -> Vec<csv::StringRecord> {

@@ -6,20 +6,16 @@ use anyhow::{Context, Result, bail};
 use aps_label::{LabelConfig, Protocol};
 use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
+use aps_report::explain::{Explained, Explanation};
+use aps_report::link::LinkView;
+use aps_report::picture::Outlines;
 
 use crate::args::{TraceArgs, parse_point};
 use crate::cautions;
 use crate::maps::{MapSource, SceneSettings, load_one};
-use crate::picture::Outlines;
 use crate::say;
 use crate::source::{LinkId, Source};
 use crate::tiles::TileArgs;
-use crate::view::LinkView;
-
-mod explanation;
-mod render;
-
-use explanation::Explanation;
 
 /// Show which path makes which lobe of a spectrum.
 #[derive(Debug, clap::Args)]
@@ -37,7 +33,7 @@ pub struct Args {
     /// Trace a link now: a RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, requires_all = ["tx", "rx"])]
     map: Option<PathBuf>,
-    /// Which tile of a city [default: the first with a building].
+    /// Tile of a city [default: the first with a building].
     #[arg(long, requires = "map")]
     map_id: Option<u32>,
     /// Seed of the synthetic city.
@@ -88,13 +84,13 @@ impl Args {
                     subject.title, self.protocol
                 )
             })?;
-        let picture = render::Picture {
+        let picture = Explained {
             title: &subject.title,
             outlines: &subject.outlines,
             explanation: &explanation,
         };
         if is_page {
-            picture.page().save(&self.out)?;
+            picture.page().save_html(&self.out)?;
         } else {
             picture.drawing().save(&self.out)?;
         }

@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
-use maud::html;
+use aps_report::document::{Block, Document, Section};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::maps::MapSource;
-use crate::page::{Page, Section};
+use crate::progress;
 use crate::say;
 use crate::source::{LinkId, Source};
 use crate::tiles::TileArgs;
@@ -36,7 +35,7 @@ pub struct Args {
     /// Links to show: MAP,TX,RX, the rows of transmitter and receiver [default: random ones].
     #[arg(long, num_args = 1..)]
     links: Vec<LinkId>,
-    /// How many random links to show.
+    /// Number of random links to show.
     #[arg(long, default_value_t = 12)]
     count: usize,
     /// Links that the statistics are taken from, drawn from all maps.
@@ -74,10 +73,10 @@ impl Args {
             false => BTreeMap::new(),
         };
 
-        let progress = progress_bar(counts.len() as u64);
+        let progress = progress::bar(counts.len() as u64, "maps");
         let mut statistics = Statistics::new(&source);
         let mut gallery = Section::new("Links");
-        gallery.paragraph(links::legend());
+        gallery.text(links::LEGEND);
         let mut exhibits = 0;
         for &(id, _) in &counts {
             progress.set_message(format!("map {id}"));
@@ -123,12 +122,12 @@ impl Args {
             .dataset
             .file_name()
             .map(|n| n.to_string_lossy().into_owned());
-        let page = Page::new(format!("Data set {}", name.unwrap_or_default()))
+        let page = Document::new(format!("Data set {}", name.unwrap_or_default()))
             .lead(statistics.summary())
             .section(statistics.section())
             .section(gallery)
             .section(settings(&source)?);
-        page.save(&self.out)?;
+        page.save_html(&self.out)?;
         say!(
             "{exhibits} links of '{}' on '{}'",
             self.dataset.display(),
@@ -144,7 +143,7 @@ impl Args {
     }
 }
 
-/// How many of `n` links drawn without replacement fall on each map that has some.
+/// Numbers of `n` links, drawn without replacement, that fall on each map that has some.
 fn shares(counts: &[(u32, u64)], n: u64, rng: &mut ChaCha8Rng) -> BTreeMap<u32, u64> {
     let mut left: Vec<(u32, u64)> = counts.to_vec();
     let mut total: u64 = left.iter().map(|c| c.1).sum();
@@ -180,21 +179,15 @@ fn choose(rows: &[usize], n: usize, rng: &mut ChaCha8Rng) -> Vec<usize> {
 fn settings(source: &Source) -> Result<Section> {
     let manifest = source.dataset().manifest();
     let mut section = Section::new("Settings");
-    section.paragraph("As the manifest keeps them.");
+    section.text("As the manifest keeps them.");
     let text = serde_json::to_string_pretty(&serde_json::json!({
         "seed": manifest.seed,
         "layout": manifest.layout,
         "configuration": manifest.configuration,
     }))?;
-    section.markup(html! { details { summary { "Show" } pre { code { (text) } } } });
+    let title = "Show".into();
+    section.blocks.push(Block::Folded { title, text });
     Ok(section)
-}
-
-fn progress_bar(maps: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:8} [{bar:40}] {pos}/{len} maps, {eta} left")
-        .expect("the template is well formed")
-        .progress_chars("=> ");
-    ProgressBar::new(maps).with_style(style)
 }
 
 #[cfg(test)]

@@ -7,6 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 use aps_label::{LabelConfig, Labeler, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Scene, Tracer};
+use aps_report::link::{LinkView, PathView, Spectrum};
+use aps_report::picture::{self, Outlines};
 use clap::ValueEnum;
 
 use crate::args::{TraceArgs, parse_point};
@@ -14,10 +16,7 @@ use crate::cautions;
 use crate::maps::{SceneSettings, load_one};
 use crate::note;
 use crate::output;
-use crate::picture::{self, Outlines};
-use crate::spectra::Spectrum;
 use crate::tiles::TileArgs;
-use crate::view::{LinkView, PathView};
 use crate::wire::{LinkEntry, LinkList};
 
 /// Forms of output.
@@ -34,7 +33,7 @@ pub struct Args {
     /// A RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, default_value = "synthetic")]
     map: PathBuf,
-    /// Which tile of a city [default: the first with a building].
+    /// Tile of a city [default: the first with a building].
     #[arg(long)]
     map_id: Option<u32>,
     /// Seed of the synthetic city.

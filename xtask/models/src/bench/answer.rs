@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use aps_data::npy;
 use aps_model::ANGLE_BINS;
+use aps_report::benchmark::{Entry, EntryKind, Latency, Training};
 use half::f16;
-use xtask::benchmark::{Entry, EntryKind, Latency, Training};
 
 use super::stamp::{read_json, write_json};
 use super::test_set::{PROTOCOLS, TestSet};
@@ -47,7 +47,7 @@ pub fn keep(
     let score = |protocol: aps_metrics::Protocol| {
         let file: PathBuf = folder.join(format!("{}.npy", protocol.name()));
         let table = test.score(&answer.predictions, protocol)?;
-        table.write(root, &file, protocol.name())
+        Ok(table.write(root, &file, protocol.name())?)
     };
     let entry = Entry {
         name: name.into(),

@@ -6,8 +6,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use aps_metrics::Metric;
 use aps_model::ANGLE_BINS;
+use aps_report::benchmark::{Entry, EntryKind, Example, Prediction, ScoreTable};
 use xtask::DatasetPlan;
-use xtask::benchmark::{Entry, EntryKind, Example, Prediction, ScoreTable};
 
 use super::answer;
 use super::test_set::TestSet;

@@ -6,7 +6,7 @@ use anyhow::Result;
 use aps_model::candle_core::Device;
 use aps_model::condition::{Conditions, Link};
 use aps_model::{Mode, Model};
-use xtask::benchmark::Latency;
+use aps_report::benchmark::Latency;
 
 use super::config::LatencyConfig;
 

@@ -18,22 +18,22 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use answer::Answer;
 use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::{ModelKind, candle_core};
+use aps_report::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
+use config::Config;
+use pace::Pace;
 use serde_json::{Value, json};
-use xtask::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
+use stamp::{Part, State};
+use test_set::TestSet;
 use xtask::{DatasetPlan, machine, output};
 use xtask::{note, say};
 
 use crate::data;
 use crate::labels::{Labels, valid_links};
 use crate::score;
-use answer::Answer;
-use config::Config;
-use pace::Pace;
-use stamp::{Part, State};
-use test_set::TestSet;
 
 pub use args::Args;
 
@@ -128,7 +128,7 @@ impl Bench {
         machine.seconds_total = started.elapsed().as_secs_f64();
         let results = self.results(machine, &ground, entries, failed)?;
         results.save(&self.out)?;
-        let files = xtask::benchmark::write_report(&results, &self.out)?;
+        let files = aps_report::benchmark::write_report(&results, &self.out)?;
         note!("{} files of the report", files.len());
         for failure in &results.failed {
             say!("failed: {}: {}", failure.name, failure.message)?;

@@ -11,9 +11,9 @@ use aps_model::candle_core;
 use aps_model::train::predict;
 use aps_model::weights::Label;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
+use aps_report::benchmark::{CurvePoint, EntryKind, Training};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use xtask::benchmark::{CurvePoint, EntryKind, Training};
 
 use super::answer::Answer;
 use super::config::{Config, LatencyConfig};

@@ -7,8 +7,8 @@ use aps_data::{Dataset, Part};
 use aps_label::{Normalization, Protocol};
 use aps_metrics::{Evaluation, Metric, ScoredSample, spectrum_peaks};
 use aps_model::ANGLE_BINS;
+use aps_report::benchmark::{ScoreTable, TestLink};
 use rayon::prelude::*;
-use xtask::benchmark::{ScoreTable, TestLink};
 
 use crate::data;
 use crate::labels::{Labels, Row, valid_links};
@@ -142,7 +142,7 @@ impl TestSet {
         let range = evaluation.truth_range().expect("there is a scored link");
         let row = |sample: &ScoredSample| Metric::ALL.map(|m| m.of(&sample.scores, range));
         let rows: Vec<_> = evaluation.scored().iter().map(row).collect();
-        ScoreTable::of_rows(&rows)
+        Ok(ScoreTable::of_rows(&rows)?)
     }
 
     /// What a report knows of each link.

@@ -1,4 +1,4 @@
-//! The study of models in the numerical report: what precision, batches and image size cost.
+//! The study of models in the numerical report: costs of precision, batches and image size.
 
 mod precision;
 mod resolution;
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use xtask::interrupt::interrupt_flag;
 use xtask::say;
-use xtask::studies::{Conditions, Profile, Study, publish, studies_folder};
+use xtask_studies::{Conditions, Profile, Study, publish, studies_folder};
 
 /// Place in the report: behind diffraction, before pruning.
 const PLACE: u32 = 4;
@@ -16,7 +16,7 @@ const PLACE: u32 = 4;
 /// Measure what precision, size of batch and size of image cost a model in error and in time.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// How much to measure: full takes about ten minutes, smoke seconds.
+    /// Amount of measurement: full takes about ten minutes, smoke seconds.
     #[arg(long, value_enum, default_value_t = Profile::Full)]
     profile: Profile,
     /// Folder of RadioMapSeer files to learn from, or synthetic.
@@ -45,9 +45,8 @@ impl Args {
         let conditions = Conditions::now(self.profile, self.seed, self.command());
         let mut study = Study::new("models", "Models: precision, batches, images").at(PLACE);
         let threads = rayon::current_num_threads();
-        study.text(format!(
-            "Times are of {threads} threads on the processor, unlike those of the other studies. They hold the pass alone; \
-             the images are there."
+        study.section.text(format!(
+            "Times of a pass on {threads} threads, images ready."
         ));
         precision::study(self.profile, self.seed, &mut study)?;
         let work = self.work.clone();

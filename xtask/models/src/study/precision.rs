@@ -4,9 +4,11 @@ use anyhow::Result;
 use aps_model::candle_core::{DType, Device, Tensor};
 use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
 use aps_model::{Mode, Model, ModelKind, Parameters, Preset};
+use aps_report::numbers::small;
+use aps_report::numbers::three_digits;
+use aps_report::trade::{Marked, Trade};
 use serde::Serialize;
-use xtask::benchmark::words::three_digits;
-use xtask::studies::{Marked, Profile, Stopwatch, Study, Trade, small};
+use xtask_studies::{Profile, Stopwatch, Study};
 
 /// Rows and columns of the images.
 const PIXELS: usize = 64;
@@ -23,7 +25,7 @@ struct Row {
     largest_error: f64,
 }
 
-/// Measures, and says what was found.
+/// Measures.
 pub fn study(profile: Profile, seed: u64, study: &mut Study) -> Result<()> {
     let kinds: &[ModelKind] = profile.choose(
         &[ModelKind::ResnetMlp],
@@ -73,12 +75,7 @@ fn describe(
     batches: &[usize],
     study: &mut Study,
 ) -> Result<()> {
-    study.heading("Precision and batches");
-    study.text(format!(
-        "Models of the small preset with their first weights, {PIXELS} x {PIXELS} images of a synthetic block of houses. The \
-         reference has the same weights and images in double precision. The error is the root mean square of the difference, \
-         relative to the deviation of the reference's outputs about their mean."
-    ));
+    study.section.heading("Precision and batches");
     let largest = *batches.last().expect("there is a batch");
     let mut trade = Trade::default();
     for row in rows.iter().filter(|row| row.batch == largest) {
@@ -89,45 +86,16 @@ fn describe(
     let caption = format!(
         "Error of the output against time a link, {largest} links at once. Grey: the front."
     );
-    study.figure("precision-time", caption, &chart.draw());
-    let mut points = Vec::new();
-    for row in rows
-        .iter()
-        .filter(|row| row.batch == largest && row.precision == "f32")
-    {
-        let same = |other: &&Row| other.model == row.model;
-        let one = rows
-            .iter()
-            .filter(same)
-            .find(|r| r.batch == batches[0] && r.precision == "f32");
-        let half = rows
-            .iter()
-            .filter(same)
-            .find(|r| r.batch == largest && r.precision == "bf16");
-        let mut text = format!(
-            "{} in f32 takes {} ms a link and is off by {} of the outputs' deviation",
-            row.model,
-            three_digits(row.ms_per_link),
-            small(row.relative_error)
-        );
-        if let Some(one) = one {
-            let times = one.ms_per_link / row.ms_per_link;
-            text += &format!(
-                "; one link at a time takes {} times as long a link",
-                three_digits(times)
-            );
-        }
-        if let Some(half) = half {
-            text += &format!(
-                "; bf16 takes {} times the time of f32 for {} times the error",
-                three_digits(half.ms_per_link / row.ms_per_link),
-                small(half.relative_error / row.relative_error)
-            );
-        }
-        points.push(text + ".");
+    study.figure("precision-time", caption, chart.draw());
+    for reason in refused {
+        study.section.text(reason);
     }
-    points.extend(refused.into_iter().map(|text| text + "."));
-    study.points(points);
+    // By the same model one link at a time, and by the same model in single precision.
+    let find = |row: &Row, precision: &str, batch: usize| {
+        rows.iter()
+            .find(|r| r.model == row.model && r.precision == precision && r.batch == batch)
+    };
+    let ratio = |value: f64, other: Option<f64>| other.map_or(String::new(), |o| small(value / o));
     let cells = |row: &Row| {
         vec![
             row.model.into(),
@@ -136,6 +104,14 @@ fn describe(
             three_digits(row.ms_per_link),
             small(row.relative_error),
             small(row.largest_error),
+            ratio(
+                row.ms_per_link,
+                find(row, row.precision, batches[0]).map(|r| r.ms_per_link),
+            ),
+            ratio(
+                row.ms_per_link,
+                find(row, "f32", row.batch).map(|r| r.ms_per_link),
+            ),
         ]
     };
     let head = [
@@ -145,12 +121,14 @@ fn describe(
         "time a link [ms]",
         "relative error",
         "largest error",
+        "time, of the smallest batch",
+        "time, of f32",
     ];
-    study.table(
-        "Precision and batches",
-        &head,
-        rows.iter().map(cells).collect(),
+    let caption = format!(
+        "Small preset with its first weights, {PIXELS} x {PIXELS} images; errors against double precision, relative to the \
+         deviation of its outputs"
     );
+    study.table(caption, &head, rows.iter().map(cells).collect());
     study.data("precision", "Every model, precision and batch", rows)
 }
 

@@ -7,11 +7,12 @@ use std::sync::atomic::AtomicBool;
 use anyhow::{Context, Result};
 use aps_metrics::{Metric, Protocol};
 use aps_model::{ModelKind, candle_core};
+use aps_report::numbers::three_digits;
+use aps_report::trade::{Marked, Trade};
 use serde::Serialize;
 use serde_json::json;
-use xtask::benchmark::words::three_digits;
 use xtask::note;
-use xtask::studies::{Marked, Profile, Study, Trade};
+use xtask_studies::{Profile, Study};
 
 use crate::bench::config::{self, Config};
 use crate::bench::stamp::{Part, State};
@@ -22,15 +23,15 @@ use crate::data;
 /// The model under study: the simplest.
 const MODEL: ModelKind = ModelKind::ResnetMlp;
 
-/// What is measured.
+/// Settings of the study.
 pub struct Setup {
-    /// How much.
+    /// Amount of measurement.
     pub profile: Profile,
     /// Maps to learn from.
     pub maps: String,
     /// Seed of everything drawn.
     pub seed: u64,
-    /// Where data and weights are kept.
+    /// Folder of data and weights.
     pub work: PathBuf,
     /// Set by Ctrl-C.
     pub interrupted: Arc<AtomicBool>,
@@ -48,7 +49,7 @@ struct Row {
     mse: f64,
 }
 
-/// Measures, and says what was found.
+/// Measures.
 pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let sizes: &[usize] = setup.profile.choose(&[32, 64], &[32, 64, 128, 256]);
     let mut config = Config::resolve(
@@ -135,14 +136,7 @@ fn row(
 }
 
 fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> Result<()> {
-    study.heading("Size of the images");
-    study.text(format!(
-        "{MODEL} of the small preset, trained from scratch for {} epochs on {} links, and scored on {tested} links of maps it \
-         has not seen, by the paper's definitions. So short a training ranks sizes by how fast they are learnt from, not by \
-         what they could reach.",
-        config.training.epochs,
-        config.training.links.unwrap_or_default(),
-    ));
+    study.section.heading("Size of the images");
     let mut trade = Trade::default();
     for row in rows {
         trade.add(
@@ -156,23 +150,8 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
     study.figure(
         "images-time",
         "Error of the prediction against time a link. Grey: the front.",
-        &chart.draw(),
+        chart.draw(),
     );
-    let mut points = vec![trade.front_in_words("ms", "1 \u{2212} CosSim")];
-    points.extend(trade.dominated_in_words());
-    for pair in rows.windows(2) {
-        let [small, large] = pair else { continue };
-        points.push(format!(
-            "From {} to {} pixels a pass takes {} times as long, a training {} times; CosSim goes from {} to {}.",
-            small.pixels,
-            large.pixels,
-            three_digits(large.ms_per_link / small.ms_per_link),
-            three_digits(large.train_s / small.train_s),
-            three_digits(small.cosine),
-            three_digits(large.cosine),
-        ));
-    }
-    study.points(points);
     let cells = |row: &Row| {
         vec![
             row.pixels.to_string(),
@@ -183,6 +162,7 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
             three_digits(row.ple_deg),
             three_digits(row.recall_4deg),
             three_digits(row.mse),
+            trade.on_front(&format!("{} px", row.pixels)),
         ]
     };
     let head = [
@@ -194,11 +174,13 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
         "PLE [deg]",
         "Recall@4",
         "MSE",
+        "on the front",
     ];
-    study.table(
-        "Size of the images",
-        &head,
-        rows.iter().map(cells).collect(),
+    let caption = format!(
+        "{MODEL}, small preset, {} epochs on {} links, scored on {tested} links of maps it has not seen",
+        config.training.epochs,
+        config.training.links.unwrap_or_default(),
     );
+    study.table(caption, &head, rows.iter().map(cells).collect());
     study.data("images", "Every size of image", rows)
 }

@@ -2,16 +2,14 @@
 
 use anyhow::Result;
 use aps_label::{LabelConfig, Labeler, Protocol};
-use maud::{Markup, html};
+use aps_report::chart::{Mark, Series};
+use aps_report::document::{Block, Figure, Layout, Section};
+use aps_report::drawing::Drawing;
+use aps_report::link::{LinkView, Spectrum, under};
+use aps_report::picture::{self, GainScale};
+use aps_report::theme::Colour;
 
-use crate::chart::{Mark, Series};
-use crate::drawing::Drawing;
-use crate::page::{Section, figure, side_by_side};
-use crate::picture::{self, GainScale};
 use crate::source::{Source, SourceMap};
-use crate::spectra::{Spectrum, under};
-use crate::theme::Colour;
-use crate::view::LinkView;
 
 /// Both protocols, each in its colour; the first lies below.
 const PROTOCOLS: [(Protocol, Colour); 2] = [
@@ -19,19 +17,15 @@ const PROTOCOLS: [(Protocol, Colour); 2] = [
     (Protocol::Paper, Colour::Ink),
 ];
 
-/// Where the delay profiles of both protocols end \[ns\].
+/// End of the delay profiles of both protocols \[ns\].
 const PROFILE_NS: f64 = 1000.0;
 
-/// What all links have in common.
-pub fn legend() -> Markup {
-    html! {
-        "The map shows all paths, the stronger the brighter and wider; open dots are reflections, filled dots "
-        "diffractions. The spectra are those of the paper's definition (solid) and of the released code (dashed), "
-        "over the power sent and by the angle of arrival; stems are the paths. A path makes a second lobe at 180 deg "
-        "minus its own angle, because the array knows directions by their sine only. Where the two curves differ, the "
-        "released code's coarse delays miss the top of the pulse, or the path comes later than they reach."
-    }
-}
+/// A reading of the pictures, for all links.
+pub const LEGEND: &str = "The map shows all paths, the stronger the brighter and wider; open dots are reflections, filled dots \
+     diffractions. The spectra are those of the paper's definition (solid) and of the released code (dashed), \
+     over the power sent and by the angle of arrival; stems are the paths. A path makes a second lobe at 180 deg \
+     minus its own angle, because the array knows directions by their sine only. Where the two curves differ, the \
+     released code's coarse delays miss the top of the pulse, or the path comes later than they reach.";
 
 /// Adds a link to the page.
 pub fn exhibit(
@@ -46,7 +40,7 @@ pub fn exhibit(
         "Map {}, transmitter {tx}, receiver {rx}",
         map.data.id
     ));
-    section.paragraph(facts(map, row, link));
+    section.text(facts(map, row, link));
     let scale = GainScale::over(&link.paths);
     let rays = picture::rays_by_gain(link, &scale);
     let city = picture::map(&map.outlines, link, &rays, 480.0);
@@ -54,23 +48,25 @@ pub fn exhibit(
         true => stored(source, map, row)?,
         false => labelled(source, link, &scale)?,
     };
-    let spectra = html! {
-        @if let Some(aps) = aps { (figure(&aps, "Angle power spectrum.")) }
-        @if let Some(pdp) = pdp { (figure(&pdp, "Power delay profile.")) }
+    let caption = match link.paths.is_empty() {
+        true => String::new(),
+        false => format!(
+            "The strongest path has a gain of {:.1} dB.",
+            scale.strongest_db()
+        ),
     };
-    let caption = format!(
-        "The strongest path has a gain of {:.1} dB.",
-        scale.strongest_db()
-    );
-    let caption = if link.paths.is_empty() {
-        String::new()
-    } else {
-        caption
-    };
-    section.markup(side_by_side([
-        figure(&city, caption),
-        html! { div { (spectra) } },
-    ]));
+    let spectra = [
+        ("Angle power spectrum.", aps),
+        ("Power delay profile.", pdp),
+    ];
+    let spectra = spectra
+        .into_iter()
+        .filter_map(|(caption, drawing)| Some(Block::Figure(Figure::shown(caption, drawing?))));
+    let blocks = vec![
+        Block::Figure(Figure::shown(caption, city)),
+        Block::Group(Layout::Stack, spectra.collect()),
+    ];
+    section.blocks.push(Block::Group(Layout::Beside, blocks));
     Ok(())
 }
 
@@ -141,17 +137,16 @@ fn labelled(
     let latest_ns = delays.map(|p| p.delay_s * 1e9).fold(PROFILE_NS, f64::max);
     let last_ns = (latest_ns / 100.0).ceil() * 100.0;
     let mut pdp = picture::delay_chart(last_ns, &profiles).sized(480.0, 250.0);
-    let stems = picture::rays_by_gain(link, scale)
-        .into_iter()
-        .map(|ray| Series {
-            name: String::new(),
-            colour: ray.colour,
-            mark: Mark::Stems {
+    let stems = picture::rays_by_gain(link, scale).into_iter().map(|ray| {
+        Series::new(
+            "",
+            ray.colour,
+            Mark::Stems {
                 points: vec![[ray.path.delay_s * 1e9, ray.path.gain_db]],
                 dashed: false,
             },
-            link: None,
-        });
+        )
+    });
     pdp.series.splice(0..0, stems);
     Ok((Some(aps.draw()), Some(pdp.draw())))
 }

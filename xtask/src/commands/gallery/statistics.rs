@@ -2,15 +2,14 @@
 
 use anyhow::Result;
 use aps_label::Labeler;
-use maud::{Markup, html};
+use aps_report::document::{Figure, Section, Table};
+use aps_report::link::{LinkView, Spectrum, dominant_peaks};
+use aps_report::numbers::count;
 
 use super::charts;
-use crate::page::{Section, Table, figure};
 use crate::source::{Source, SourceMap};
-use crate::spectra::{Spectrum, dominant_peaks};
-use crate::view::LinkView;
 
-/// What the paper says of its test links.
+/// Figures of the paper's test links.
 pub const PAPER_MEAN_PEAKS: f64 = 2.28;
 const PAPER_AT_MOST_TWO: f64 = 75.0;
 
@@ -74,8 +73,8 @@ impl<'a> Statistics<'a> {
         format!(
             "{} maps, {} links, {} of them with a label of the {} protocol ({:.2} %).",
             totals.maps,
-            grouped(totals.links),
-            grouped(valid),
+            count(totals.links),
+            count(valid),
             self.source.label().protocol,
             100.0 * valid as f64 / totals.links.max(1) as f64
         )
@@ -88,28 +87,31 @@ impl<'a> Statistics<'a> {
         let valid = totals.status.get("valid").copied().unwrap_or(0);
         let sampled = v.distance_m.len() as u64;
         let mut section = Section::new("Statistics");
-        section.paragraph(match sampled == valid {
-            true => format!("Over all {} links with a label.", grouped(valid)),
+        section.text(match sampled == valid {
+            true => format!("Over all {} links with a label.", count(valid)),
             false => format!(
                 "Over a random sample of {} of the {} links with a label, drawn from all maps; only the counts of links are of all.",
-                grouped(sampled),
-                grouped(valid)
+                count(sampled),
+                count(valid)
             ),
         });
         if v.paths.is_empty() {
-            section.paragraph(
+            section.text(
                 "The data set stores no paths, so paths, path loss, delay spread and line of sight are not shown. \
                  They are traced again where the maps are given with --maps.",
             );
         }
-        section.table(&self.table());
+        section.table(self.table());
         section.figures(self.figures());
         section
     }
 
     fn table(&self) -> Table {
         let v = &self.values;
-        let mut table = Table::new(["of a link with a label", "mean", "5 %", "median", "95 %"]);
+        let mut table = Table::new(
+            "",
+            ["of a link with a label", "mean", "5 %", "median", "95 %"],
+        );
         let floats = |counts: &[u64]| counts.iter().map(|&n| n as f64).collect::<Vec<f64>>();
         for (name, values, decimals) in [
             ("distance [m]", v.distance_m.clone(), 0),
@@ -127,73 +129,45 @@ impl<'a> Statistics<'a> {
         table
     }
 
-    fn figures(&self) -> Vec<Markup> {
+    fn figures(&self) -> Vec<Figure> {
         let v = &self.values;
         let totals = &self.source.dataset().manifest().totals;
         let mut figures = Vec::new();
         if let Some(chart) = charts::dominant_peaks(&v.dominant_peaks) {
-            figures.push(figure(&chart, self.peaks_caption()));
+            figures.push(Figure::shown(self.peaks_caption(), chart));
         }
-        figures.push(figure(
-            &charts::status(&totals.status),
+        figures.push(Figure::shown(
             "Links with a label, and why others have none.",
+            charts::status(&totals.status),
         ));
-        figures.push(figure(
-            &charts::distance(&v.distance_m),
+        figures.push(Figure::shown(
             "Distance of transmitter and receiver.",
+            charts::distance(&v.distance_m),
         ));
         if !v.paths.is_empty() {
             let sight = 100.0 * v.line_of_sight as f64 / v.paths.len() as f64;
-            figures.push(figure(
-                &charts::paths(&v.paths),
+            figures.push(Figure::shown(
                 format!("Paths of a link. {sight:.1} % of the links have a line of sight."),
+                charts::paths(&v.paths),
             ));
-            figures.push(figure(
-                &charts::path_loss(&v.path_loss_db),
+            figures.push(Figure::shown(
                 "Path loss: minus the gain of all paths together, their powers added.",
+                charts::path_loss(&v.path_loss_db),
             ));
-            figures.push(figure(
-                &charts::delay_spread(&v.delay_spread_ns),
-                "Delay spread: standard deviation of the delay, paths weighted by power. The few largest values are left out.",
-            ));
+            figures.push(Figure::shown("Delay spread: standard deviation of the delay, paths weighted by power. The few largest values are left out.", charts::delay_spread(&v.delay_spread_ns)));
         }
         figures
     }
 
-    fn peaks_caption(&self) -> Markup {
+    fn peaks_caption(&self) -> String {
         let peaks = &self.values.dominant_peaks;
         let n = peaks.len().max(1) as f64;
         let mean = peaks.iter().sum::<u64>() as f64 / n;
         let at_most_two = 100.0 * peaks.iter().filter(|&&k| k <= 2).count() as f64 / n;
-        html! {
-            "Dominant peaks of a spectrum, " (self.source.label().protocol) " protocol: "
-            (format!("{mean:.2}")) " on average, at most two in " (format!("{at_most_two:.1}")) " % of the links. "
-            "The paper's test links have " (PAPER_MEAN_PEAKS) " and " (PAPER_AT_MOST_TWO) " %."
-        }
-    }
-}
-
-/// `12,345`.
-fn grouped(n: u64) -> String {
-    let digits = n.to_string();
-    let groups: Vec<&str> = digits
-        .as_bytes()
-        .rchunks(3)
-        .rev()
-        .filter_map(|group| std::str::from_utf8(group).ok())
-        .collect();
-    groups.join(",")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::grouped;
-
-    #[test]
-    fn long_numbers_are_grouped_by_thousands() {
-        assert_eq!(
-            [0, 999, 1000, 2_550_000].map(grouped),
-            ["0", "999", "1,000", "2,550,000"]
-        );
+        format!(
+            "Dominant peaks of a spectrum, {} protocol: {mean:.2} on average, at most two in {at_most_two:.1} % of the links. \
+             The paper's test links have {PAPER_MEAN_PEAKS} and {PAPER_AT_MOST_TWO} %.",
+            self.source.label().protocol
+        )
     }
 }

@@ -1,0 +1,124 @@
+//! The plot area: axes, grid and ticks around it, and where a value lies in it.
+
+use svg::node::element::{Group, Line, Rectangle, Text};
+
+use super::axis::{Axis, Fitted};
+use crate::drawing::{plain, px, text_width};
+
+/// Margins around the plot area \[px\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Margins {
+    pub left: f64,
+    pub right: f64,
+    pub top: f64,
+    pub bottom: f64,
+}
+
+/// A plot area with fitted axes.
+pub(super) struct Frame {
+    pub x: Fitted,
+    pub y: Fitted,
+    /// Plot area \[px\].
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
+}
+
+impl Frame {
+    /// In a picture of `size` px.
+    pub fn new(x: Fitted, y: Fitted, size: (f64, f64), margins: Margins) -> Self {
+        Self {
+            x,
+            y,
+            left: margins.left,
+            top: margins.top,
+            width: size.0 - margins.left - margins.right,
+            height: size.1 - margins.top - margins.bottom,
+        }
+    }
+
+    /// The place of a pair of values \[px\].
+    pub fn place(&self, [x, y]: [f64; 2]) -> (f64, f64) {
+        (self.across(x), self.down(y))
+    }
+
+    pub fn across(&self, x: f64) -> f64 {
+        px(self.left + self.x.part(x) * self.width)
+    }
+
+    pub fn down(&self, y: f64) -> f64 {
+        px(self.top + (1.0 - self.y.part(y)) * self.height)
+    }
+
+    /// Bottom of the plot area \[px\].
+    pub fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+
+    /// Grid lines and ticks of both axes, below the data.
+    pub fn draw(&self, x: &Axis, y: &Axis) -> Group {
+        let mut group = self.draw_x(x);
+        for (value, text) in &self.y.ticks {
+            let at = self.down(*value);
+            group = group
+                .add(line(self.left, at, self.left + self.width, at, "grid"))
+                .add(words(text, self.left - 6.0, at + 4.5, "end"));
+        }
+        let (left, middle) = (13.0, self.top + self.height / 2.0);
+        let title = words(&y.label, 0.0, 0.0, "middle").set(
+            "transform",
+            format!("translate({left} {}) rotate(-90)", px(middle)),
+        );
+        group.add(title)
+    }
+
+    /// Grid lines and ticks of the x axis, and the border.
+    pub fn draw_x(&self, x: &Axis) -> Group {
+        let mut group = Group::new();
+        let below = self.bottom() + 18.0;
+        // Texts that would run into the one before are left out.
+        let mut free_from = f64::NEG_INFINITY;
+        for (value, text) in &self.x.ticks {
+            let at = self.across(*value);
+            group = group.add(line(at, self.top, at, self.bottom(), "grid"));
+            let half = text_width(text) / 2.0;
+            if at - half >= free_from {
+                group = group.add(words(text, at, below, "middle"));
+                free_from = at + half + 6.0;
+            }
+        }
+        let border = Rectangle::new()
+            .set("x", px(self.left))
+            .set("y", px(self.top))
+            .set("width", px(self.width))
+            .set("height", px(self.height))
+            .set("class", "frame");
+        let middle = self.left + self.width / 2.0;
+        group
+            .add(border)
+            .add(words(&x.label, middle, self.bottom() + 38.0, "middle"))
+    }
+}
+
+/// Space that the texts of an axis need to its left \[px\].
+pub(super) fn tick_width(fitted: &Fitted) -> f64 {
+    let widths = fitted.ticks.iter().map(|(_, text)| text_width(text));
+    widths.fold(0.0, f64::max)
+}
+
+pub(super) fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
+    Line::new()
+        .set("x1", px(x1))
+        .set("y1", px(y1))
+        .set("x2", px(x2))
+        .set("y2", px(y2))
+        .set("class", class)
+}
+
+pub(super) fn words(text: &str, x: f64, y: f64, anchor: &str) -> Text {
+    Text::new(plain(text))
+        .set("x", px(x))
+        .set("y", px(y))
+        .set("text-anchor", anchor)
+}

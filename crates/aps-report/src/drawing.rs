@@ -1,0 +1,102 @@
+//! A finished picture: a file of its own, or a part of a page.
+
+use std::path::Path;
+
+use maud::{Markup, PreEscaped, Render};
+use svg::node::element::{Group, Rectangle, SVG, Style};
+
+use crate::{ReportError, theme};
+
+/// A picture of a fixed size, drawn with the classes of [`theme`].
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    content: Group,
+    width: f64,
+    height: f64,
+    label: String,
+}
+
+impl Drawing {
+    /// A picture of `width` x `height` px; `label` says what it shows to those who cannot see it.
+    pub fn new(content: Group, width: f64, height: f64, label: impl Into<String>) -> Self {
+        Self {
+            content,
+            width,
+            height,
+            // The writer of attributes leaves quotes as they are.
+            label: plain(&label.into()).replace('"', "'"),
+        }
+    }
+
+    /// Size \[px\].
+    pub fn size(&self) -> (f64, f64) {
+        (self.width, self.height)
+    }
+
+    /// The content, to be put into a larger picture.
+    pub fn into_content(self) -> Group {
+        self.content
+    }
+
+    /// The whole text of an SVG file: light colours, on white.
+    pub fn to_file_text(&self) -> String {
+        let background = Rectangle::new()
+            .set("width", "100%")
+            .set("height", "100%")
+            .set("class", "paper");
+        let root = self
+            .root()
+            .set("width", self.width)
+            .set("height", self.height)
+            .add(Style::new(theme::standalone_css()))
+            .add(background)
+            .add(self.content.clone());
+        format!("{root}\n")
+    }
+
+    /// Writes an SVG file.
+    ///
+    /// # Errors
+    /// The file that cannot be written, and why.
+    pub fn save(&self, file: &Path) -> Result<(), ReportError> {
+        let text = self.to_file_text();
+        std::fs::write(file, text).map_err(ReportError::at("write the picture", file))
+    }
+
+    fn root(&self) -> SVG {
+        SVG::new()
+            .set("viewBox", (0, 0, self.width, self.height))
+            .set("class", "picture")
+            .set("role", "img")
+            .set("aria-label", self.label.clone())
+    }
+}
+
+/// As part of a page, whose style it takes.
+impl Render for Drawing {
+    fn render(&self) -> Markup {
+        PreEscaped(self.root().add(self.content.clone()).to_string())
+    }
+}
+
+/// A coordinate to a tenth of a pixel: what the eye can see, and no more bytes than that.
+pub fn px(value: f64) -> f64 {
+    (value * 10.0).round() / 10.0
+}
+
+/// A group moved to a place.
+pub fn at(x: f64, y: f64, content: Group) -> Group {
+    Group::new()
+        .set("transform", format!("translate({} {})", px(x), px(y)))
+        .add(content)
+}
+
+/// Text without the control characters that no XML may hold.
+pub fn plain(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).collect()
+}
+
+/// Width of a text of 13 px, estimated generously \[px\]: nothing here knows the reader's font.
+pub fn text_width(text: &str) -> f64 {
+    7.2 * text.chars().count() as f64
+}

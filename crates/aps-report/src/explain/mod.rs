@@ -1,0 +1,235 @@
+//! Explanations of a link: its lobes, the paths worth naming, the fate of each; as a page and as one picture.
+
+mod render;
+
+use aps_label::{LabelConfig, Labeler, Protocol};
+
+pub use render::Explained;
+
+use crate::ReportError;
+use crate::link::{
+    Fate, LinkView, Lobe, PathView, Spectrum, angle_deg, apart_deg, fate, has_mirrors, lobes,
+    mirror_deg, under,
+};
+use crate::numbers::fixed;
+use crate::theme::Colour;
+
+/// Paths in the table, unless more make lobes.
+const LISTED: usize = 12;
+
+/// A link explained under one protocol.
+#[derive(Debug)]
+pub struct Explanation<'a> {
+    /// The link.
+    pub link: &'a LinkView,
+    /// Its spectrum.
+    pub spectrum: Spectrum,
+    /// The same link under the other protocol; none if that counts no path.
+    pub other: Option<Spectrum>,
+    /// Its dominant peaks, by ascending angle.
+    pub lobes: Vec<Lobe>,
+    /// Its paths worth naming, strongest first.
+    pub listed: Vec<Listed<'a>>,
+    /// The array shows each path twice.
+    pub has_mirrors: bool,
+}
+
+/// A path in the table.
+#[derive(Debug)]
+pub struct Listed<'a> {
+    /// The path.
+    pub path: &'a PathView,
+    /// Its place among all paths by gain, from 1.
+    pub number: usize,
+    /// A colour of its own if it makes a lobe.
+    pub colour: Colour,
+    /// Largest share of a lobe where the path comes from, and of a mirror lobe.
+    pub shares: [f64; 2],
+    /// Its fate in the released label.
+    pub fate: Fate,
+}
+
+impl<'a> Explanation<'a> {
+    /// Explains a link; none if the protocol counts no path of the link.
+    pub fn of(
+        link: &'a LinkView,
+        protocol: Protocol,
+        base: &LabelConfig,
+    ) -> Result<Option<Self>, ReportError> {
+        let labeler = Labeler::new(&under(protocol, base))?;
+        let samples = link.samples();
+        let Some(spectrum) = Spectrum::of(&labeler, &samples)? else {
+            return Ok(None);
+        };
+        let released = Labeler::new(&under(Protocol::Released, base))?;
+        let other = match protocol {
+            Protocol::Released => Labeler::new(&under(Protocol::Paper, base))?,
+            _ => Labeler::new(&under(Protocol::Released, base))?,
+        };
+        let lobes = lobes(&labeler, &samples, &spectrum)?;
+
+        let mut by_gain: Vec<usize> = (0..samples.len()).collect();
+        by_gain.sort_by(|&i, &j| samples[j].gain_db.total_cmp(&samples[i].gain_db));
+        let is_leading = |i: usize| lobes.iter().any(|lobe| lobe.leading().any(|s| s.0 == i));
+        let mut colours = (0..).map(Colour::Series);
+        let mut listed = Vec::new();
+        for (place, &i) in by_gain.iter().enumerate() {
+            let leads = is_leading(i);
+            if !leads && place >= LISTED {
+                continue;
+            }
+            let share = |mirrored: bool| {
+                let of = lobes
+                    .iter()
+                    .filter(|l| is_mirror_of(l, &link.paths[i], protocol) == mirrored);
+                of.map(|l| l.share_of(i)).fold(0.0, f64::max)
+            };
+            listed.push(Listed {
+                path: &link.paths[i],
+                number: place + 1,
+                colour: match leads {
+                    true => colours.next().expect("there is always another"),
+                    false => Colour::Soft,
+                },
+                shares: [share(false), share(true)],
+                fate: fate(&released, &samples[i])?,
+            });
+        }
+        Ok(Some(Self {
+            link,
+            other: Spectrum::of(&other, &samples)?,
+            spectrum,
+            lobes,
+            listed,
+            has_mirrors: has_mirrors(&labeler),
+        }))
+    }
+
+    /// The path in the table that `index` of the link is.
+    fn listed(&self, index: usize) -> Option<&Listed<'a>> {
+        let path = &self.link.paths[index];
+        self.listed.iter().find(|l| std::ptr::eq(l.path, path))
+    }
+
+    /// Rows of the table of lobes, their cells in the order of [`LOBE_COLUMNS`].
+    fn lobe_rows(&self) -> Vec<(Vec<String>, Option<&Listed<'a>>)> {
+        let row = |lobe: &Lobe| {
+            let named = |(i, share): (usize, f64)| {
+                let number = self.listed(i).map_or(0, |l| l.number);
+                format!("path {number} ({:.0} %)", 100.0 * share)
+            };
+            let leading: Vec<String> = lobe.leading().map(named).collect();
+            let cause = lobe.cause().and_then(|i| self.listed(i));
+            let text = match (cause, leading.is_empty()) {
+                (Some(_), _) => leading.join(", with "),
+                (None, false) => format!("no single path: {}", leading.join(", ")),
+                (None, true) => "no single path: many weak ones".into(),
+            };
+            let side = match (cause, lobe.is_mirror) {
+                (Some(_), true) => "mirror image",
+                (Some(_), false) if self.has_mirrors => "where it comes from",
+                _ => "\u{2013}",
+            };
+            let twin = match lobe.twin {
+                Some(j) => degrees(self.lobes[j].angle_deg),
+                None if self.has_mirrors => {
+                    format!("{}, no dominant peak", degrees(mirror_deg(lobe.angle_deg)))
+                }
+                None => "\u{2013}".into(),
+            };
+            let mark = match cause {
+                Some(l) => badge_text(l.number, lobe.is_mirror),
+                None => "?".into(),
+            };
+            let cells = vec![
+                mark,
+                degrees(lobe.angle_deg),
+                fixed(lobe.level_db, 1),
+                text,
+                side.into(),
+                twin,
+            ];
+            (cells, cause)
+        };
+        self.lobes.iter().map(row).collect()
+    }
+
+    /// Rows of the table of paths, their cells in the order of [`PATH_COLUMNS`].
+    fn path_rows(&self) -> Vec<(Vec<String>, &Listed<'a>)> {
+        let row = |l: &'_ Listed<'a>| {
+            vec![
+                l.number.to_string(),
+                l.path.name(),
+                fixed(l.path.length_m(), 1),
+                fixed(l.path.delay_s * 1e9, 1),
+                fixed(angle_deg(l.path.arrival_azimuth_rad, Protocol::Paper), 1),
+                fixed(l.path.gain_db, 1),
+                percent(l.shares[0]),
+                percent(l.shares[1]),
+                fate_text(l.fate),
+            ]
+        };
+        self.listed.iter().map(|l| (row(l), l)).collect()
+    }
+}
+
+/// Columns of [`Explanation::lobe_rows`].
+const LOBE_COLUMNS: [&str; 6] = [
+    "lobe",
+    "at [deg]",
+    "level [dB]",
+    "made by",
+    "it is",
+    "mirror lobe at",
+];
+
+/// Columns of [`Explanation::path_rows`].
+const PATH_COLUMNS: [&str; 9] = [
+    "path",
+    "interactions",
+    "length [m]",
+    "delay [ns]",
+    "arrival [deg]",
+    "gain [dB]",
+    "of its lobe",
+    "of the mirror",
+    "in the released label",
+];
+
+/// Tells if a lobe is nearer to the mirror image of a path than to the path.
+fn is_mirror_of(lobe: &Lobe, path: &PathView, protocol: Protocol) -> bool {
+    let own = angle_deg(path.arrival_azimuth_rad, protocol);
+    apart_deg(mirror_deg(own), lobe.angle_deg) < apart_deg(own, lobe.angle_deg)
+}
+
+/// A path's number, with a prime at its mirror lobe.
+fn badge_text(number: usize, is_mirror: bool) -> String {
+    format!("{number}{}", if is_mirror { "\u{2032}" } else { "" })
+}
+
+fn degrees(value: f64) -> String {
+    fixed(value, 0)
+}
+
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p >= 0.5 => format!("{p:.0} %"),
+        _ => "\u{2013}".into(),
+    }
+}
+
+fn fate_text(fate: Fate) -> String {
+    match fate {
+        Fate::Sampled { lost_db } if lost_db < 0.05 => "whole, on a grid delay".into(),
+        Fate::Sampled { lost_db } => {
+            format!("\u{2212}{lost_db:.1} dB, between grid delays")
+        }
+        Fate::Beyond { last_ns, lost_db } => {
+            format!("disappears: \u{2212}{lost_db:.0} dB, beyond {last_ns:.0} ns")
+        }
+        Fate::Dropped { loss_db } if loss_db > 0.0 => {
+            format!("dropped: loss {loss_db:.0} dB is above 310 dB")
+        }
+        Fate::Dropped { .. } => "dropped: no loss".into(),
+    }
+}

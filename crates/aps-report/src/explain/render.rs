@@ -1,0 +1,266 @@
+//! The explanation as a page, or as one picture.
+
+use aps_label::Protocol;
+use svg::node::element::{Group, Text};
+
+use super::{Explanation, LOBE_COLUMNS, Listed, PATH_COLUMNS, badge_text};
+use crate::chart::{Chart, Mark, Series, badge};
+use crate::document::{Block, Document, Figure, Layout, RowMark, Section, Table};
+use crate::drawing::{Drawing, at, plain, px, text_width};
+use crate::link::{PathView, angle_deg, mirror_deg};
+use crate::picture::{self, Outlines, Ray};
+use crate::theme::Colour;
+
+/// Links what has no number of its own: pointing at a path dims it too.
+const REST: &str = "0";
+
+/// An explanation, ready to be drawn.
+#[derive(Debug)]
+pub struct Explained<'a> {
+    /// The name of the link.
+    pub title: &'a str,
+    /// The buildings around it.
+    pub outlines: &'a Outlines,
+    /// The explanation.
+    pub explanation: &'a Explanation<'a>,
+}
+
+impl Explained<'_> {
+    /// A page: map and spectrum side by side, tables of lobes and paths below.
+    pub fn page(&self) -> Document {
+        let e = self.explanation;
+        let mark = |listed: &Listed<'_>| RowMark {
+            link: Some(link(listed)),
+            colour: Some(listed.colour.to_string()),
+        };
+        let mut lobes = Table::new("", LOBE_COLUMNS);
+        for (cells, cause) in e.lobe_rows() {
+            lobes.push_marked(cells, cause.map(mark).unwrap_or_default());
+        }
+        let mut paths = Table::new("", PATH_COLUMNS);
+        for (cells, listed) in e.path_rows() {
+            paths.push_marked(cells, mark(listed));
+        }
+        let caption_map = "Paths that make a lobe in colour, with their numbers; others in grey. \
+                           Open dots are reflections, filled dots diffractions.";
+        let caption_spectrum = format!(
+            "The spectrum under the {} protocol, and dashed under the other. A disc marks the lobe of a path where the path \
+             comes from, a ring with a prime its mirror image, a question mark a lobe that no single path explains. Stems are \
+             as high as their path is strong.",
+            e.spectrum.protocol
+        );
+        let spectrum = self.spectrum(480.0, 480.0).draw();
+        let figures = [
+            Figure::shown(caption_map, self.map(480.0)),
+            Figure::shown(caption_spectrum, spectrum),
+        ];
+        let mut links = Section::new("Lobes and paths");
+        let linked = vec![
+            Block::Group(Layout::Beside, figures.map(Block::Figure).to_vec()),
+            Block::Table(lobes),
+            Block::Table(paths),
+        ];
+        links.blocks.push(Block::Group(Layout::Linked, linked));
+        links.text(self.remark());
+        Document::new(self.title)
+            .lead(self.summary())
+            .lead("Point at a row, a path or a marker to see what belongs together.")
+            .section(links)
+    }
+
+    /// One picture: map and spectrum side by side, the table of paths below.
+    pub fn drawing(&self) -> Drawing {
+        let side = 500.0;
+        let map = self.map(side);
+        let chart = self.spectrum(560.0, side + 24.0).draw();
+        let (paths, lobes) = (self.explanation.path_rows(), self.explanation.lobe_rows());
+        let lobe_table = table(
+            &LOBE_COLUMNS,
+            lobes
+                .into_iter()
+                .map(|(cells, l)| (cells, l.map_or(Colour::Soft, |l| l.colour))),
+        );
+        let path_table = table(
+            &PATH_COLUMNS,
+            paths.into_iter().map(|(cells, l)| (cells, l.colour)),
+        );
+        let title = Text::new(plain(self.title))
+            .set("x", 12)
+            .set("y", 24)
+            .set("class", "title");
+        let summary = Text::new(plain(&self.summary()))
+            .set("x", 12)
+            .set("y", 44)
+            .set("class", "small");
+        let mut y = 60.0;
+        let mut group = Group::new()
+            .add(title)
+            .add(summary)
+            .add(at(12.0, y, map.into_content()))
+            .add(at(side + 20.0, y - 12.0, chart.into_content()));
+        y += side + 40.0;
+        for (content, height) in [lobe_table, path_table] {
+            group = group.add(at(12.0, y, content));
+            y += height + 18.0;
+        }
+        Drawing::new(
+            group,
+            side + 592.0,
+            y,
+            format!("{}: {}", self.title, self.summary()),
+        )
+    }
+
+    fn summary(&self) -> String {
+        let e = self.explanation;
+        let explained = e.lobes.iter().filter(|l| l.cause().is_some()).count();
+        format!(
+            "{:.0} m apart, {}, {} paths; {} dominant {} under the {} protocol, {explained} of them each made by one path.",
+            e.link.distance_m(),
+            if e.link.has_line_of_sight() {
+                "in line of sight"
+            } else {
+                "out of sight"
+            },
+            e.link.paths.len(),
+            e.lobes.len(),
+            if e.lobes.len() == 1 { "lobe" } else { "lobes" },
+            e.spectrum.protocol,
+        )
+    }
+
+    fn remark(&self) -> String {
+        let e = self.explanation;
+        let more = e.link.paths.len() - e.listed.len();
+        let rest = match more {
+            0 => String::new(),
+            n => format!(" {n} weaker paths, each below a fifth of every lobe, are not listed."),
+        };
+        let mirrors = match e.has_mirrors {
+            true => {
+                " The array tells directions by their sine only, so that each path makes a second lobe at 180 deg minus its own direction."
+            }
+            false => "",
+        };
+        let sense = match e.spectrum.protocol {
+            Protocol::Released => {
+                " The released label shows the direction of travel, half a turn from the direction of arrival."
+            }
+            _ => "",
+        };
+        format!(
+            "R12 is a reflection at wall 12, D7 a diffraction at corner 7, LoS the line of sight. Shares are of the power at the maximum of the lobe.{mirrors}{sense}{rest}"
+        )
+    }
+
+    fn map(&self, side: f64) -> Drawing {
+        let e = self.explanation;
+        let is_listed = |path: &PathView| e.listed.iter().any(|l| std::ptr::eq(l.path, path));
+        let rest = e
+            .link
+            .paths
+            .iter()
+            .filter(|path| !is_listed(path))
+            .map(|path| Ray {
+                path,
+                colour: Colour::Soft,
+                width: 0.5,
+                number: None,
+                link: Some(REST.into()),
+            });
+        let listed = e.listed.iter().rev().map(|l| Ray {
+            path: l.path,
+            colour: l.colour,
+            width: if is_coloured(l) { 2.4 } else { 0.9 },
+            number: is_coloured(l).then(|| l.number.to_string()),
+            link: Some(link(l)),
+        });
+        // Coloured ones last, on top.
+        let mut rays: Vec<Ray<'_>> = rest.chain(listed).collect();
+        rays.sort_by_key(|ray| ray.number.is_some());
+        picture::map(self.outlines, e.link, &rays, side)
+    }
+
+    fn spectrum(&self, width: f64, height: f64) -> Chart {
+        let e = self.explanation;
+        let protocol = e.spectrum.protocol;
+        let mut chart = picture::axes(protocol, e.spectrum.top_db(), true).sized(width, height);
+        for l in e.listed.iter().rev() {
+            let own = angle_deg(l.path.arrival_azimuth_rad, protocol);
+            let mut stem = |angle: f64, dashed: bool| {
+                let mark = Mark::Stems {
+                    points: vec![[angle, l.path.gain_db]],
+                    dashed,
+                };
+                chart.series.push(series("", l.colour, mark, Some(link(l))));
+            };
+            if is_coloured(l) && e.has_mirrors {
+                stem(mirror_deg(own), true);
+            }
+            stem(own, false);
+        }
+        if let Some(other) = &e.other {
+            chart
+                .series
+                .push(picture::curve(other, protocol, Colour::Soft));
+        }
+        chart
+            .series
+            .push(picture::curve(&e.spectrum, protocol, Colour::Ink));
+        for lobe in &e.lobes {
+            let cause = lobe.cause().and_then(|i| e.listed(i));
+            let mark = Mark::Badges {
+                points: vec![[lobe.angle_deg, lobe.level_db]],
+                text: cause.map_or("?".into(), |l| badge_text(l.number, lobe.is_mirror)),
+                hollow: lobe.is_mirror && cause.is_some(),
+            };
+            let colour = cause.map_or(Colour::Soft, |l| l.colour);
+            chart.series.push(series("", colour, mark, cause.map(link)));
+        }
+        chart
+    }
+}
+
+fn series(name: &str, colour: Colour, mark: Mark, link: Option<String>) -> Series {
+    Series {
+        name: name.into(),
+        colour,
+        mark,
+        link,
+    }
+}
+
+fn link(listed: &Listed<'_>) -> String {
+    listed.number.to_string()
+}
+
+fn is_coloured(listed: &Listed<'_>) -> bool {
+    matches!(listed.colour, Colour::Series(_))
+}
+
+/// A table as a picture, and its height \[px\]; the first cell of each row is a badge.
+fn table(columns: &[&str], rows: impl Iterator<Item = (Vec<String>, Colour)>) -> (Group, f64) {
+    let rows: Vec<(Vec<String>, Colour)> = rows.collect();
+    let mut group = Group::new();
+    let mut left = 0.0;
+    for (i, title) in columns.iter().enumerate() {
+        let texts = rows.iter().map(|(cells, _)| text_width(&cells[i]));
+        let width = texts.fold(text_width(title), f64::max);
+        let words = |text: &str, y: f64, class: &str| {
+            Text::new(plain(text))
+                .set("x", px(left))
+                .set("y", y)
+                .set("class", class)
+        };
+        group = group.add(words(title, 12.0, "small"));
+        for (j, (cells, colour)) in rows.iter().enumerate() {
+            let y = 34.0 + 21.0 * j as f64;
+            group = match i {
+                0 => group.add(badge(left + 9.0, y - 4.5, &cells[0], *colour, false)),
+                _ => group.add(words(&cells[i], y, "")),
+            };
+        }
+        left += width + 16.0;
+    }
+    (group, 24.0 + 21.0 * rows.len() as f64)
+}

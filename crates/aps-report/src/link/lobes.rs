@@ -1,0 +1,301 @@
+//! Lobes of a spectrum, and the paths that make them.
+//!
+//! Q at the bin of a lobe and at the delay of its maximum is a sum over paths, so each path has a
+//! share of it. A uniform linear array shows each path twice, at theta and at 180 deg - theta.
+
+use aps_label::{Array, Labeler, PathError, PathSample, Protocol};
+
+use super::{Spectrum, angle_deg, apart_deg, mirror_deg};
+
+/// A path with at least this share of a lobe makes it.
+const CAUSE: f64 = 0.5;
+
+/// A path with at least this share of a lobe is named.
+const LEADING: f64 = 0.2;
+
+/// Lobes are mirror images when they are this near to it, two bins \[deg\].
+const MIRROR_TOLERANCE_DEG: f64 = 4.1;
+
+/// Losses of the released label are told up to here \[dB\].
+const MOST_LOSS_DB: f64 = 200.0;
+
+/// A dominant peak of an APS and what it is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lobe {
+    /// Place of its maximum \[deg\], in the sense of the spectrum's protocol.
+    pub angle_deg: f64,
+    /// Its height over the power sent \[dB\].
+    pub level_db: f64,
+    /// Paths by their share of its power, largest first; the shares of all paths add up to 1.
+    pub shares: Vec<(usize, f64)>,
+    /// The path with the largest share comes from nearer the mirror image than from here.
+    pub is_mirror: bool,
+    /// Its mirror image among the lobes, by index, if the array makes one and it is a dominant
+    /// peak too.
+    pub twin: Option<usize>,
+}
+
+impl Lobe {
+    /// The path that makes most of it.
+    pub fn cause(&self) -> Option<usize> {
+        let first = self.shares.first();
+        first.filter(|s| s.1 >= CAUSE).map(|s| s.0)
+    }
+
+    /// Paths worth naming, with their shares.
+    pub fn leading(&self) -> impl Iterator<Item = (usize, f64)> {
+        let is_leading = |s: &(usize, f64)| s.1 >= LEADING;
+        self.shares.iter().copied().filter(is_leading)
+    }
+
+    /// Share of a path.
+    pub fn share_of(&self, path: usize) -> f64 {
+        let found = self.shares.iter().find(|s| s.0 == path);
+        found.map_or(0.0, |s| s.1)
+    }
+}
+
+/// The dominant peaks of a spectrum that these paths make, by ascending angle.
+pub fn lobes(
+    labeler: &Labeler,
+    samples: &[PathSample],
+    spectrum: &Spectrum,
+) -> Result<Vec<Lobe>, PathError> {
+    let protocol = labeler.config().protocol;
+    let peaks = spectrum.dominant_peaks();
+    let mut lobes = Vec::new();
+    for peak in peaks.dominant() {
+        let angle = spectrum.angles_deg[peak.bin];
+        let delay_s = spectrum.delay_s[peak.bin];
+        let part = |path: &PathSample| labeler.q(&[*path], delay_s, angle.to_radians());
+        let parts = samples.iter().map(part).collect::<Result<Vec<f64>, _>>()?;
+        let total: f64 = parts.iter().sum();
+        let mut shares: Vec<(usize, f64)> = parts
+            .into_iter()
+            .map(|power| if total > 0.0 { power / total } else { 0.0 })
+            .enumerate()
+            .collect();
+        shares.sort_by(|p, q| q.1.total_cmp(&p.1));
+        let own = angle_deg(samples[shares[0].0].arrival_azimuth_rad, protocol);
+        lobes.push(Lobe {
+            angle_deg: angle,
+            level_db: spectrum.aps_db[peak.bin],
+            is_mirror: has_mirrors(labeler)
+                && apart_deg(mirror_deg(own), angle) < apart_deg(own, angle),
+            shares,
+            twin: None,
+        });
+    }
+    if has_mirrors(labeler) {
+        let angles: Vec<f64> = lobes.iter().map(|lobe| lobe.angle_deg).collect();
+        for (i, lobe) in lobes.iter_mut().enumerate() {
+            let away = |&j: &usize| apart_deg(angles[j], mirror_deg(angles[i]));
+            let others = (0..angles.len()).filter(|&j| j != i);
+            let nearest = others.min_by(|a, b| away(a).total_cmp(&away(b)));
+            lobe.twin = nearest.filter(|j| away(j) <= MIRROR_TOLERANCE_DEG);
+        }
+    }
+    Ok(lobes)
+}
+
+/// Tells if the array makes a second lobe for each path.
+pub fn has_mirrors(labeler: &Labeler) -> bool {
+    matches!(labeler.config().array, Array::UniformLinear { .. })
+}
+
+/// The fate of a path in a label that takes its maximum over sampled delays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fate {
+    /// Its delay lies between two of the axis: lowered, by nothing on one of them.
+    Sampled {
+        /// The loss \[dB\].
+        lost_db: f64,
+    },
+    /// Its delay lies beyond the axis, and is lowered.
+    Beyond {
+        /// The end of the axis \[ns\].
+        last_ns: f64,
+        /// The loss \[dB\].
+        lost_db: f64,
+    },
+    /// Its loss is outside of what is counted.
+    Dropped {
+        /// The loss of the path \[dB\].
+        loss_db: f64,
+    },
+}
+
+/// The fate of a path in the label of `released`, a labeler of that protocol.
+pub fn fate(released: &Labeler, path: &PathSample) -> Result<Fate, PathError> {
+    debug_assert_eq!(released.config().protocol, Protocol::Released);
+    let angle_rad = angle_deg(path.arrival_azimuth_rad, Protocol::Released).to_radians();
+    let power = |tau_s: f64| released.q(&[*path], tau_s, angle_rad);
+    let whole = power(path.delay_s)?;
+    if whole == 0.0 {
+        let loss_db = -path.gain_db;
+        return Ok(Fate::Dropped { loss_db });
+    }
+    let mut best: f64 = 0.0;
+    for &tau_s in released.delays_s() {
+        best = best.max(power(tau_s)?);
+    }
+    let lost_db = (-10.0 * (best / whole).log10()).clamp(0.0, MOST_LOSS_DB);
+    let last_s = released.delays_s().last().copied().unwrap_or(0.0);
+    if path.delay_s > last_s {
+        let last_ns = last_s * 1e9;
+        Ok(Fate::Beyond { last_ns, lost_db })
+    } else {
+        Ok(Fate::Sampled { lost_db })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use aps_label::LabelConfig;
+
+    use super::*;
+
+    fn sample(delay_ns: f64, angle_deg: f64, gain_db: f64) -> PathSample {
+        PathSample {
+            delay_s: delay_ns * 1e-9,
+            arrival_azimuth_rad: angle_deg.to_radians(),
+            gain_db,
+        }
+    }
+
+    fn explain(protocol: Protocol, samples: &[PathSample]) -> Vec<Lobe> {
+        let labeler = Labeler::new(&LabelConfig::of(protocol)).unwrap();
+        let spectrum = Spectrum::of(&labeler, samples).unwrap().unwrap();
+        lobes(&labeler, samples, &spectrum).unwrap()
+    }
+
+    #[test]
+    fn two_paths_far_apart_make_two_lobes_and_their_mirrors() {
+        // On delays of the released axis, so that both protocols see them alike.
+        let step_ns = 1000.0 / 127.0;
+        let samples = [
+            sample(38.0 * step_ns, 20.0, -80.0),
+            sample(64.0 * step_ns, -50.0, -82.0),
+        ];
+        for protocol in [Protocol::Paper, Protocol::Released] {
+            let lobes = explain(protocol, &samples);
+            assert_eq!(lobes.len(), 4, "{protocol}: {lobes:?}");
+            for (path, s) in samples.iter().enumerate() {
+                let own = angle_deg(s.arrival_azimuth_rad, protocol);
+                let made: Vec<&Lobe> = lobes.iter().filter(|l| l.cause() == Some(path)).collect();
+                assert_eq!(made.len(), 2);
+                for lobe in made {
+                    let expected = if lobe.is_mirror { mirror_deg(own) } else { own };
+                    assert!(
+                        apart_deg(lobe.angle_deg, expected) <= 1.1,
+                        "{protocol} {lobe:?}"
+                    );
+                    let twin = &lobes[lobe.twin.expect("both are dominant")];
+                    assert_eq!(twin.cause(), Some(path));
+                    assert_ne!(twin.is_mirror, lobe.is_mirror);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shares_are_those_of_the_formula() {
+        let samples = [
+            sample(300.0, 20.0, -80.0),
+            sample(303.0, 26.0, -83.0),
+            sample(700.0, 150.0, -79.0),
+        ];
+        let lobes = explain(Protocol::Paper, &samples);
+        let labeler = Labeler::new(&LabelConfig::paper()).unwrap();
+        let spectrum = Spectrum::of(&labeler, &samples).unwrap().unwrap();
+        for lobe in &lobes {
+            let bin = spectrum
+                .angles_deg
+                .iter()
+                .position(|a| *a == lobe.angle_deg)
+                .unwrap();
+            let tau_s = spectrum.delay_s[bin];
+            // The formula, term by term: p sinc^2 (sin(N psi) / (N sin psi))^2.
+            let term = |s: &PathSample| {
+                let x = PI * 200e6 * (tau_s - s.delay_s);
+                let pulse = if x == 0.0 { 1.0 } else { (x.sin() / x).powi(2) };
+                let psi =
+                    0.5 * PI * (lobe.angle_deg.to_radians().sin() - s.arrival_azimuth_rad.sin());
+                let beam = match psi.sin().abs() < 1e-12 {
+                    true => 1.0,
+                    false => ((16.0 * psi).sin() / (16.0 * psi.sin())).powi(2),
+                };
+                10_f64.powf(s.gain_db / 10.0) * pulse * beam
+            };
+            let total: f64 = samples.iter().map(term).sum();
+            assert!(
+                (10.0 * total.log10() - lobe.level_db).abs() < 1e-6,
+                "{lobe:?}"
+            );
+            for (path, s) in samples.iter().enumerate() {
+                assert!(
+                    (lobe.share_of(path) - term(s) / total).abs() < 1e-9,
+                    "{lobe:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn lobe_of_equal_paths_has_no_single_cause() {
+        let samples = [30.0, 30.5, 31.0].map(|angle| sample(400.0, angle, -90.0));
+        let lobes = explain(Protocol::Paper, &samples);
+        assert!(
+            lobes
+                .iter()
+                .all(|l| l.cause().is_none() && l.leading().count() == 3),
+            "{lobes:?}"
+        );
+    }
+
+    #[test]
+    fn a_circular_array_has_no_mirrors() {
+        let config = LabelConfig {
+            array: Array::UniformCircular {
+                elements: 16,
+                radius_wavelengths: 1.0,
+            },
+            ..LabelConfig::paper()
+        };
+        let labeler = Labeler::new(&config).unwrap();
+        let samples = [sample(300.0, 20.0, -80.0)];
+        let spectrum = Spectrum::of(&labeler, &samples).unwrap().unwrap();
+        let lobes = lobes(&labeler, &samples, &spectrum).unwrap();
+        assert!(lobes.iter().all(|l| !l.is_mirror && l.twin.is_none()));
+    }
+
+    #[test]
+    fn fates_tell_what_the_sampled_delays_do() {
+        let released = Labeler::new(&LabelConfig::released()).unwrap();
+        let step_ns = 1000.0 / 127.0;
+        let of = |delay_ns: f64, gain_db: f64| {
+            fate(&released, &sample(delay_ns, 33.0, gain_db)).unwrap()
+        };
+        let Fate::Sampled { lost_db } = of(40.0 * step_ns, -90.0) else {
+            panic!()
+        };
+        assert!(lost_db < 1e-9);
+        // Half-way: sinc^2 of half a step.
+        let Fate::Sampled { lost_db } = of(40.5 * step_ns, -90.0) else {
+            panic!()
+        };
+        let x = PI * 200e6 * 0.5 * step_ns * 1e-9;
+        assert!(
+            (lost_db + 20.0 * (x.sin() / x).abs().log10()).abs() < 1e-6,
+            "{lost_db}"
+        );
+        let Fate::Beyond { last_ns, lost_db } = of(1013.0, -90.0) else {
+            panic!()
+        };
+        assert!(last_ns == 1000.0 && lost_db > 15.0, "{lost_db}");
+        assert_eq!(of(400.0, -311.0), Fate::Dropped { loss_db: 311.0 });
+        assert_eq!(of(400.0, 0.0), Fate::Dropped { loss_db: 0.0 });
+    }
+}

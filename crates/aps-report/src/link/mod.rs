@@ -1,0 +1,9 @@
+//! A link as pictures need it: its paths, its spectrum under either protocol, and the lobes that the paths make.
+
+mod lobes;
+mod spectrum;
+mod view;
+
+pub use lobes::{Fate, Lobe, fate, has_mirrors, lobes};
+pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg, under};
+pub use view::{Bend, BendKind, LinkView, PathView};

@@ -1,0 +1,150 @@
+//! Error against time: the front that nothing beats, and what is off it.
+
+use crate::chart::{Axis, Chart, Mark, Series, Spot, pareto_front};
+use crate::theme::Colour;
+
+/// One setting: what it costs and how far off it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// Kind of setting: a colour in the chart.
+    pub group: String,
+    /// Its name in words.
+    pub name: String,
+    /// In the unit of the time axis; positive.
+    pub time: f64,
+    /// In the unit of the error axis; not negative.
+    pub error: f64,
+}
+
+/// The settings that a chart names besides those on the front.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Marked<'n> {
+    /// All of them.
+    All,
+    /// The ones with these names.
+    Only(&'n [&'n str]),
+}
+
+impl Marked<'_> {
+    fn holds(self, choice: &Choice) -> bool {
+        match self {
+            Self::All => true,
+            Self::Only(names) => names.contains(&&*choice.name),
+        }
+    }
+}
+
+/// Settings that are compared.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trade {
+    /// In the order of the key.
+    pub choices: Vec<Choice>,
+}
+
+impl Trade {
+    /// Adds a setting.
+    pub fn add(&mut self, group: &str, name: impl Into<String>, time: f64, error: f64) {
+        self.choices.push(Choice {
+            group: group.into(),
+            name: name.into(),
+            time,
+            error,
+        });
+    }
+
+    /// The settings that nothing beats, the fastest first; an error smaller by less than a hundredth is none.
+    pub fn front(&self) -> Vec<&Choice> {
+        let points: Vec<[f64; 2]> = self.choices.iter().map(|c| [c.time, c.error]).collect();
+        let front = pareto_front(&points, 0.01);
+        front.into_iter().map(|i| &self.choices[i]).collect()
+    }
+
+    /// `yes` for a setting on the front, else nothing: the cell of a table.
+    pub fn on_front(&self, name: &str) -> String {
+        let is_there = self.front().iter().any(|choice| choice.name == name);
+        if is_there {
+            "yes".into()
+        } else {
+            String::new()
+        }
+    }
+
+    /// A setting by its name.
+    pub fn named(&self, name: &str) -> Option<&Choice> {
+        self.choices.iter().find(|choice| choice.name == name)
+    }
+
+    /// Both axes logarithmic, the front as steps; errors below `least` are drawn there. Settings on the
+    /// front, and those `marked`, are named.
+    pub fn chart(&self, time: &str, error: &str, least: f64, marked: Marked<'_>) -> Chart {
+        let at = |choice: &Choice| [choice.time, choice.error.max(least)];
+        let front = self.front();
+        let mut steps: Vec<[f64; 2]> = front.iter().map(|choice| at(choice)).collect();
+        let slowest = self.choices.iter().map(|c| c.time).fold(0.0, f64::max);
+        steps.extend(steps.last().map(|last| [slowest, last[1]]));
+        let mut chart = Chart::new(Axis::log(time), Axis::log(error)).sized(640.0, 440.0);
+        chart = chart.with(Series::new(
+            "front",
+            Colour::Soft,
+            Mark::Steps { points: steps },
+        ));
+        let mut groups: Vec<&str> = Vec::new();
+        for choice in &self.choices {
+            if !groups.contains(&&*choice.group) {
+                groups.push(&choice.group);
+            }
+        }
+        for (i, group) in groups.into_iter().enumerate() {
+            let spot = |choice: &Choice| Spot {
+                at: at(choice),
+                label: match front.contains(&choice) || marked.holds(choice) {
+                    true => choice.name.clone(),
+                    false => String::new(),
+                },
+                interval: None,
+            };
+            let members = self.choices.iter().filter(|c| c.group == group);
+            chart = chart.with(Series::new(
+                group,
+                Colour::Series(i),
+                Mark::Spots(members.map(spot).collect()),
+            ));
+        }
+        chart
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trade() -> Trade {
+        let mut trade = Trade::default();
+        for (name, time, error) in [
+            ("a", 1.0, 1.0),
+            ("b", 2.0, 0.5),
+            ("c", 4.0, 0.5),
+            ("d", 2.05, 0.6),
+            ("e", 5.0, 0.0),
+        ] {
+            trade.add("all", name, time, error);
+        }
+        trade
+    }
+
+    #[test]
+    fn front_is_what_nothing_beats() {
+        let trade = trade();
+        let names: Vec<&str> = trade.front().iter().map(|c| &*c.name).collect();
+        assert_eq!(names, ["a", "b", "e"]);
+    }
+
+    #[test]
+    fn an_error_of_zero_is_drawn() {
+        let text = trade()
+            .chart("time", "error", 1e-3, Marked::Only(&[]))
+            .draw()
+            .to_file_text();
+        assert!(text.contains(">e<"), "{text}");
+    }
+}

@@ -1,0 +1,155 @@
+//! `cargo xtask report`: measure, and write down what was measured.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
+use xtask::{IdList, MapSource, child, command_line, hand_over, machine, map_ranges, say};
+
+use crate::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
+
+/// The files, which the options' one line each leaves open.
+const WHAT_IS_WRITTEN: &str = "\
+What is written into --out:
+  numerics.md                       the report, of all studies in the folder beside it
+  numerics/STUDY.json               a study: tables, figures, verdicts; settings, machine
+  numerics/STUDY-*.csv, *.svg       its data and figures
+
+A study that is not named keeps the files of its last run, and its place in the report. The study of models comes last: it is
+built when it is asked for, which takes some minutes the first time. Times are taken on one thread, those of models on all;
+they are only worth something on a machine that does nothing else.";
+
+/// Measure error against run time: studies of the tracer, the label, diffraction, pruning and the models.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = WHAT_IS_WRITTEN)]
+pub struct Args {
+    /// Study to run; may be repeated [default: all].
+    #[arg(long, value_enum)]
+    study: Vec<Asked>,
+    /// Amount of measurement: full takes about ten minutes, smoke seconds.
+    #[arg(long, value_enum, default_value_t = Profile::Full)]
+    profile: Profile,
+    /// Maps for the studies of the tracer and of models: synthetic cities, or a folder of RadioMapSeer files.
+    #[arg(long, default_value = "synthetic")]
+    maps: MapSource,
+    /// Ids of maps in that folder for the tracer, such as 0,7,30-33 [default: five, from the fewest walls to the most].
+    #[arg(long, alias = "map-ids")]
+    ids: Option<IdList>,
+    /// Seed of terminals, synthetic cities and drawn numbers.
+    #[arg(long, default_value_t = 42)]
+    seed: u64,
+    /// Folder of the report [default: docs/reports; data/report-smoke for smoke].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Folder of the study of models: its data set and trained models, reused where settings agree [default: data/report-models].
+    #[arg(long)]
+    work: Option<PathBuf>,
+}
+
+/// A study that can be asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Asked {
+    /// One of this program's own.
+    Own(StudyName),
+    /// That of the program that links candle.
+    Models,
+}
+
+impl Asked {
+    /// All of them, in the order they run in.
+    const ALL: [Self; StudyName::ALL.len() + 1] = {
+        let mut all = [Self::Models; StudyName::ALL.len() + 1];
+        let mut i = 0;
+        while i < StudyName::ALL.len() {
+            all[i] = Self::Own(StudyName::ALL[i]);
+            i += 1;
+        }
+        all
+    };
+}
+
+impl ValueEnum for Asked {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::Own(study) => study.to_possible_value(),
+            Self::Models => {
+                Some(PossibleValue::new("models").help(
+                    "Precision, batch and image size of models: error against time an answer",
+                ))
+            }
+        }
+    }
+}
+
+impl Args {
+    /// Runs the command.
+    pub fn run(self) -> Result<()> {
+        let usual = self.profile.choose("data/report-smoke", "docs/reports");
+        let out = self.out.clone().unwrap_or_else(|| usual.into());
+        let folder = studies_folder(&out);
+        let setup = Setup {
+            profile: self.profile,
+            seed: self.seed,
+            maps: MapChoice::new(self.maps.clone(), self.ids.clone())?,
+        };
+        let mut studies = match self.study.is_empty() {
+            true => Asked::ALL.to_vec(),
+            false => self.study.clone(),
+        };
+        studies.sort_unstable();
+        studies.dedup();
+        // Before the first study is written, which may change a file under version control.
+        let commit = machine::describe().commit;
+        for asked in &studies {
+            let Asked::Own(study) = *asked else { continue };
+            let mut conditions = Conditions::now(self.profile, self.seed, self.command(study));
+            conditions.machine.commit.clone_from(&commit);
+            let measured = study.run(&setup);
+            let measured = measured.with_context(|| format!("study '{}'", study.name()))?;
+            measured.write(&folder, conditions.ended())?;
+        }
+        // If the study of models fails, the others are in the report.
+        if studies != [Asked::Models] {
+            say!("report '{}'", publish(&out)?.display())?;
+        }
+        match studies.contains(&Asked::Models) {
+            true => self.hand_over_models(&out),
+            false => Ok(()),
+        }
+    }
+
+    /// Becomes the study of models, which joins the report itself.
+    fn hand_over_models(&self, out: &Path) -> Result<()> {
+        let mut rest: Vec<OsString> = ["--profile", self.profile.name(), "--seed"]
+            .map(Into::into)
+            .into();
+        rest.extend([self.seed.to_string().into(), "--out".into(), out.into()]);
+        if let MapSource::Folder(maps) = &self.maps {
+            rest.extend(["--maps".into(), maps.into()]);
+        }
+        if let Some(work) = &self.work {
+            rest.extend(["--work".into(), work.into()]);
+        }
+        hand_over(child("xtask-models", "report", &rest))
+    }
+
+    /// The command that measures a study again, as somebody else would type it.
+    fn command(&self, study: StudyName) -> String {
+        let mut words = vec!["report".to_owned(), "--study".into(), study.name().into()];
+        if let (StudyName::Tracer, MapSource::Folder(_)) = (study, &self.maps) {
+            words.extend(["--maps".into(), "path/to/maps".into()]);
+            if let Some(ids) = &self.ids {
+                words.extend(["--ids".into(), map_ranges(&ids.0)]);
+            }
+        }
+        words.extend(["--profile".into(), self.profile.name().into()]);
+        words.extend(["--seed".into(), self.seed.to_string()]);
+        command_line::shown(words)
+    }
+}

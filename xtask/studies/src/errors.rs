@@ -1,0 +1,158 @@
+//! Distances of spectra from those of a reference.
+
+use anyhow::Result;
+use aps_label::{MeanStd, Moments, Normalization, relative_power};
+use aps_metrics::{Protocol, Scorer};
+
+/// Spectra are compared down to this far below the reference's maximum \[dB\].
+pub const FLOOR_DB: f64 = 40.0;
+
+/// Error of one link's spectrum. One that is missing counts as empty.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SpectrumError {
+    /// Mean over the bins in which either spectrum is above the floor \[dB\].
+    pub mean_db: f64,
+    /// The largest of them \[dB\].
+    pub worst_db: f64,
+}
+
+impl SpectrumError {
+    /// Compares in dB. What is below the floor counts as if it were there: nothing is off by more than
+    /// [`FLOOR_DB`] on its side.
+    pub fn of(truth_db: &[f64], found_db: Option<&[f64]>) -> Self {
+        let Some(found_db) = found_db else {
+            return Self {
+                mean_db: FLOOR_DB,
+                worst_db: FLOOR_DB,
+            };
+        };
+        let floor = truth_db.iter().copied().fold(f64::NEG_INFINITY, f64::max) - FLOOR_DB;
+        let (mut sum, mut count, mut worst) = (0.0, 0_u32, 0.0_f64);
+        for (&truth, &found) in truth_db.iter().zip(found_db) {
+            if truth.max(found) >= floor {
+                let error = (truth.max(floor) - found.max(floor)).abs();
+                (sum, count, worst) = (sum + error, count + 1, worst.max(error));
+            }
+        }
+        Self {
+            mean_db: sum / f64::from(count.max(1)),
+            worst_db: worst,
+        }
+    }
+}
+
+/// Scores of one setting over all links.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Scores {
+    /// Mean over links of the mean error above the floor \[dB\].
+    pub mean_db: f64,
+    /// 95th percentile over links of the same \[dB\].
+    pub p95_db: f64,
+    /// The largest error of any link in any bin \[dB\].
+    pub worst_db: f64,
+    /// Mean over links of 1 - CosSim of the targets.
+    pub one_minus_cosine: f64,
+    /// Mean peak location error \[deg\].
+    pub ple_deg: f64,
+    /// Links without a spectrum where the reference has one; each counts as an empty spectrum, with CosSim 0
+    /// and a PLE of 180 deg.
+    pub missing: usize,
+    /// Links compared.
+    pub links: usize,
+}
+
+/// Scores spectra against reference ones, by the paper's definitions.
+pub struct Judge {
+    target: Normalization,
+    truth: Vec<Option<Vec<f64>>>,
+}
+
+impl Judge {
+    /// The reference: none for a link that is not to count.
+    pub fn new(truth: Vec<Option<Vec<f64>>>) -> Result<Self> {
+        let mut moments = Moments::default();
+        for spectrum in truth.iter().flatten() {
+            let mut values = spectrum.clone();
+            relative_power(&mut values)?;
+            moments.add(&values)?;
+        }
+        // Without a link nothing is ever normalised.
+        let unit = MeanStd {
+            mean: 0.0,
+            std: 1.0,
+        };
+        Ok(Self {
+            target: Normalization::Paper(
+                moments.mean_std().filter(|m| m.std > 0.0).unwrap_or(unit),
+            ),
+            truth,
+        })
+    }
+
+    /// Scores one spectrum a link.
+    pub fn score(&self, found: &[Option<Vec<f64>>]) -> Result<Scores> {
+        let mut scorer = Scorer::new(Protocol::Paper);
+        let (mut scores, mut errors) = (Scores::default(), Vec::new());
+        for (truth, found) in self.truth.iter().zip(found) {
+            let Some(truth) = truth else { continue };
+            scores.links += 1;
+            let error = SpectrumError::of(truth, found.as_deref());
+            errors.push(error.mean_db);
+            scores.worst_db = scores.worst_db.max(error.worst_db);
+            let Some(found) = found else {
+                scores.missing += 1;
+                scores.one_minus_cosine += 1.0;
+                scores.ple_deg += 180.0;
+                continue;
+            };
+            let sample = scorer.score(&self.apply(truth)?, &self.apply(found)?)?;
+            scores.one_minus_cosine += 1.0 - sample.cosine;
+            scores.ple_deg += sample.ple_deg;
+        }
+        let count = scores.links.max(1) as f64;
+        scores.one_minus_cosine /= count;
+        scores.ple_deg /= count;
+        scores.mean_db = errors.iter().sum::<f64>() / count;
+        errors.sort_by(f64::total_cmp);
+        scores.p95_db = errors.get(errors.len() * 95 / 100).copied().unwrap_or(0.0);
+        Ok(scores)
+    }
+
+    fn apply(&self, spectrum_db: &[f64]) -> Result<Vec<f64>> {
+        let mut values = spectrum_db.to_vec();
+        self.target.apply(&mut values)?;
+        Ok(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_below_the_floor_in_both_does_not_count() {
+        let truth = [0.0, -10.0, -60.0, -90.0];
+        let found = [-1.0, -10.0, -80.0, -20.0];
+        let error = SpectrumError::of(&truth, Some(&found));
+        assert_eq!(error.worst_db, 20.0);
+        assert!((error.mean_db - 21.0 / 3.0).abs() < 1e-12);
+        assert_eq!(SpectrumError::of(&truth, None).mean_db, FLOOR_DB);
+    }
+
+    #[test]
+    fn the_reference_itself_has_no_error_and_a_missing_link_has_all_of_it() {
+        let spectrum: Vec<f64> = (0..180).map(|i| -f64::from(i % 37)).collect();
+        let judge = Judge::new(vec![Some(spectrum.clone()), None]).unwrap();
+        let same = judge.score(&[Some(spectrum), None]).unwrap();
+        assert_eq!(
+            (same.links, same.missing, same.mean_db, same.ple_deg),
+            (1, 0, 0.0, 0.0)
+        );
+        assert!(same.one_minus_cosine.abs() < 1e-12);
+        let missing = judge.score(&[None, None]).unwrap();
+        assert_eq!(
+            (missing.missing, missing.one_minus_cosine, missing.ple_deg),
+            (1, 1.0, 180.0)
+        );
+    }
+}

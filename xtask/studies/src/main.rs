@@ -1,0 +1,25 @@
+//! The command `report` of `cargo xtask`. The runner builds and starts this program when it is asked for.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use xtask_studies::command;
+
+/// Studies of error against run time.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Measure error against run time, and report it.
+    Report(command::Args),
+}
+
+fn main() -> ExitCode {
+    let Command::Report(args) = Cli::parse().command;
+    xtask::cli::exit_code(args.run())
+}

@@ -1,0 +1,35 @@
+//! Savings by leaving out: time and label with and without each kind of omission, scene by scene.
+
+mod clipping;
+mod needless;
+mod omissions;
+
+use anyhow::Result;
+use xtask::progress;
+
+use super::scenes::{NamedScene, typical};
+use super::{Setup, Study, StudyName};
+
+/// Measures.
+pub fn run(setup: &Setup) -> Result<Study> {
+    let scenes = typical(setup.profile, setup.seed)?;
+    let mut study = Study::new(StudyName::Pruning.name(), "Pruning: what leaving out saves").at(5);
+    let bar = progress::bar(3 * scenes.len() as u64, "scenes");
+    bar.set_message("pruning");
+    omissions::study(setup, &scenes, &bar, &mut study)?;
+    needless::study(setup, &scenes, &bar, &mut study)?;
+    clipping::study(setup, &scenes, &bar, &mut study)?;
+    bar.finish_and_clear();
+    Ok(study)
+}
+
+/// Transmitters and receivers of a scene.
+fn ends(setup: &Setup) -> (usize, usize) {
+    setup.profile.choose((1, 4), (4, 40))
+}
+
+/// Corners of a scene around which something could bend.
+fn convex_corners(place: &NamedScene) -> usize {
+    let count = place.scene.walls().len() as u32;
+    (0..count).filter(|&id| place.scene.is_convex(id)).count()
+}

@@ -1,0 +1,218 @@
+//! The maps and scenes that studies are made on.
+
+use anyhow::{Result, bail, ensure};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::CityConfig;
+use aps_raytrace::{Area, Footprint, Scene};
+use xtask::{IdList, MapSource, SceneSettings, choose_maps};
+
+use crate::Profile;
+
+/// A scene and what to call it.
+#[derive(Debug, Clone)]
+pub struct NamedScene {
+    /// In words.
+    pub name: String,
+    /// Number that the terminals are drawn by, besides the seed.
+    pub id: u32,
+    /// The scene.
+    pub scene: Scene,
+}
+
+/// Synthetic cities by mean side of a block and mean street width \[m\], the open first.
+const DENSITIES: [(&str, u32, u32); 5] = [
+    ("city, open", 24, 40),
+    ("city, loose", 40, 24),
+    ("city, usual", 30, 12),
+    ("city, close", 40, 8),
+    ("city, dense", 24, 6),
+];
+
+/// Number of maps of a folder that are taken if none are named, from the one with the fewest walls to the one with
+/// the most.
+const CHOSEN: usize = 5;
+
+/// The maps of the study of the tracer.
+#[derive(Debug, Clone)]
+pub struct MapChoice {
+    source: MapSource,
+    ids: Option<IdList>,
+}
+
+impl MapChoice {
+    /// Synthetic cities, or maps of a folder: those named, or five from the fewest walls to the most.
+    ///
+    /// # Errors
+    /// A city in GeoJSON, and ids of synthetic cities.
+    pub fn new(source: MapSource, ids: Option<IdList>) -> Result<Self> {
+        match source {
+            MapSource::Folder(_) => {}
+            MapSource::City { .. } => bail!(
+                "--maps {source}: the study of the tracer takes a folder of RadioMapSeer files, or synthetic"
+            ),
+            MapSource::Synthetic { .. } => ensure!(
+                ids.is_none(),
+                "--ids names maps of a folder; give one with --maps"
+            ),
+        }
+        Ok(Self { source, ids })
+    }
+
+    /// The scenes, the fewest walls first.
+    ///
+    /// # Errors
+    /// Maps that are not there or cannot be read.
+    pub fn scenes(&self, profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
+        let mut scenes = match self.source {
+            MapSource::Synthetic { .. } => cities(profile, seed)?,
+            _ => self.maps(profile, seed)?,
+        };
+        scenes.sort_by_key(|s| (s.scene.walls().len(), s.id));
+        Ok(scenes)
+    }
+
+    fn maps(&self, profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
+        let available = self.source.ids(0)?;
+        let load = |id: u32| -> Result<NamedScene> {
+            Ok(NamedScene {
+                name: format!("map {id}"),
+                id,
+                scene: self.source.load(id, seed, SceneSettings::default())?,
+            })
+        };
+        if let Some(ids) = &self.ids {
+            return choose_maps(&available, ids)?
+                .into_iter()
+                .map(load)
+                .collect();
+        }
+        let mut all: Vec<NamedScene> = available.into_iter().map(load).collect::<Result<_>>()?;
+        all.sort_by_key(|s| (s.scene.walls().len(), s.id));
+        let count = profile.choose(2, CHOSEN).min(all.len());
+        let last = all.len() - 1;
+        let place = |i: usize| {
+            if count < 2 {
+                last
+            } else {
+                i * last / (count - 1)
+            }
+        };
+        Ok((0..count).map(|i| all[place(i)].clone()).collect())
+    }
+}
+
+fn cities(profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
+    let city = |(id, (name, block_m, street_m)): (u32, (&str, u32, u32))| -> Result<NamedScene> {
+        let config = CityConfig {
+            size_m: profile.choose(128, 256),
+            block_m,
+            street_m,
+            seed: seed.wrapping_add(u64::from(id)),
+        };
+        Ok(NamedScene {
+            name: name.into(),
+            id,
+            scene: Scene::synthetic(&config)?,
+        })
+    };
+    let every = profile.choose(4, 1);
+    (0..).zip(DENSITIES).step_by(every).map(city).collect()
+}
+
+/// Scenes that lack something, and two that do not: what each needs differs most.
+///
+/// # Errors
+/// None that the fixed layouts could cause.
+pub fn typical(profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
+    let area = |x: [f64; 2], y: [f64; 2]| Area {
+        min: DVec2::new(x[0], y[0]),
+        max: DVec2::new(x[1], y[1]),
+    };
+    let block = |x: [f64; 2], y: [f64; 2]| {
+        [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])].map(DVec2::from)
+    };
+    let mut courtyard = Footprint::new(block([0.0, 120.0], [0.0, 100.0]));
+    courtyard
+        .holes
+        .push(block([20.0, 100.0], [20.0, 80.0]).into());
+    let canyon = [
+        Footprint::new(block([-200.0, 456.0], [60.0, 100.0])),
+        Footprint::new(block([-200.0, 456.0], [120.0, 160.0])),
+    ];
+    let [open, .., dense] = &cities(profile, seed)?[..] else {
+        bail!("no synthetic cities");
+    };
+    let size = profile.choose(128.0, 256.0);
+    let own = |name: &str, id: u32, scene: Scene| NamedScene {
+        name: name.into(),
+        id,
+        scene,
+    };
+    Ok(vec![
+        own(
+            "empty square",
+            100,
+            Scene::new(&[], Some(area([0.0, size], [0.0, size])))?,
+        ),
+        own(
+            "courtyard",
+            101,
+            Scene::new(&[courtyard], Some(area([21.0, 99.0], [21.0, 79.0])))?,
+        ),
+        own(
+            "canyon",
+            102,
+            Scene::new(&canyon, Some(area([0.0, 256.0], [101.0, 119.0])))?,
+        ),
+        own("open suburb", 103, open.scene.clone()),
+        own("dense old town", 104, dense.scene.clone()),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typical_scenes_lack_what_they_are_there_for() {
+        let scenes = typical(Profile::Smoke, 1).unwrap();
+        let walls = |name: &str| {
+            let scene = &scenes.iter().find(|s| s.name == name).unwrap().scene;
+            (scene.walls().len(), scene)
+        };
+        assert_eq!(walls("empty square").0, 0);
+        let (_, courtyard) = walls("courtyard");
+        assert!(courtyard.courtyard_of(DVec2::new(50.0, 50.0)).is_some());
+        assert!(walls("dense old town").0 > walls("open suburb").0);
+    }
+
+    #[test]
+    fn unnamed_maps_reach_from_the_fewest_walls_to_the_most() {
+        let folder = tempfile::tempdir().unwrap();
+        for (id, houses) in [(0, 3), (1, 1), (2, 9), (3, 4), (4, 2), (5, 8), (6, 5)] {
+            let house = |i: usize| {
+                let (x, y) = (10 + 20 * i, 10);
+                format!(
+                    "[[{x},{y}],[{},{y}],[{},{}],[{x},{y}]]",
+                    x + 9,
+                    x + 9,
+                    y + 9
+                )
+            };
+            let houses: Vec<String> = (0..houses).map(house).collect();
+            let text = format!("[{}]", houses.join(","));
+            std::fs::write(folder.path().join(format!("{id}.json")), text).unwrap();
+        }
+        let source = MapSource::Folder(folder.path().into());
+        let ids = |ids: Option<IdList>| -> Vec<u32> {
+            let maps = MapChoice::new(source.clone(), ids).unwrap();
+            maps.scenes(Profile::Full, 1)
+                .unwrap()
+                .iter()
+                .map(|s| s.id)
+                .collect()
+        };
+        assert_eq!(ids(None), [1, 4, 3, 6, 2]);
+        assert_eq!(ids(Some(IdList(vec![2, 4]))), [4, 2]);
+    }
+}

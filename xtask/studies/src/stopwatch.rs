@@ -1,0 +1,195 @@
+//! Times that can be compared: one thread, warmed up, the median of repeats.
+
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+
+use crate::Profile;
+
+/// Measures how long something takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stopwatch {
+    /// Measured samples; their median counts.
+    pub samples: usize,
+    /// A sample repeats the work until it has taken this long, so that the clock's steps do not show.
+    pub least_sample: Duration,
+    /// Samples stop once they have taken this long together. Work that takes longer than this at once is
+    /// timed by its one run.
+    pub most: Duration,
+}
+
+/// Times of one piece of work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// Median [s].
+    pub median_s: f64,
+    /// Half of the samples lie between this [s] ...
+    pub low_s: f64,
+    /// ... and this [s].
+    pub high_s: f64,
+}
+
+impl Stopwatch {
+    /// The samples of a profile.
+    pub fn of(profile: Profile) -> Self {
+        Self {
+            samples: profile.choose(3, 7),
+            least_sample: profile.choose(Duration::from_micros(50), Duration::from_millis(5)),
+            most: profile.choose(Duration::from_millis(20), Duration::from_millis(250)),
+        }
+    }
+
+    /// Times `work`, which runs once for warming up and is then repeated.
+    pub fn time(&self, mut work: impl FnMut()) -> Timing {
+        let started = Instant::now();
+        work();
+        self.time_again(&[started.elapsed()], &mut [&mut work])[0]
+    }
+
+    /// Times the same work for several settings that are to be compared: their samples take turns, so that a machine that slows
+    /// down for a while slows all of them.
+    pub fn compare<A>(&self, settings: &[A], work: impl Fn(&A)) -> Vec<Timing> {
+        let once = |setting: &A| {
+            let started = Instant::now();
+            work(setting);
+            started.elapsed()
+        };
+        let warm_up: Vec<Duration> = settings.iter().map(once).collect();
+        self.compare_again(&warm_up, settings, work)
+    }
+
+    /// The same for work that ran already and took `once`.
+    ///
+    /// # Panics
+    /// If there are not as many times as settings.
+    pub fn compare_again<A>(
+        &self,
+        once: &[Duration],
+        settings: &[A],
+        work: impl Fn(&A),
+    ) -> Vec<Timing> {
+        let work = &work;
+        let mut works: Vec<_> = settings
+            .iter()
+            .map(|setting| move || work(setting))
+            .collect();
+        let mut works: Vec<&mut dyn FnMut()> =
+            works.iter_mut().map(|w| w as &mut dyn FnMut()).collect();
+        self.time_again(once, &mut works)
+    }
+
+    fn time_again(&self, once: &[Duration], works: &mut [&mut dyn FnMut()]) -> Vec<Timing> {
+        assert_eq!(once.len(), works.len(), "a time for every piece of work");
+        let mut samples: Vec<Vec<f64>> = once.iter().map(|_| Vec::new()).collect();
+        let mut spent = vec![Duration::ZERO; once.len()];
+        for _ in 0..self.samples.max(1) {
+            for (i, work) in works.iter_mut().enumerate() {
+                let first = once[i].as_secs_f64().max(1e-9);
+                if once[i] >= self.most {
+                    samples[i] = vec![first];
+                } else if samples[i].is_empty() || spent[i] < self.most {
+                    let repeats = (self.least_sample.as_secs_f64() / first).ceil().max(1.0);
+                    let started = Instant::now();
+                    for _ in 0..repeats as u32 {
+                        work();
+                    }
+                    let took = started.elapsed();
+                    spent[i] += took;
+                    samples[i].push(took.as_secs_f64() / repeats);
+                }
+            }
+        }
+        samples.into_iter().map(Timing::of).collect()
+    }
+}
+
+impl Timing {
+    fn of(mut samples: Vec<f64>) -> Self {
+        samples.sort_by(f64::total_cmp);
+        let at = |part: usize| samples[(samples.len() - 1) * part / 4];
+        Self {
+            median_s: at(2),
+            low_s: at(1),
+            high_s: at(3),
+        }
+    }
+
+    /// The same for each of `count` equal parts of the work.
+    #[must_use]
+    pub fn per(self, count: usize) -> Self {
+        let share = |seconds: f64| seconds / count as f64;
+        Self {
+            median_s: share(self.median_s),
+            low_s: share(self.low_s),
+            high_s: share(self.high_s),
+        }
+    }
+
+    /// Median [us].
+    pub fn us(self) -> f64 {
+        1e6 * self.median_s
+    }
+
+    /// Median [ns].
+    pub fn ns(self) -> f64 {
+        1e9 * self.median_s
+    }
+}
+
+/// Runs `work` so that whatever it spreads over threads stays on one.
+///
+/// # Errors
+/// A system that gives no thread.
+pub fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    Ok(pool.context("cannot start a thread")?.install(work))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_runs_once_to_warm_up_and_then_as_often_as_asked() {
+        let stopwatch = Stopwatch {
+            samples: 5,
+            least_sample: Duration::ZERO,
+            most: Duration::from_secs(60),
+        };
+        let mut runs = 0;
+        let timing = stopwatch.time(|| runs += 1);
+        assert_eq!(runs, 6);
+        assert!(timing.low_s <= timing.median_s && timing.median_s <= timing.high_s);
+        assert_eq!(timing.per(4).median_s, timing.median_s / 4.0);
+    }
+
+    #[test]
+    fn what_takes_too_long_runs_once() {
+        let stopwatch = Stopwatch {
+            samples: 5,
+            least_sample: Duration::ZERO,
+            most: Duration::ZERO,
+        };
+        let mut runs = 0;
+        stopwatch.time(|| runs += 1);
+        assert_eq!(runs, 1);
+    }
+
+    #[test]
+    fn samples_of_compared_work_take_turns() {
+        let stopwatch = Stopwatch {
+            samples: 3,
+            least_sample: Duration::ZERO,
+            most: Duration::from_secs(60),
+        };
+        let order = std::cell::RefCell::new(String::new());
+        let timings = stopwatch.compare(&['a', 'b'], |&name| order.borrow_mut().push(name));
+        assert_eq!(timings.len(), 2);
+        assert_eq!(*order.borrow(), "abababab");
+    }
+
+    #[test]
+    fn nothing_spreads_beyond_one_thread() {
+        assert_eq!(on_one_thread(rayon::current_num_threads).unwrap(), 1);
+    }
+}

@@ -1,0 +1,221 @@
+//! Tables and figures of the measurements.
+
+use anyhow::Result;
+use aps_report::document::Verdict;
+use aps_report::numbers::small;
+use aps_report::numbers::{count, duration, three_digits};
+use aps_report::trade::{Marked, Trade};
+
+use super::settings::{self, DEFAULT};
+use super::{ReferenceRow, Row};
+use crate::errors::FLOOR_DB;
+use crate::links::REST_DB;
+use crate::{Setup, Study, StudyName};
+
+/// Errors below this [dB] are drawn there.
+const LEAST_DB: f64 = 1e-3;
+
+/// One setting over all maps.
+struct Overall<'r> {
+    first: &'r Row,
+    total_us: f64,
+    trace_us: f64,
+    paths: f64,
+    missing: usize,
+    cut_links: usize,
+    mean_db: f64,
+    p95_db: f64,
+    one_minus_cosine: f64,
+    ple_deg: f64,
+}
+
+impl<'r> Overall<'r> {
+    /// Times are means over maps, errors means over links.
+    fn of(rows: &'r [Row]) -> Vec<Self> {
+        let first = &rows[0].map;
+        let settings = rows.iter().filter(|row| row.map == *first);
+        let over = |first: &'r Row| {
+            let own: Vec<&Row> = rows.iter().filter(|r| r.setting == first.setting).collect();
+            let links: usize = own.iter().map(|r| r.links).sum();
+            let mean =
+                |of: fn(&Row) -> f64| own.iter().map(|r| of(r)).sum::<f64>() / own.len() as f64;
+            let by_link = |of: fn(&Row) -> f64| {
+                own.iter().map(|r| of(r) * r.links as f64).sum::<f64>() / links.max(1) as f64
+            };
+            Self {
+                first,
+                total_us: mean(|r| r.total_us),
+                trace_us: mean(|r| r.trace_us),
+                paths: by_link(|r| r.paths_per_link),
+                missing: own.iter().map(|r| r.missing_links).sum(),
+                cut_links: own.iter().map(|r| r.cut_links).sum(),
+                mean_db: by_link(|r| r.mean_error_db),
+                p95_db: by_link(|r| r.p95_error_db),
+                one_minus_cosine: by_link(|r| r.one_minus_cosine),
+                ple_deg: by_link(|r| r.ple_deg),
+            }
+        };
+        settings.map(over).collect()
+    }
+}
+
+/// The study, from its measurements.
+pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result<Study> {
+    let all = Overall::of(rows);
+    let mut study = Study::new(StudyName::Tracer.name(), "Tracer: how far to go").at(1);
+    let limits = settings::reference(setup.profile);
+    study.section.text(format!(
+        "Rn Dm: limits of n reflections and m diffractions. Reference: R{} D{}, without omissions, down to {REST_DB} dB below the \
+         strongest path. Errors down to {FLOOR_DB} dB below the reference's maximum.",
+        limits.max_reflections, limits.max_diffractions,
+    ));
+    maps(&mut study, references);
+    let trades = [
+        (
+            "db",
+            "mean error above \u{2212}40 dB [dB]",
+            LEAST_DB,
+            "Mean error of the spectrum",
+        ),
+        (
+            "cosine",
+            "1 \u{2212} CosSim",
+            1e-6,
+            "1 \u{2212} CosSim of the targets",
+        ),
+        ("ple", "PLE [deg]", 1e-3, "Peak location error"),
+    ]
+    .map(|(stem, axis, least, what)| (stem, axis, least, what, trade(&all, stem)));
+    for (stem, axis, least, what, trade) in &trades {
+        let chart = trade.chart(
+            "tracing and labelling of a link [us]",
+            axis,
+            *least,
+            Marked::Only(&[DEFAULT]),
+        );
+        let caption = format!("{what} against time a link, over all maps. Grey: the front.");
+        study.figure(&format!("{stem}-time"), caption, chart.draw());
+    }
+    let by_db = &trades[0].4;
+    if let Some(default) = by_db.named(DEFAULT) {
+        let claim = format!("the default, {DEFAULT}, is on the front");
+        let numbers = format!(
+            "{} us, {} dB",
+            three_digits(default.time),
+            small(default.error)
+        );
+        let is_there = by_db.front().contains(&default);
+        study
+            .section
+            .verdict(Verdict::decided(is_there, claim, numbers));
+    }
+    overall_table(&mut study, &all, by_db);
+    by_map(&mut study, references, rows);
+    study.data("settings", "Every setting on every map", rows)?;
+    study.data("references", "The references", references)?;
+    Ok(study)
+}
+
+fn maps(study: &mut Study, references: &[ReferenceRow]) {
+    let row = |r: &ReferenceRow| {
+        vec![
+            r.map.clone(),
+            r.buildings.to_string(),
+            r.walls.to_string(),
+            format!("{} of {}", r.compared, r.links),
+            r.without_path.to_string(),
+            r.beyond.to_string(),
+            count(r.paths_per_link.round() as u64),
+            duration(r.seconds),
+        ]
+    };
+    let head = [
+        "map",
+        "buildings",
+        "walls",
+        "links compared",
+        "without a path",
+        "beyond its limits",
+        "paths a link",
+        "time",
+    ];
+    study.table("The reference", &head, references.iter().map(row).collect());
+}
+
+fn trade(all: &[Overall<'_>], error: &str) -> Trade {
+    let mut trade = Trade::default();
+    for o in all {
+        let error = match error {
+            "cosine" => o.one_minus_cosine.max(0.0),
+            "ple" => o.ple_deg,
+            _ => o.mean_db,
+        };
+        trade.add(o.first.group, &o.first.setting, o.total_us, error);
+    }
+    trade
+}
+
+fn overall_table(study: &mut Study, all: &[Overall<'_>], by_db: &Trade) {
+    let row = |o: &Overall<'_>| {
+        vec![
+            o.first.setting.clone(),
+            three_digits(o.total_us),
+            three_digits(o.trace_us),
+            three_digits(o.paths),
+            o.missing.to_string(),
+            o.cut_links.to_string(),
+            small(o.mean_db),
+            small(o.p95_db),
+            small(o.one_minus_cosine),
+            small(o.ple_deg),
+            by_db.on_front(&o.first.setting),
+        ]
+    };
+    let head = [
+        "setting",
+        "time [us]",
+        "of it tracing [us]",
+        "paths",
+        "links without",
+        "links cut",
+        "mean error [dB]",
+        "95 % [dB]",
+        "1 \u{2212} CosSim",
+        "PLE [deg]",
+        "on the front",
+    ];
+    study.table(
+        "All settings, over all maps",
+        &head,
+        all.iter().map(row).collect(),
+    );
+}
+
+/// The default and the reference's neighbours on each map.
+fn by_map(study: &mut Study, references: &[ReferenceRow], rows: &[Row]) {
+    let shown: Vec<&str> = [DEFAULT, "R5 D1", "R2 D2", "R5 D2"]
+        .into_iter()
+        .filter(|name| rows.iter().any(|r| r.setting == *name))
+        .collect();
+    let cells = |map: &ReferenceRow| {
+        let mut cells = vec![map.map.clone(), map.walls.to_string()];
+        for name in &shown {
+            let row = rows.iter().find(|r| r.map == map.map && r.setting == *name);
+            cells.push(row.map_or(String::new(), |r| {
+                format!(
+                    "{} us, {} dB",
+                    three_digits(r.total_us),
+                    small(r.mean_error_db)
+                )
+            }));
+        }
+        cells
+    };
+    let mut head = vec!["map", "walls"];
+    head.extend(&shown);
+    study.table(
+        "Time a link and mean error on each map",
+        &head,
+        references.iter().map(cells).collect(),
+    );
+}

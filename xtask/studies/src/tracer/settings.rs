@@ -1,0 +1,114 @@
+//! What is swept, and what it is compared with.
+
+use aps_raytrace::TraceConfig;
+
+use crate::Profile;
+
+/// One setting of the tracer.
+#[derive(Debug, Clone)]
+pub struct Setting {
+    /// What is varied.
+    pub group: &'static str,
+    /// In words, unique in the sweep.
+    pub name: String,
+    pub config: TraceConfig,
+}
+
+/// The setting that the commands take if they are told nothing else.
+pub const DEFAULT: &str = "R2 D1";
+
+pub const LIMITS: [&str; 3] = ["D0", "D1", "D2"];
+pub const RANGES: &str = "dynamic range";
+pub const FAR: &str = "far limits";
+
+/// Far limits, traced with a dynamic range that labels need no more of.
+const FAR_SETTING: (usize, usize) = (5, 2);
+/// In words.
+pub const FAR_LIMITS: &str = "R5 D2";
+/// Their dynamic range \[dB\].
+pub const FAR_RANGE_DB: f64 = 30.0;
+
+impl Setting {
+    /// The sweep: limits, then the dynamic range at the default limits, then a short one inside far ones.
+    pub fn sweep(profile: Profile) -> Vec<Self> {
+        let mut sweep = Vec::new();
+        let most = profile.choose(1, 2);
+        for (diffractions, group) in LIMITS.into_iter().enumerate().take(most + 1) {
+            for reflections in 0..=profile.choose(2, 5) {
+                sweep.push(Self {
+                    group,
+                    name: format!("R{reflections} D{diffractions}"),
+                    config: limits(reflections, diffractions),
+                });
+            }
+        }
+        let of_default = limits(2, 1);
+        for range_db in [20.0, 30.0, 40.0, 50.0, 80.0] {
+            sweep.push(Self {
+                group: RANGES,
+                name: format!("{range_db} dB"),
+                config: TraceConfig {
+                    dynamic_range_db: Some(range_db),
+                    ..of_default.clone()
+                },
+            });
+        }
+        sweep.push(Self {
+            group: RANGES,
+            name: "all paths".into(),
+            config: TraceConfig {
+                dynamic_range_db: None,
+                ..of_default
+            },
+        });
+        if profile.choose(false, true) {
+            let (reflections, diffractions) = FAR_SETTING;
+            sweep.push(Self {
+                group: FAR,
+                name: format!("{FAR_LIMITS}, {FAR_RANGE_DB} dB"),
+                config: TraceConfig {
+                    dynamic_range_db: Some(FAR_RANGE_DB),
+                    ..limits(reflections, diffractions)
+                },
+            });
+        }
+        sweep
+    }
+}
+
+/// As the commands have it: limits of their own for each kind, and none for the sum.
+fn limits(max_reflections: usize, max_diffractions: usize) -> TraceConfig {
+    TraceConfig {
+        max_reflections,
+        max_diffractions,
+        max_interactions: max_reflections + max_diffractions,
+        ..TraceConfig::default()
+    }
+}
+
+/// Nothing left out, as far as it can be paid.
+pub fn reference(profile: Profile) -> TraceConfig {
+    TraceConfig {
+        dynamic_range_db: None,
+        ..profile.choose(limits(3, 1), limits(6, 2))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_has_a_name_of_its_own_and_the_default_is_among_them() {
+        for profile in [Profile::Smoke, Profile::Full] {
+            let sweep = Setting::sweep(profile);
+            let mut names: Vec<&str> = sweep.iter().map(|s| &*s.name).collect();
+            names.sort_unstable();
+            names.dedup();
+            assert_eq!(names.len(), sweep.len());
+            let default = sweep.iter().find(|s| s.name == DEFAULT).unwrap();
+            assert_eq!(default.config, TraceConfig::default());
+            assert!(sweep.iter().all(|s| s.config.validate().is_ok()));
+        }
+    }
+}
