@@ -8,7 +8,7 @@ use std::{env, error::Error, fs, time::Instant};
 
 use aps_metrics::{Evaluation, Metric, Protocol, Spectra};
 
-/// All values of a `.npy` file and the length of its rows.
+/// Reads the values of a `.npy` file and the length of its rows.
 fn read(path: &str) -> Result<(Vec<f32>, usize), Box<dyn Error>> {
     let bytes = fs::read(path)?;
     let file = npyz::NpyFile::new(&bytes[..])?;

@@ -1,4 +1,4 @@
-//! How far a mean over links can be trusted, when links come in clusters.
+//! Confidence intervals of means over links that come in clusters (cluster bootstrap).
 //!
 //! Links of one transmitter share most of their surroundings, and transmitters of one map share its
 //! buildings. An interval that takes links for independent draws is therefore far too narrow. The
@@ -21,10 +21,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What it cannot know
+//! # Limits
 //!
-//! With a single map nothing tells how different another map would be: the interval then covers the
-//! choice of transmitters only. With a handful of maps, as the benchmark's five, percentile
+//! A single map does not show how much maps differ: the interval then covers the choice of
+//! transmitters only. With a handful of maps, as the benchmark's five, percentile
 //! intervals come out too narrow: where maps differ more than transmitters, the variance of the mean
 //! is estimated too small by the factor 1 - 1/maps, which is 11 % of the width for five maps.
 
@@ -35,11 +35,11 @@ use rayon::prelude::*;
 use crate::distribution::{compensated_sum, quantiles};
 use crate::error::Error;
 
-/// How to draw. The default is 2000 replicates, 95 %, seed 0.
+/// Settings of the bootstrap. The default is 2000 replicates, 95 %, seed 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bootstrap {
-    /// Number of replicates; 2000 give the ends of a 95 % interval to about 3 % of its width. None
-    /// make the interval the mean itself.
+    /// Number of replicates; 2000 give the ends of a 95 % interval to about 3 % of its width. With
+    /// 0 the interval is the mean itself.
     pub replicates: usize,
     /// Share of the replicates inside the interval, in \[0, 1\].
     pub level: f64,
@@ -71,21 +71,21 @@ pub struct Estimate {
     pub samples: usize,
 }
 
-/// Replicates drawn once for any number of metrics: those of two models see the same links, so that
-/// the mean of their differences, link by link, is a paired comparison.
+/// Replicates drawn once for any number of metrics. Two models are compared on the same replicates,
+/// so that the mean of their differences, link by link, is a paired comparison.
 #[derive(Debug, Clone)]
 pub struct Resamples {
     /// Number of each sample's cluster.
     cluster_of: Vec<u32>,
     /// Number of samples of each cluster.
     sizes: Vec<f64>,
-    /// How often each cluster was drawn: replicates x clusters.
+    /// Number of times each cluster was drawn, shape (replicates, clusters).
     drawn: Vec<u32>,
     level: f64,
 }
 
 impl Bootstrap {
-    /// Draws for samples of which `clusters` tells map and transmitter, in any order.
+    /// Draws replicates for samples in any order; `clusters` gives map and transmitter of each.
     ///
     /// O(replicates * transmitters) time and memory, 4 bytes each.
     pub fn draw(&self, clusters: &[(u32, u32)]) -> Resamples {
@@ -132,13 +132,14 @@ impl Bootstrap {
 const MAX_VALUE: f64 = 1e160;
 
 impl Resamples {
-    /// Mean of one value a sample, in the order of the clusters given to [`Bootstrap::draw`], with
+    /// Returns the mean of one value a sample, in the order of [`Bootstrap::draw`]'s clusters, with
     /// its percentile interval; `None` if there are no samples. A replicate with more links in it
     /// weighs none of them less: it is the mean over its links. O(samples + replicates *
     /// transmitters).
     ///
     /// # Errors
-    /// Not one value a sample, or a value that is NaN, infinite or beyond 1e160, which no metric is.
+    /// [`Error::ValuesOfSamples`] unless there is one value a sample; [`Error::NotFinite`] for one
+    /// that is NaN, infinite or beyond 1e160, which no metric is.
     pub fn mean(&self, values: &[f64]) -> Result<Option<Estimate>, Error> {
         let samples = self.cluster_of.len();
         if values.len() != samples {

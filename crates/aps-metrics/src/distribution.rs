@@ -2,7 +2,7 @@
 
 use crate::pointwise::{maximum, minimum};
 
-/// How one metric is distributed over samples. Every number is finite.
+/// Statistics of one metric over samples. Every number is finite.
 ///
 /// Quantiles interpolate linearly between order statistics (NumPy's default, type 7 of Hyndman
 /// and Fan, The American Statistician 50(4), 1996); `std` divides by the number of samples, as

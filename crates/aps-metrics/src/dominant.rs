@@ -10,7 +10,7 @@ use crate::spectra::{Real, first_defect};
 /// [`PeakScaling::MaximumPlusEpsilon`]. The released code's value; the paper gives none.
 const EPSILON: f64 = 1e-8;
 
-/// The peaks of one spectrum under a [`Definition`].
+/// Peaks of one spectrum under a [`Definition`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpectrumPeaks {
     all: Vec<Peak>,
@@ -18,20 +18,20 @@ pub struct SpectrumPeaks {
 }
 
 impl SpectrumPeaks {
-    /// All peaks in order of their bins. Heights are those of the scaled spectrum, whose maximum
-    /// is 1.
+    /// Returns every peak in order of their bins. Heights are those of the scaled spectrum, whose
+    /// maximum is 1.
     pub fn all(&self) -> &[Peak] {
         &self.all
     }
 
-    /// The dominant peaks in order of their bins: those whose height is at least
+    /// Returns the dominant peaks in order of their bins: peaks with a height of at least
     /// `min_contribution` of the sum of all heights, or the highest one if none reaches that.
     /// Empty only if there are no peaks.
     pub fn dominant(&self) -> &[Peak] {
         &self.dominant
     }
 
-    /// The highest dominant peak, the first of equally high ones.
+    /// Returns the highest dominant peak, the first of equally high ones.
     pub fn strongest(&self) -> Option<Peak> {
         first_highest(&self.dominant)
     }
@@ -73,7 +73,7 @@ pub fn spectrum_peaks<T: Real>(
     Ok(peaks)
 }
 
-/// The buffers [`spectrum_peaks`] needs, for reuse.
+/// Buffers of [`spectrum_peaks`], kept for reuse.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PeakSearch {
     finder: PeakFinder,

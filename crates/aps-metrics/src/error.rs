@@ -1,4 +1,4 @@
-//! What can be wrong with the input, and what to do about it.
+//! Errors of the input; each message names the fault and its remedy.
 
 use std::fmt;
 
@@ -17,7 +17,7 @@ impl fmt::Display for Shape {
     }
 }
 
-/// Which of the two spectra of a sample.
+/// Role of a spectrum in a sample: truth or prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -41,9 +41,9 @@ impl fmt::Display for Side {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Defect {
-    /// The spectrum that holds it. The truth is looked at first.
+    /// Spectrum that holds the value. The truth is searched first.
     pub side: Side,
-    /// Its first bin with such a value.
+    /// First bin of the spectrum with such a value.
     pub bin: usize,
 }
 
@@ -95,7 +95,7 @@ pub enum Error {
         /// Bins of this chunk.
         found: usize,
     },
-    /// Not exactly one map id a sample.
+    /// The number of map ids differs from the number of samples.
     #[error("{ids} map ids for {samples} samples: give one a sample, or none at all")]
     MapIds {
         /// Number of map ids.
@@ -103,7 +103,7 @@ pub enum Error {
         /// Number of samples.
         samples: usize,
     },
-    /// Not exactly one value a sample.
+    /// The number of values differs from the number of samples.
     #[error("{values} values for {samples} samples: give one a sample, in the same order")]
     ValuesOfSamples {
         /// Number of values.
@@ -123,7 +123,7 @@ pub enum Error {
     /// A slice holds a value that is NaN, infinite, or beyond [`crate::MAX_MAGNITUDE`].
     #[error("value {index} is NaN, infinite or beyond {limit:e}", limit = crate::MAX_MAGNITUDE)]
     NotFinite {
-        /// Its index in the slice.
+        /// Index of the value in the slice.
         index: usize,
     },
 }

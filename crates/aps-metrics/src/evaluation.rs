@@ -20,11 +20,11 @@ const MIN_ROWS: usize = 64;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ScoredSample {
-    /// Its row in everything pushed so far, rejected samples counted.
+    /// Row of the sample in everything pushed so far, rejected samples counted.
     pub sample: usize,
-    /// The map it belongs to, if stated.
+    /// Map of the sample, if stated.
     pub map_id: Option<u32>,
-    /// Its scores.
+    /// Scores of the sample.
     pub scores: SampleScores,
 }
 
@@ -32,11 +32,11 @@ pub struct ScoredSample {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct RejectedSample {
-    /// Its row in everything pushed so far.
+    /// Row of the sample in everything pushed so far.
     pub sample: usize,
-    /// The map it belongs to, if stated.
+    /// Map of the sample, if stated.
     pub map_id: Option<u32>,
-    /// Why.
+    /// Reason for the rejection.
     pub defect: Defect,
 }
 
@@ -176,7 +176,7 @@ impl Evaluation {
         Ok(())
     }
 
-    /// What the samples are scored by.
+    /// Returns the definition of the metrics that the samples are scored under.
     pub fn definition(&self) -> &Definition {
         &self.definition
     }
@@ -196,8 +196,8 @@ impl Evaluation {
         &self.rejected
     }
 
-    /// Range of all finite true spectra pushed so far, whether or not their prediction could be
-    /// scored: the data range of PSNR once the whole test set has been pushed. `None` if there
+    /// Returns the range of all finite true spectra pushed so far, also of samples with a rejected
+    /// prediction: the data range of PSNR once the whole test set has been pushed. `None` if there
     /// are none. PSNR is a shift of the stored squared error, so one pass is enough.
     pub fn truth_range(&self) -> Option<DataRange> {
         self.truth.range()

@@ -9,7 +9,7 @@
 //!
 //! The main types:
 //! - [`Evaluation`] scores a test set chunk by chunk, in parallel, and merges with others;
-//! - [`Report`] is what it says: mean, standard deviation and quantiles of every [`Metric`],
+//! - [`Report`] is the result: mean, standard deviation and quantiles of every [`Metric`],
 //!   overall and for each map;
 //! - [`Scorer`] gives the [`SampleScores`] of a single pair of spectra;
 //! - [`Bootstrap`] tells how far a mean over links of few maps can be trusted;
@@ -41,12 +41,12 @@
 //! error, shifted. It also makes the result independent of threads and chunks: a sample's scores
 //! depend on nothing else, and every sum over samples runs in the samples' order.
 //!
-//! # What is not a number
+//! # NaN and infinity
 //!
 //! No metric returned is ever NaN or infinite. A spectrum with NaN, an infinity or a value beyond
 //! [`MAX_MAGNITUDE`] is not scored but listed: [`Evaluation::rejected`]. Leaving it out silently
 //! would reward a model for failing on hard samples. Constant, all-negative and one-bin spectra
-//! are scored; what their peaks are follows from [`PeakScaling`].
+//! are scored; [`PeakScaling`] defines their peaks.
 //!
 //! # Features
 //!

@@ -4,7 +4,7 @@ use crate::protocol::TOLERANCES_DEG;
 use crate::range::DataRange;
 use crate::sample::SampleScores;
 
-/// One number a sample is scored by. [`SampleScores`] defines each.
+/// Metric of a prediction, one number a sample. [`SampleScores`] defines each.
 ///
 /// ```
 /// use aps_metrics::{Better, Metric};
@@ -26,9 +26,9 @@ pub enum Metric {
     SpectralAngleDeg,
     /// Peak location error \[deg\].
     PleDeg,
-    /// Whether the strongest peaks are at most 2 deg apart: 0 or 1.
+    /// Hit within 2 deg: 1 if the strongest peaks are at most 2 deg apart, else 0.
     Hit2Deg,
-    /// Whether the strongest peaks are at most 4 deg apart: 0 or 1.
+    /// Hit within 4 deg: 1 if the strongest peaks are at most 4 deg apart, else 0.
     Hit4Deg,
     /// Share of the dominant true peaks found within 2 deg.
     Recall2Deg,
@@ -48,7 +48,7 @@ pub enum Metric {
     MirrorHit4Deg,
 }
 
-/// Which way a metric gets better.
+/// Direction in which a metric improves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Better {
     /// Smaller is better.
@@ -72,7 +72,7 @@ impl Metric {
         Metric::Recall4Deg,
     ];
 
-    /// All metrics, the paper's columns first.
+    /// Every metric, the paper's columns first.
     pub const ALL: [Metric; 16] = [
         Metric::Mae,
         Metric::PsnrDb,
@@ -92,7 +92,7 @@ impl Metric {
         Metric::MirrorHit4Deg,
     ];
 
-    /// The metric of one sample. Finite. `range` matters to PSNR only.
+    /// Returns the value of the metric for one sample. Finite. Only PSNR depends on `range`.
     pub fn of(self, scores: &SampleScores, range: DataRange) -> f64 {
         let [tight, loose] = TOLERANCES_DEG;
         match self {
@@ -168,7 +168,7 @@ impl Metric {
         }
     }
 
-    /// Which way is better.
+    /// Returns the direction in which the metric improves.
     pub fn better(self) -> Better {
         match self {
             Metric::Mae

@@ -1,6 +1,6 @@
 //! Local maxima and their prominence, on a line and on a ring.
 //!
-//! # What a peak is
+//! # Definition of a peak
 //!
 //! On a **line** ([`Topology::Line`]) the definition is that of `scipy.signal.find_peaks` (SciPy
 //! 1.17): a peak is a run of one or more equal values whose two neighbouring values are both
@@ -26,7 +26,7 @@
 
 use crate::pointwise::minimum;
 
-/// Whether the bins lie on a line with two ends or on a ring without any.
+/// Arrangement of the bins: on a line with two ends or on a ring without ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -43,7 +43,7 @@ pub enum Topology {
 pub struct Peak {
     /// Bin of the maximum; the middle of a plateau.
     pub bin: usize,
-    /// Value there, in the unit of the searched values.
+    /// Value at `bin`, in the unit of the searched values.
     pub height: f64,
 }
 
@@ -68,7 +68,7 @@ pub struct PeakFinder {
 }
 
 impl PeakFinder {
-    /// The peaks of `values` with a prominence of at least `min_prominence` (same unit as
+    /// Returns the peaks of `values` with a prominence of at least `min_prominence` (same unit as
     /// `values`), in order of their bins. See the module's text for the definition.
     ///
     /// On a line these are the indices of `scipy.signal.find_peaks(values,
@@ -174,8 +174,8 @@ impl PeakFinder {
     }
 }
 
-/// Prominence of the peak at `bin`, in the unit of `values`; for a bin that is no peak, what the
-/// module's definition gives for the value there. O(n).
+/// Returns the prominence of the peak at `bin`, in the unit of `values`; for a bin that is no peak,
+/// the result of the module's definition for the value there. O(n).
 ///
 /// ```
 /// use aps_metrics::{Topology, prominence};

@@ -12,11 +12,11 @@ pub const TOLERANCES_DEG: [f64; 2] = [2.0, 4.0];
 pub enum Protocol {
     /// The Map2APS paper's text: circular angles on a grid of \[-180, 180) deg.
     Paper,
-    /// What the Python code released with the paper computes: bins counted as degrees, no wrap.
+    /// The Python code released with the paper: bins counted as degrees, no wrap.
     Released,
 }
 
-/// Where the bins of a spectrum lie. Only the circular distance and the mirror twin need to know.
+/// Angles of the bins of a spectrum. Only circular distances and mirror twins depend on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -38,7 +38,7 @@ impl AngleGrid {
     }
 }
 
-/// What a distance of one bin counts \[deg\].
+/// Angle counted for a distance of one bin \[deg\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -49,7 +49,7 @@ pub enum BinWidth {
     OneDegree,
 }
 
-/// How a spectrum is scaled before peaks are looked for.
+/// Scaling of a spectrum before the search for peaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -66,14 +66,14 @@ pub enum PeakScaling {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum RecallCandidates {
-    /// All of them.
+    /// Every predicted peak.
     AllPeaks,
-    /// Only the dominant ones.
+    /// Dominant predicted peaks only.
     DominantPeaks,
 }
 
-/// Every choice a protocol makes. Start from [`Protocol::definition`] and change fields to see
-/// what one of them is worth:
+/// Definition of the metrics, choice by choice. Start from [`Protocol::definition`] and change
+/// fields to see the effect of a choice:
 ///
 /// ```
 /// use aps_metrics::{Definition, Protocol, Topology};
@@ -89,25 +89,26 @@ pub enum RecallCandidates {
 pub struct Definition {
     /// Directions of the bins.
     pub grid: AngleGrid,
-    /// Whether peaks are looked for between two ends or all around. On a [`AngleGrid::Closed`]
-    /// grid the ring leaves out the last bin, which repeats the first.
+    /// Arrangement of the bins in the search for peaks. On a [`AngleGrid::Closed`] grid the ring
+    /// leaves out the last bin, which repeats the first.
     pub peaks: Topology,
-    /// Whether distances between peaks wrap at +-180 deg. Mirror-aware distances always do.
+    /// Arrangement of the bins for distances between peaks: on a ring they wrap at +-180 deg.
+    /// Mirror-aware distances always wrap.
     pub distance: Topology,
-    /// What one bin of distance counts.
+    /// Angle counted for a distance of one bin.
     pub bin_width: BinWidth,
-    /// How a spectrum is scaled before peaks are looked for.
+    /// Scaling of a spectrum before the search for peaks.
     pub peak_scaling: PeakScaling,
     /// Smallest prominence of a peak, as a share of the scaled maximum.
     pub min_prominence: f64,
     /// Smallest share of the sum of all peak heights that makes a peak dominant.
     pub min_contribution: f64,
-    /// Which predicted peaks count for recall.
+    /// Predicted peaks that count for recall.
     pub recall_candidates: RecallCandidates,
 }
 
 impl Protocol {
-    /// The choices of this protocol.
+    /// Returns the choices of this protocol.
     pub fn definition(self) -> Definition {
         match self {
             Protocol::Paper => Definition {
@@ -133,7 +134,7 @@ impl Protocol {
         }
     }
 
-    /// `paper` or `released`.
+    /// Returns the protocol's name: `paper` or `released`.
     pub fn name(self) -> &'static str {
         match self {
             Protocol::Paper => "paper",

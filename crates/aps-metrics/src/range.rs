@@ -1,10 +1,10 @@
-//! The range of the data that PSNR is relative to.
+//! Range of the data, to which PSNR is relative.
 
 use crate::error::Error;
 use crate::pointwise::{maximum, minimum};
 use crate::spectra::{MAX_MAGNITUDE, Real};
 
-/// Range below which the released code does not go; keeps PSNR finite on a constant test set.
+/// Smallest data range, as in the released code; keeps PSNR finite on a constant test set.
 const MIN_RANGE: f64 = 1e-6;
 
 /// Peak-to-peak range of the truth, in the unit of the spectra: positive and finite.

@@ -1,4 +1,4 @@
-//! What an evaluation says: every metric's distribution, overall and a map.
+//! Report of an evaluation: the distribution of every metric, overall and for each map.
 
 use std::collections::BTreeMap;
 
@@ -15,31 +15,31 @@ use crate::range::DataRange;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Report {
-    /// What the samples were scored by.
+    /// Definition of the metrics that the samples were scored under.
     pub definition: Definition,
-    /// The range PSNR is relative to, in the unit of the spectra.
+    /// Range of the data for PSNR, in the unit of the spectra.
     pub data_range: DataRange,
     /// Samples not scored because of their truth. They are in no mean.
     pub rejected_truths: usize,
     /// Samples not scored because of their prediction. They are in no mean.
     pub rejected_predictions: usize,
-    /// All scored samples.
+    /// Metrics over all scored samples.
     pub overall: GroupReport,
-    /// The scored samples of each map that has one, by rising id.
+    /// Metrics over the scored samples of each map that has any, by rising id.
     pub maps: Vec<MapReport>,
 }
 
-/// The scored samples of one map.
+/// Metrics over the scored samples of one map.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct MapReport {
-    /// The map.
+    /// Number of the map.
     pub map_id: u32,
-    /// Its samples.
+    /// Metrics over the samples of the map.
     pub group: GroupReport,
 }
 
-/// A group of scored samples.
+/// Metrics over a group of scored samples.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GroupReport {
@@ -47,17 +47,17 @@ pub struct GroupReport {
     pub samples: usize,
     /// Each of [`Metric::ALL`] in that order; empty if there are no samples.
     pub metrics: Vec<MetricReport>,
-    /// How many peaks there are.
+    /// Counts of peaks, and of samples with few or none.
     pub peaks: PeakCensus,
 }
 
-/// One metric over a group of samples.
+/// Distribution of one metric over a group of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct MetricReport {
-    /// Which one.
+    /// The metric.
     pub metric: Metric,
-    /// Its distribution.
+    /// Distribution of the metric over the samples.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub distribution: Distribution,
 }
@@ -78,7 +78,7 @@ pub struct PeakCensus {
 }
 
 impl GroupReport {
-    /// The distribution of a metric; `None` if the group has no samples.
+    /// Returns the distribution of a metric; `None` if the group has no samples.
     pub fn get(&self, metric: Metric) -> Option<&Distribution> {
         self.metrics
             .iter()
@@ -100,7 +100,7 @@ impl PeakCensus {
     }
 }
 
-/// One metric's distribution over all samples and over those of each map.
+/// Distribution of one metric over all samples and over the samples of each map.
 struct Spread {
     metric: Metric,
     overall: Option<Distribution>,

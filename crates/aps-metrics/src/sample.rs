@@ -19,8 +19,8 @@ const SQUARED_NORM_FLOOR: f64 = 1e-16;
 /// PLE of a sample with true peaks and no predicted one \[deg\].
 const MISSED_PLE_DEG: f64 = 180.0;
 
-/// What is stored of one scored sample. Metrics that follow from these numbers are methods;
-/// [`crate::Metric::of`] gives all of them by name. Every number is finite.
+/// Stored scores of one sample. Methods compute the metrics that follow from them;
+/// [`crate::Metric::of`] gives every metric by name. Every number is finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SampleScores {
@@ -72,7 +72,7 @@ impl SampleScores {
         self.cosine.acos().to_degrees()
     }
 
-    /// Whether the strongest peaks are at most `delta_deg` apart.
+    /// Returns true when the strongest peaks are at most `delta_deg` apart.
     pub fn hit(&self, delta_deg: f64) -> bool {
         self.top_error_deg.is_some_and(|error| error <= delta_deg)
     }

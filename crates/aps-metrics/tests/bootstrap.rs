@@ -78,7 +78,7 @@ fn spread_of_balanced_clusters_is_the_closed_form() {
     let between = map_means.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(m);
     let deviation = ((between + within / f64::from(t)) / f64::from(m)).sqrt();
 
-    // Of 108 transmitters in 12 maps the mean is all but normal: 68.27 % within one deviation.
+    // The mean of 108 transmitters in 12 maps is nearly normal: 68.27 % within one deviation.
     let bootstrap = Bootstrap {
         level: 0.682_689_5,
         ..with_replicates(40_000)

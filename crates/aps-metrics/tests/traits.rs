@@ -1,4 +1,4 @@
-//! What every type of the face can do: checked by the compiler.
+//! Traits that every public type implements, checked by the compiler.
 
 use std::fmt::Debug;
 

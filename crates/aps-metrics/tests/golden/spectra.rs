@@ -22,7 +22,7 @@ pub fn load<T: npyz::Deserialize>(file: &str) -> Vec<T> {
     array.into_vec().expect("the expected element type")
 }
 
-/// All samples in the script's order: labels, then the families.
+/// Samples in the script's order: labels, then the families.
 pub fn samples() -> Vec<Sample> {
     let labels: Vec<i16> = load("labels.npy");
     let mut named: Vec<(String, Vec<i64>)> = labels
