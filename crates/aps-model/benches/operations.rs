@@ -84,7 +84,7 @@ fn normalisation(criterion: &mut Criterion) {
     });
 }
 
-/// Where nothing is learnt: one operation a layer.
+/// Evaluation: one operation a layer.
 fn in_use(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("convolution in use");
     group.sample_size(10);

@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of models, weights and condition images.
 
 use std::fmt;
 use std::io;
@@ -7,42 +7,42 @@ use std::path::{Path, PathBuf};
 /// Result of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What can go wrong, where, and what to do.
+/// Errors of this crate; the message names the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A tensor operation failed: shapes, memory, device.
     #[error(transparent)]
     Candle(#[from] candle_core::Error),
-    /// Condition images cannot be made of what was given.
+    /// Condition images cannot be made of the given maps, links or settings.
     #[error("condition images: {0}")]
     Condition(String),
-    /// Examples are not what a training can learn from.
+    /// Examples cannot be used for training.
     #[error("examples: {0}")]
     Samples(String),
     /// A tensor given to a layer or a model does not have the shape it needs.
     #[error("{what} must have the shape {expected}, not {found:?}")]
     Shape {
-        /// Which tensor.
+        /// Description of the tensor.
         what: &'static str,
         /// The shape it needs.
         expected: String,
         /// The shape it has.
         found: Vec<usize>,
     },
-    /// Batch normalisation has only one value a channel to learn from, whose variance says nothing.
+    /// Batch normalisation in training has only one value a channel, which has no variance.
     #[error(
         "batch normalisation needs more than one value a channel in training, found shape {found:?}; use a batch of two or more \
          samples, or larger images"
     )]
     OneValueAChannel {
-        /// Shape of its input.
+        /// Shape of the input.
         found: Vec<usize>,
     },
     /// Two layers of a model ask for the same tensor.
     #[error("the model already has a tensor {name}")]
     DuplicateTensor {
-        /// Its full name.
+        /// Full name of the tensor.
         name: String,
     },
     /// A model over frozen parameters asks for a tensor that they do not have: they are another model's.
@@ -51,14 +51,14 @@ pub enum Error {
         None => "there is none of that name".into(),
     })]
     FrozenTensor {
-        /// Its full name.
+        /// Full name of the tensor.
         name: String,
-        /// The shape it should have.
+        /// Shape that the tensor should have.
         expected: Vec<usize>,
         /// The shape of the tensor of that name, if there is one.
         found: Option<Vec<usize>>,
     },
-    /// Values for parameters that never change.
+    /// Weights cannot be loaded into frozen parameters, which never change.
     #[error("cannot load {} into frozen parameters; load it into those they were frozen from, before that", path.display())]
     Frozen {
         /// The file.
@@ -67,27 +67,27 @@ pub enum Error {
     /// A word that names no model or no preset.
     #[error("unknown {what} \"{found}\"; known are {known}")]
     UnknownName {
-        /// What it should have named.
+        /// Kind of thing that the word should name: a model or a preset.
         what: &'static str,
         /// The word.
         found: String,
-        /// All names, with commas.
+        /// Known names, with commas.
         known: String,
     },
     /// Sizes of a model that fit no layer.
     #[error("{what}")]
     Config {
-        /// What is wrong, with the values.
+        /// Description of the fault, with the values.
         what: String,
     },
     /// The operating system refused a file of weights.
     #[error("cannot {action} {}", path.display())]
     WeightsIo {
-        /// What was tried.
+        /// Action that failed, as a verb.
         action: &'static str,
-        /// On which file.
+        /// File of the action.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A file holds no weights, or damaged ones.
@@ -95,7 +95,7 @@ pub enum Error {
     WeightsFormat {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         problem: String,
     },
     /// Weights do not fit the model.
@@ -103,7 +103,7 @@ pub enum Error {
     WeightsMismatch {
         /// The file.
         path: PathBuf,
-        /// The tensors that are missing, unknown, misshapen or not finite, of many the first, and what else the file holds.
+        /// The tensors that are missing, unknown, misshapen or not finite, of many the first, and the file's other entries.
         problems: Vec<String>,
     },
     /// A file of weights says which model it is of, but not in this crate's words.
@@ -111,7 +111,7 @@ pub enum Error {
     ForeignLabel {
         /// The file.
         path: PathBuf,
-        /// What it says.
+        /// Text of the label.
         found: String,
     },
     /// The model has no part that pretrained weights would fit.

@@ -1,4 +1,4 @@
-//! First values of tensors: PyTorch's distributions from a generator of our own.
+//! Initial values of tensors: PyTorch's distributions from a generator of our own.
 //!
 //! The values of a tensor follow from the seed and the tensor's name alone. So they do not depend on the order in which a
 //! model is built, nor on the device or the machine: the generator is ChaCha8 with the name's hash as its stream, and the
@@ -7,10 +7,10 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// First values of a tensor, in PyTorch's terms.
+/// Initial values of a tensor, in PyTorch's terms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Init {
-    /// All the same.
+    /// The same value everywhere.
     Constant(f64),
     /// Uniform in [-bound, bound].
     Uniform {
@@ -25,13 +25,13 @@ pub enum Init {
 }
 
 impl Init {
-    /// All zero.
+    /// Zero everywhere.
     pub const ZEROS: Self = Self::Constant(0.0);
-    /// All one.
+    /// One everywhere.
     pub const ONES: Self = Self::Constant(1.0);
 
-    /// What PyTorch gives weight and bias of linear and convolution layers, uniform in ±1/sqrt(fan_in). It writes this as
-    /// Kaiming's uniform distribution with the slope a = sqrt(5).
+    /// Uniform in ±1/sqrt(fan_in): PyTorch's choice for weight and bias of linear and convolution layers. PyTorch writes
+    /// this as Kaiming's uniform distribution with the slope a = sqrt(5).
     pub fn fan_in(fan_in: usize) -> Self {
         let bound = 1.0 / (fan_in as f64).sqrt();
         Self::Uniform { bound }
@@ -51,7 +51,7 @@ impl Init {
         Self::Uniform { bound }
     }
 
-    /// The `count` values of the tensor `name` under `seed`.
+    /// Draws the `count` values of the tensor `name` under `seed`.
     pub(crate) fn values(self, seed: u64, name: &str, count: usize) -> Vec<f64> {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(fnv1a(name));
@@ -73,12 +73,12 @@ impl Init {
     }
 }
 
-/// Uniform in [0, 1), with 53 random bits.
+/// Draws a number uniform in [0, 1), with 53 random bits.
 pub(crate) fn unit(generator: &mut ChaCha8Rng) -> f64 {
     (generator.next_u64() >> 11) as f64 * (-53.0_f64).exp2()
 }
 
-/// Two independent standard normal values (Box and Muller, Ann. Math. Statist. 29, 1958).
+/// Draws two independent standard normal values (Box and Muller, Ann. Math. Statist. 29, 1958).
 fn normal_pair(generator: &mut ChaCha8Rng) -> (f64, f64) {
     // 1 - u lies in (0, 1], so that the logarithm is finite.
     let radius = libm::sqrt(-2.0 * libm::log(1.0 - unit(generator)));

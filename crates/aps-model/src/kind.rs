@@ -33,7 +33,7 @@ pub enum ModelKind {
 }
 
 impl ModelKind {
-    /// All of them, in the order of this page.
+    /// Every model, in the order of this page.
     pub const ALL: [Self; 7] = [
         Self::MsAreg,
         Self::MsMlp,
@@ -44,7 +44,7 @@ impl ModelKind {
         Self::ResnetConv1d,
     ];
 
-    /// The name on the command line and in files.
+    /// Returns the name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::MsAreg => "ms_areg",
@@ -57,12 +57,12 @@ impl ModelKind {
         }
     }
 
-    /// Whether the model is trained against a [`Regularizer`].
+    /// Returns true when the model is trained against a [`Regularizer`].
     pub fn is_adversarial(self) -> bool {
         matches!(self, Self::MsAreg | Self::AdvMlp)
     }
 
-    /// The model with first values drawn from the seed of `parameters`, which must be empty.
+    /// Builds the model with initial weights drawn from the seed of `parameters`, which must be empty.
     pub fn build(self, preset: Preset, parameters: &Parameters) -> Result<Box<dyn Model>> {
         let width = preset.width(self);
         Ok(match self {
@@ -76,7 +76,7 @@ impl ModelKind {
         })
     }
 
-    /// The regularizer to train the model against; `None` where it needs none. `parameters` must be empty: not the
+    /// Builds the regularizer to train the model against; `None` where it needs none. `parameters` must be empty: not the
     /// model's own.
     pub fn build_regularizer(
         self,
@@ -107,12 +107,12 @@ impl FromStr for ModelKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preset {
-    /// The paper's.
+    /// Sizes of the paper.
     #[default]
     Paper,
     /// The same architecture, narrower and shallower, to train on a CPU.
     ///
-    /// | model | learnt values |
+    /// | model | trainable parameters |
     /// |---|---|
     /// | ms_areg, adv_mlp | 3,789,652, 3,444,564; half the width |
     /// | their regularizer | 3,009,697; half the width |
@@ -123,10 +123,10 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// All of them.
+    /// Every preset.
     pub const ALL: [Self; 2] = [Self::Paper, Self::Small];
 
-    /// The name on the command line and in files.
+    /// Returns the name on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -134,8 +134,8 @@ impl Preset {
         }
     }
 
-    /// Channels of the first stage of `kind`'s convolutions, in proportion to which go all its other sizes but the
-    /// spectrum's. Of no meaning for [`ModelKind::VitReg`].
+    /// Returns the number of channels of the first stage of `kind`'s convolutions, to which all its other sizes but the
+    /// spectrum's are proportional. It has no meaning for [`ModelKind::VitReg`].
     fn width(self, kind: ModelKind) -> usize {
         match (self, kind) {
             (Self::Paper, _) => 64,

@@ -5,7 +5,7 @@
 //!
 //! The main types:
 //! - [`ModelKind`] names the seven models of the benchmark and builds them in the sizes of a [`Preset`];
-//! - [`Model`] is what they have in common: a forward pass in a [`Mode`], and [`Parameters`];
+//! - [`Model`] is the trait of all of them: a forward pass in a [`Mode`], and [`Parameters`];
 //! - [`Regularizer`] is the critic that two of them are trained against;
 //! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included;
 //! - [`condition`] makes their input of map numbers and coordinates, [`train`] teaches them.
@@ -31,14 +31,14 @@
 //!
 //! # As in PyTorch
 //!
-//! A tensor has the name, the shape and the distribution of first values that PyTorch and torchvision give it. Outputs and
+//! A tensor has the name, the shape and the distribution of initial values that PyTorch and torchvision give it. Outputs and
 //! gradients agree with PyTorch's to rounding, and so do the weights after three optimizer steps in double precision: tests
 //! hold them against golden values. Where candle's own operations differ from PyTorch's, [`portable`] has others.
 //!
 //! # Types
 //!
 //! Parameters are f32 in use and f64 in tests. Layers compute in the type of their input, so that images in bf16 on a GPU
-//! are computed in bf16 with f32 weights, normalisations excepted, which compute in f32: what PyTorch calls autocast.
+//! are computed in bf16 with f32 weights, normalisations excepted, which compute in f32: PyTorch's autocast.
 #![deny(unsafe_code)]
 
 pub mod condition;
@@ -73,13 +73,13 @@ use candle_core::Tensor;
 /// Angle bins of a spectrum.
 pub const ANGLE_BINS: usize = 180;
 
-/// What every predictor of spectra is.
+/// Predictor of spectra from condition images.
 pub trait Model: Debug + Send + Sync {
-    /// Spectra (batch, [`ANGLE_BINS`]) of condition images (batch, 3, height, width).
+    /// Predicts the spectra (batch, [`ANGLE_BINS`]) of condition images (batch, 3, height, width).
     ///
     /// In [`Mode::Train`] batch statistics are used and the running ones moved, and dropout drops.
     fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor>;
 
-    /// All tensors of the model, by their PyTorch names.
+    /// Returns all tensors of the model, by their PyTorch names.
     fn parameters(&self) -> &Parameters;
 }

@@ -1,4 +1,4 @@
-//! What training makes small.
+//! Losses that training minimises.
 //!
 //! Each loss is the mean over all values of a batch: a tensor without axes, to call
 //! [`backward`](candle_core::Tensor::backward) on.

@@ -1,10 +1,10 @@
-//! Whether a pass learns or only answers.
+//! Mode of a forward pass: training or evaluation.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rand_chacha::ChaCha8Rng;
 
-/// How layers behave that differ between training and use: batch normalisation and dropout.
+/// Mode of a forward pass, on which batch normalisation and dropout depend.
 #[derive(Debug, Clone, Copy)]
 pub enum Mode<'a> {
     /// Running statistics, no dropout: the same input gives the same output.
@@ -14,12 +14,12 @@ pub enum Mode<'a> {
 }
 
 impl<'a> Mode<'a> {
-    /// Whether this is [`Mode::Train`].
+    /// Returns true when this is [`Mode::Train`].
     pub fn is_training(self) -> bool {
         matches!(self, Self::Train(_))
     }
 
-    /// The generator of a training pass, locked; `None` in [`Mode::Eval`].
+    /// Returns the generator of a training pass, locked; `None` in [`Mode::Eval`].
     pub fn generator(self) -> Option<MutexGuard<'a, ChaCha8Rng>> {
         match self {
             Self::Eval => None,

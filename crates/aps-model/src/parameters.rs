@@ -1,4 +1,4 @@
-//! The tensors of a model, by the names PyTorch gives them.
+//! Parameters: the tensors of a model, by the names PyTorch gives them.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,9 +10,9 @@ use crate::{Error, Init, Result};
 /// The role of a tensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Learnt: what an optimizer moves.
+    /// Trainable parameters, which an optimizer updates.
     Trainable,
-    /// Kept beside: running statistics of batch normalisation.
+    /// Running statistics of batch normalisation.
     Buffer,
     /// Training passes seen by a batch normalisation (`num_batches_tracked`): a whole number that no output depends on,
     /// kept so that state dicts go both ways without a tensor too many or too few.
@@ -24,11 +24,11 @@ pub enum Kind {
 pub struct Parameter {
     /// The values; layers hold clones of the same storage.
     pub var: Var,
-    /// Its role.
+    /// Role of the tensor.
     pub kind: Kind,
 }
 
-/// All tensors of a model in the order of their names. Cheap to clone: clones share the tensors.
+/// Tensors of a model in the order of their names. Cheap to clone: clones share the tensors.
 #[derive(Debug, Clone)]
 pub struct Parameters {
     inner: Arc<Inner>,
@@ -39,14 +39,14 @@ struct Inner {
     device: Device,
     dtype: DType,
     seed: u64,
-    /// Whether tensors are fixed copies of another set's, without gradients.
+    /// True if the tensors are fixed copies of another set's, without gradients.
     is_frozen: bool,
     tensors: Mutex<BTreeMap<String, Parameter>>,
 }
 
 impl Parameters {
-    /// An empty set whose tensors will be floats of type `dtype` on `device`. Initial values are drawn from `seed` and each
-    /// tensor's name, so that they do not depend on the order in which a model asks for them.
+    /// Creates an empty set whose tensors will be floats of type `dtype` on `device`. Initial values are drawn from `seed`
+    /// and each tensor's name, so that they do not depend on the order in which a model asks for them.
     pub fn new(device: &Device, dtype: DType, seed: u64) -> Self {
         let inner = Inner {
             device: device.clone(),
@@ -60,16 +60,16 @@ impl Parameters {
         }
     }
 
-    /// A copy of these tensors for a model that only answers. No gradient passes through its weights, so the values between
-    /// its layers are let go as soon as the next layer has read them, instead of being kept for a way back that never comes;
-    /// and they stay as they are, so its layers keep what they make of them (on a CPU, the kernels of convolutions as they
-    /// are multiplied with: up to four times the weights' memory).
+    /// Copies these tensors for a model that is only evaluated. No gradient passes through the copy's weights, so the values
+    /// between its layers are freed as soon as the next layer has read them, instead of being kept for a backward pass. The
+    /// weights never change, so layers keep what they compute from them (on a CPU, the kernel cache of convolutions: up to
+    /// four times the weights' memory).
     ///
-    /// Nothing can be loaded into the copy, and it gives no trainable tensors out. Do not set a variable of it by hand: what
-    /// is kept would not follow.
+    /// Nothing can be loaded into the copy, and it returns no trainable tensors. Do not set a variable of it by hand: the
+    /// kernel cache would not follow.
     ///
     /// # Errors
-    /// Those of candle, where there is no memory for the copy.
+    /// [`Error::Candle`], where there is no memory for the copy.
     ///
     /// ```
     /// use aps_model::candle_core::{DType, Device, Tensor};
@@ -100,12 +100,12 @@ impl Parameters {
         })
     }
 
-    /// Whether this is a copy by [`frozen`](Self::frozen).
+    /// Returns true when this is a copy by [`frozen`](Self::frozen).
     pub fn is_frozen(&self) -> bool {
         self.inner.is_frozen
     }
 
-    /// Where layers ask for their tensors.
+    /// Returns the root of the tree of names, from which layers get their tensors.
     pub fn root(&self) -> Scope {
         Scope {
             parameters: self.clone(),
@@ -113,17 +113,17 @@ impl Parameters {
         }
     }
 
-    /// Where the tensors are.
+    /// Returns the device of the tensors.
     pub fn device(&self) -> &Device {
         &self.inner.device
     }
 
-    /// Type of learnt tensors and running statistics.
+    /// Returns the type of trainable tensors and running statistics.
     pub fn dtype(&self) -> DType {
         self.inner.dtype
     }
 
-    /// All tensors by name.
+    /// Returns all tensors by name.
     pub fn all(&self) -> Vec<(String, Parameter)> {
         let tensors = self.lock();
         tensors
@@ -132,12 +132,12 @@ impl Parameters {
             .collect()
     }
 
-    /// The tensor of that name.
+    /// Returns the tensor of that name.
     pub fn get(&self, name: &str) -> Option<Parameter> {
         self.lock().get(name).cloned()
     }
 
-    /// What an optimizer moves, by name; nothing where the set is [frozen](Self::frozen).
+    /// Returns the trainable tensors by name; none where the set is [frozen](Self::frozen).
     pub fn trainable(&self) -> Vec<(String, Var)> {
         let learnt = |p: &Parameter| p.kind == Kind::Trainable && !self.is_frozen();
         self.all()
@@ -147,7 +147,7 @@ impl Parameters {
             .collect()
     }
 
-    /// Number of learnt values, frozen or not.
+    /// Returns the number of trainable parameters, frozen or not.
     pub fn count(&self) -> usize {
         let tensors = self.lock();
         let learnt = tensors.values().filter(|p| p.kind == Kind::Trainable);
@@ -170,7 +170,7 @@ pub struct Scope {
 }
 
 impl Scope {
-    /// The place `name` below this one.
+    /// Returns the place `name` below this one.
     pub fn at(&self, name: impl std::fmt::Display) -> Self {
         Self {
             parameters: self.parameters.clone(),
@@ -178,12 +178,12 @@ impl Scope {
         }
     }
 
-    /// Whether the tensors are [frozen](Parameters::frozen).
+    /// Returns true when the tensors are [frozen](Parameters::frozen).
     pub fn is_frozen(&self) -> bool {
         self.parameters.is_frozen()
     }
 
-    /// Makes the learnt tensor `name` here.
+    /// Makes the trainable tensor `name` here.
     ///
     /// # Errors
     /// [`Error::DuplicateTensor`] if there is one of that name already; [`Error::FrozenTensor`] if a frozen set has none.

@@ -147,7 +147,7 @@ fn what_cannot_be_drawn_is_told() {
     }
 }
 
-/// What a mirrored link shows on a mirrored map is the mirrored image, axis by axis.
+/// The image of a mirrored link on a mirrored map is the mirrored image, axis by axis.
 #[test]
 fn a_mirrored_link_has_a_mirrored_image() {
     let (height, width, size) = (64, 128, 32);

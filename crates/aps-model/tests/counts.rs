@@ -3,7 +3,7 @@
 use aps_model::candle_core::{DType, Device};
 use aps_model::{ModelKind, Parameters, Preset};
 
-/// Learnt values of each model and of its regularizer, without buffers.
+/// Trainable parameters of each model and of its regularizer, without buffers.
 fn counts(preset: Preset) -> Vec<(String, usize)> {
     let fresh = || Parameters::new(&Device::Cpu, DType::F32, 1);
     let mut counts = Vec::new();

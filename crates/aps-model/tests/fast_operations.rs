@@ -317,7 +317,7 @@ fn convolution_in_half_precision() {
     }
 }
 
-/// Where nothing is learnt, a convolution, its normalisation and what follows are one operation.
+/// In evaluation a convolution, its normalisation and the operation after it are one operation.
 #[test]
 fn normalised_convolution_in_use() {
     let rng = &mut ChaCha8Rng::seed_from_u64(6);

@@ -73,7 +73,7 @@ type Case = (&'static [usize], &'static [usize], usize, (usize, usize));
 
 #[test]
 fn of_convolutions() {
-    // Those of the models, and sizes that strides do not divide.
+    // Convolutions of the models, and sizes that strides do not divide.
     let cases: [Case; 9] = [
         (&[2, 3, 6, 5], &[4, 3, 3, 3], 1, (1, 1)),
         (&[2, 2, 6, 6], &[3, 2, 3, 3], 2, (1, 1)),

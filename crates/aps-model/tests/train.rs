@@ -104,7 +104,7 @@ fn steps(trainer: &mut Trainer, n: usize) -> Vec<f64> {
     (0..n).map(step).collect()
 }
 
-/// All a training knows, as bytes.
+/// Returns the whole state of a training as bytes.
 fn state(trainer: &mut Trainer, folder: &Path) -> Vec<u8> {
     let path = folder.join("state.safetensors");
     trainer.save(&path, "").unwrap();

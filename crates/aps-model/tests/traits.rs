@@ -1,4 +1,4 @@
-//! What every type of the face can do: checked by the compiler.
+//! Traits that every public type implements, checked by the compiler.
 
 use std::fmt::Debug;
 
@@ -13,7 +13,7 @@ use aps_model::weights::LoadReport;
 use aps_model::{Error, Init, Kind, Mode, Model, ModelKind, Parameter, Parameters, Preset, Scope};
 
 fn is_shared<T: Debug + Clone + Send + Sync>() {}
-/// What owns state that must not be doubled unawares.
+/// Accepts a type that owns state, which must not be copied by accident.
 fn is_sent<T: Debug + Send>() {}
 fn is_dyn<T: Debug + Send + Sync + ?Sized>() {}
 fn is_error<T: std::error::Error + Send + Sync + 'static>() {}

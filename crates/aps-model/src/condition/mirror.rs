@@ -2,12 +2,12 @@
 
 use super::{Link, Rasters};
 
-/// Which axes of a map are turned around its middle.
+/// Mirror image of a map: the axes along which it is mirrored, about its middle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Mirror {
-    /// What was at x is at the same distance from the other end.
+    /// Mirrors along x: distances from one end become distances from the other end.
     pub x: bool,
-    /// The same for y.
+    /// Mirrors along y likewise.
     pub y: bool,
 }
 
@@ -30,13 +30,13 @@ impl Rasters<'_> {
             .unwrap_or(0)
     }
 
-    /// Position of the last pixel (x, y) \[m\]: a mirror image takes what is at 0 there, and back.
+    /// Returns the position of the last pixel (x, y) \[m\], with which position 0 changes places in a mirror image.
     pub fn far_end_m(&self) -> [f64; 2] {
         [self.width, self.height].map(|side| (side as f64 - 1.0) * self.metres_per_pixel)
     }
 
-    /// Pixels of all maps in each of [`Mirror::ALL`]: first the maps as they are, then all in the first mirror image, and
-    /// so on. O(pixels).
+    /// Returns the pixels of all maps in each of [`Mirror::ALL`]: first the maps as they are, then all in the first mirror
+    /// image, and so on. O(pixels).
     pub fn mirrored(&self) -> Vec<f32> {
         let mut all = Vec::with_capacity(Mirror::ALL.len() * self.pixels.len());
         if self.maps() == 0 {
@@ -60,7 +60,7 @@ impl Rasters<'_> {
 }
 
 impl Link {
-    /// The link in number `image` of [`Mirror::ALL`], among the maps of [`Rasters::mirrored`].
+    /// Returns the link in number `image` of [`Mirror::ALL`], among the maps of [`Rasters::mirrored`].
     ///
     /// # Panics
     /// When there is no such image.

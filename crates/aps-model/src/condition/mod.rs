@@ -1,4 +1,4 @@
-//! Condition images, what a model sees of a link: buildings, transmitter, receiver.
+//! Condition images, the input of a model for a link: buildings, transmitter, receiver.
 //!
 //! They are made where they are used. The rasters of all maps lie on the device as one tensor, and of each link there
 //! come a map number and four coordinates, not 3 x 256 x 256 pixels. A round Gaussian spot is the product of one along x
@@ -80,14 +80,14 @@ pub struct Link {
 pub struct Conditions {
     /// (maps, size, size), on the device.
     buildings: Tensor,
-    /// The same on the host, where images are filled in one pass; empty on other devices.
+    /// Copy of the buildings on the host, where images are filled in one pass; empty on other devices.
     host: Vec<f32>,
     maps: usize,
     size: usize,
     along: [Axis; 2],
 }
 
-/// How positions along x or y become pixels of an image.
+/// Map from positions along x or y to pixels of an image.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     metres_per_pixel: f64,
@@ -165,7 +165,7 @@ impl Conditions {
         self.maps
     }
 
-    /// Where images are made.
+    /// Returns the device that images are made on.
     pub fn device(&self) -> &Device {
         self.buildings.device()
     }
@@ -191,7 +191,7 @@ impl Conditions {
         }
     }
 
-    /// One pass over the memory of the batch.
+    /// Fills a batch of images in one pass over its memory.
     fn fill(&self, links: &[Link]) -> Result<Tensor> {
         let (size, plane) = (self.size, self.size * self.size);
         let mut images = vec![0.0_f32; links.len() * 3 * plane];
@@ -214,7 +214,7 @@ impl Conditions {
         Ok(Tensor::from_vec(images, shape, self.device())?)
     }
 
-    /// The same of candle's operations: five numbers a link are sent to the device.
+    /// Composes a batch of images by candle's operations: five numbers a link are sent to the device.
     fn compose(&self, links: &[Link]) -> Result<Tensor> {
         let (n, size) = (links.len(), self.size);
         let maps: Vec<u32> = links.iter().map(|link| link.map).collect();

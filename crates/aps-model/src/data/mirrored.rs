@@ -1,4 +1,4 @@
-//! Four examples out of one.
+//! Examples with their mirror images: four for each.
 
 use super::Examples;
 use crate::condition::{Link, Mirror, Rasters};

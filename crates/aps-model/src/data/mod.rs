@@ -1,8 +1,8 @@
-//! What a training learns from: links and their target spectra.
+//! Training examples: links and their target spectra.
 //!
-//! [`Examples`] is the door through which they come, so that this crate knows no file format, and whoever has
-//! them decides how they are kept: all in memory as f32 ([`Samples`], 720 bytes a link), or in a shorter form that is
-//! turned into the target when a batch is put together.
+//! Training reads them through the trait [`Examples`], so that this crate knows no file format. The implementation
+//! decides how they are kept: all in memory as f32 ([`Samples`], 720 bytes a link), or in a shorter form that is turned
+//! into the target when a batch is put together.
 
 mod mirrored;
 
@@ -14,19 +14,19 @@ pub use mirrored::Mirrored;
 
 /// A numbered set of links with target spectra. A number always gives the same link and target.
 pub trait Examples: Debug + Send + Sync {
-    /// How many there are.
+    /// Returns the number of examples.
     fn len(&self) -> usize;
 
-    /// Whether there are none.
+    /// Returns true when there are no examples.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The link of an example below [`len`](Self::len).
+    /// Returns the link of an example below [`len`](Self::len).
     fn link(&self, example: usize) -> Link;
 
-    /// Writes the normalised target of an example, [`ANGLE_BINS`] values. Called from a thread of its own, a batch ahead
-    /// of what is being learnt.
+    /// Writes the normalised target of an example, [`ANGLE_BINS`] values. Called from a thread of its own, a batch ahead of
+    /// the training step.
     fn write_target(&self, example: usize, target: &mut [f32]);
 }
 

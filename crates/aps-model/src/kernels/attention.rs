@@ -1,6 +1,6 @@
 //! Self-attention with several heads, from queries, keys and values side by side.
 //!
-//! Each head of each sequence is worked on by one thread, from the scores to its part of the result. The way back computes
+//! One thread computes each head of each sequence, from the scores to its part of the result. The backward pass computes
 //! the weights anew instead of keeping tokens x tokens values a head.
 
 use rayon::prelude::*;
@@ -47,7 +47,7 @@ impl Heads {
         Matrix::rows(values, self.tokens)
     }
 
-    /// What each query gives to each key: queries x keys, rows adding up to 1.
+    /// Writes the attention weights of one head into `out`: queries x keys, rows adding up to 1.
     fn weights(&self, all: &[f32], number: usize, out: &mut [f32]) {
         let (queries, keys) = (self.part(all, number, 0), self.part(all, number, 1));
         let sizes = (self.tokens, self.tokens, self.depth);
@@ -71,7 +71,7 @@ impl Heads {
     }
 }
 
-/// The attention of all sequences in `all` (batch, tokens, 3 width): (batch, tokens, width).
+/// Computes the attention of all sequences in `all` (batch, tokens, 3 width): (batch, tokens, width).
 pub(crate) fn attend(all: &[f32], sizes: Heads) -> Vec<f32> {
     let Heads { tokens, depth, .. } = sizes;
     let mut planes = Buffer::of(all.len() / 3);
@@ -87,7 +87,7 @@ pub(crate) fn attend(all: &[f32], sizes: Heads) -> Vec<f32> {
     joined(&planes, sizes, 1)
 }
 
-/// The gradient by `all`, from that by the result.
+/// Computes the gradient by `all`, from the gradient by the result.
 pub(crate) fn attend_gradient(all: &[f32], grad: &[f32], sizes: Heads) -> Vec<f32> {
     let Heads { tokens, depth, .. } = sizes;
     let mut planes = Buffer::of(all.len());

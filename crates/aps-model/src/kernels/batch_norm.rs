@@ -61,8 +61,8 @@ pub(crate) fn scale_shift(
     out
 }
 
-/// What the gradient of a normalised channel needs: sums over batch and pixels of the gradient, and of the gradient times
-/// the normalised input. Where `y` is given (the output of ReLU), only places above 0 count.
+/// Returns the sums that the gradient of a normalised channel needs, over batch and pixels: of the gradient, and of the
+/// gradient times the normalised input. Where `y` is given (the output of ReLU), only places above 0 count.
 pub(crate) fn gradient_sums(
     x: &[f32],
     y: Option<&[f32]>,

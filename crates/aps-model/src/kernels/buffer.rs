@@ -15,7 +15,7 @@ thread_local! {
 pub(super) struct Buffer(Vec<f32>);
 
 impl Buffer {
-    /// Of `len` values, whatever they were before: write them first.
+    /// Takes a buffer of `len` values, which hold anything: write them before reading.
     pub fn of(len: usize) -> Self {
         let mut values = SPARE.with_borrow_mut(|spare| {
             // The smallest that is large enough, else the largest; the store is sorted by size.

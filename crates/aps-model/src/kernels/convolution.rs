@@ -1,4 +1,4 @@
-//! The convolution itself.
+//! Forward pass of a convolution.
 
 use rayon::prelude::*;
 
@@ -46,7 +46,7 @@ pub(super) fn tile_pixels(taps: usize, pixels: usize) -> usize {
     pixels.div_ceil(tiles).next_multiple_of(64).min(pixels)
 }
 
-/// Each image by one thread, tile by tile.
+/// Convolves each image in one thread, tile by tile.
 fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, out: &mut [f32]) {
     let (taps, pixels) = (shape.taps(), shape.out_pixels());
     let tile = tile_pixels(taps, pixels);
@@ -85,14 +85,14 @@ fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, ou
         });
 }
 
-/// What a thread keeps from image to image.
+/// Buffers that a thread keeps from image to image.
 #[derive(Default)]
 struct Scratch {
     framed: Vec<f32>,
     columns: Vec<f32>,
 }
 
-/// All images side by side, unfolded once by all threads; each then makes some of the output channels.
+/// Convolves all images side by side: all threads unfold them, once, and each computes some of the output channels.
 fn together(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, out: &mut [f32]) {
     let (taps, pixels, batch) = (shape.taps(), shape.out_pixels(), shape.batch);
     let mut planes = Buffer::of(shape.output_len());
@@ -131,7 +131,7 @@ fn together(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, ou
         });
 }
 
-/// All images in frames.
+/// Returns all images, each in its frame.
 pub(super) fn framed_images(shape: &ConvShape, frame: &Frame, x: &[f32]) -> Vec<f32> {
     let mut framed = vec![0.0; shape.batch * frame.len()];
     framed

@@ -1,4 +1,4 @@
-//! What a convolution does to its sums while they are still in cache.
+//! Operations that a convolution applies to its sums while they are still in cache.
 
 use multiversion::multiversion;
 

@@ -105,7 +105,7 @@ fn fold_together(shape: &ConvShape, grad: &[f32], weight: &[f32], out: &mut [f32
     apart(&planes, shape.in_channels, in_pixels, out);
 }
 
-/// What a thread keeps from block to block.
+/// Buffers that a thread keeps from block to block.
 #[derive(Default)]
 struct Scratch {
     columns: Vec<f32>,

@@ -22,7 +22,7 @@ pub(super) fn side_by_side(x: &[f32], channels: usize, pixels: usize) -> (Vec<f3
     (out, stride)
 }
 
-/// The way back, into `out` (batch, channel, pixel).
+/// Undoes the regrouping, into `out` (batch, channel, pixel).
 pub(super) fn apart(x: &[f32], channels: usize, pixels: usize, out: &mut [f32]) {
     let batch = x.len() / (channels * pixels);
     out.par_chunks_mut(channels * pixels)

@@ -16,7 +16,7 @@ pub(crate) struct ConvShape {
 }
 
 impl ConvShape {
-    /// Whether the padded image holds the kernel at least once, and no size is zero.
+    /// Returns true when the padded image holds the kernel at least once, and no size is zero.
     pub fn is_valid(&self) -> bool {
         let (kh, kw) = self.kernel;
         let sizes = [self.batch, self.in_channels, self.out_channels, kh, kw];
@@ -49,7 +49,7 @@ impl ConvShape {
         self.in_channels * self.kernel.0 * self.kernel.1
     }
 
-    /// Whether the unfolded input is the input itself.
+    /// Returns true when the unfolded input is the input itself.
     pub fn is_pointwise(&self) -> bool {
         self.kernel == (1, 1) && self.stride == 1 && self.padding == (0, 0)
     }
@@ -66,8 +66,8 @@ impl ConvShape {
         self.out_channels * self.taps()
     }
 
-    /// Whether an image is large enough to be worked on by itself; small ones are taken together, so that the matrix
-    /// product has enough columns.
+    /// Returns true when images are large enough to be convolved one by one; small ones are convolved together, so that
+    /// the matrix product has enough columns.
     pub fn is_by_image(&self) -> bool {
         self.batch >= 4 && self.out_pixels() >= 64
     }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::ConvShape;
 
-/// How a padded image lies in memory: (channel, row, remainder of the column, column).
+/// Memory layout of a padded image: (channel, row, remainder of the column, column).
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     shape: ConvShape,
@@ -15,7 +15,7 @@ pub(super) struct Frame {
     phase: usize,
     row: usize,
     plane: usize,
-    /// Where the first output pixel of each tap lies.
+    /// Position of the first output pixel of each tap.
     taps: Vec<usize>,
 }
 
@@ -77,7 +77,7 @@ impl Frame {
         }
     }
 
-    /// The way back: the image inside `frame`.
+    /// Copies the image inside `frame` into `image`, the reverse of [`Frame::fill`].
     pub fn extract(&self, frame: &[f32], image: &mut [f32]) {
         let s = &self.shape;
         let planes = frame.chunks_exact(self.plane);

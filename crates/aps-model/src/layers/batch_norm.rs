@@ -27,13 +27,13 @@ impl BatchNorm {
         })
     }
 
-    /// Of (batch, channels, ...); see [`ops::batch_norm`].
+    /// Normalises `x` (batch, channels, ...); see [`ops::batch_norm`].
     pub fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         self.count(mode)?;
         ops::batch_norm(x, self.tensors(), mode)
     }
 
-    /// Followed by ReLU.
+    /// Normalises `x` and applies ReLU.
     pub fn forward_relu(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         self.count(mode)?;
         ops::batch_norm_relu(x, self.tensors(), mode)

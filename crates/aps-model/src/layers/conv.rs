@@ -16,7 +16,7 @@ pub struct Conv2d {
     kept: Option<Arc<ops::Kept>>,
 }
 
-/// Where a layer over frozen parameters keeps what it makes of its weight.
+/// Returns an empty kernel cache for a layer over frozen parameters; `None` for any other.
 fn kept(scope: &Scope) -> Option<Arc<ops::Kept>> {
     scope.is_frozen().then(Arc::default)
 }

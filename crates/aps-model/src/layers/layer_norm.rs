@@ -21,7 +21,7 @@ impl LayerNorm {
         })
     }
 
-    /// Of (..., features).
+    /// Normalises `x` (..., features).
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         ops::layer_norm(x, &self.weight, &self.bias, 1e-6)
     }

@@ -12,9 +12,9 @@ const GRIDS: [usize; 4] = [4, 2, 1, 1];
 /// Features of an image at four scales and all together.
 #[derive(Debug, Clone)]
 pub struct MultiScale {
-    /// Of each stage, fine to coarse: (batch, 4 width).
+    /// Features of each stage, fine to coarse: (batch, 4 width).
     pub scales: [Tensor; 4],
-    /// Fused: (batch, 8 width).
+    /// Fused features of all stages: (batch, 8 width).
     pub global: Tensor,
 }
 
@@ -48,7 +48,7 @@ impl MultiScaleEncoder {
         })
     }
 
-    /// Of images (batch, 3, height, width).
+    /// Computes the features of images (batch, 3, height, width).
     pub fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<MultiScale> {
         let mut x = self.stem.forward(images, mode)?;
         let mut scales = Vec::with_capacity(4);

@@ -18,7 +18,7 @@ pub struct AdvMlp {
 }
 
 impl AdvMlp {
-    /// All tensors of the model in `parameters`. The paper has `width` 64: 13,663,732 learnt values.
+    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 13,663,732 trainable parameters.
     pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
         let root = parameters.root();
         Ok(Self {

@@ -18,7 +18,7 @@ pub struct MsAreg {
 }
 
 impl MsAreg {
-    /// All tensors of the model in `parameters`. The paper has `width` 64: 15,042,036 learnt values.
+    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 15,042,036 trainable parameters.
     pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
         let root = parameters.root();
         Ok(Self {

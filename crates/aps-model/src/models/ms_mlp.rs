@@ -15,7 +15,7 @@ pub struct MsMlp {
 }
 
 impl MsMlp {
-    /// All tensors of the model in `parameters`. The paper has `width` 64: 14,746,868 learnt values.
+    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 14,746,868 trainable parameters.
     pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
         let root = parameters.root();
         Ok(Self {

@@ -5,7 +5,7 @@ use candle_core::Tensor;
 use crate::layers::Linear;
 use crate::{Result, Scope};
 
-/// `noise_proj`, fed zeros: the predictors are deterministic. Only its bias says anything, and only it learns.
+/// `noise_proj`, fed zeros: the predictors are deterministic. Only its bias has an effect, and only it is trained.
 #[derive(Debug, Clone)]
 pub(super) struct NoiseInput {
     projection: Linear,

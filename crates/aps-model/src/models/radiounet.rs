@@ -23,7 +23,7 @@ pub struct RadioUnet {
 const DEPTH: usize = 4;
 
 impl RadioUnet {
-    /// All tensors of the model in `parameters`. The paper has `width` 64: 31,169,076 learnt values.
+    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 31,169,076 trainable parameters.
     ///
     /// Images must have sides that are multiples of 16.
     pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {

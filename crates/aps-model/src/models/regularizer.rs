@@ -18,7 +18,7 @@ pub struct Regularizer {
 }
 
 impl Regularizer {
-    /// All tensors of the regularizer in `parameters`. The paper has `width` 64: 11,925,825 learnt values.
+    /// Creates the regularizer's tensors in `parameters`. The paper has `width` 64: 11,925,825 trainable parameters.
     pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
         let root = parameters.root();
         let (wide, narrow) = (8 * width, 4 * width);
@@ -36,8 +36,8 @@ impl Regularizer {
         self.score(&self.encode(images, mode)?, spectra)
     }
 
-    /// The half that knows the images only, most of the work: features (batch, 8 `width`) to [`score`](Self::score)
-    /// any spectra with. In [`Mode::Train`] each call moves the running statistics.
+    /// Encodes the images, most of the work, into features (batch, 8 `width`) to [`score`](Self::score) any spectra with.
+    /// In [`Mode::Train`] each call moves the running statistics.
     pub fn encode(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         check_images(images)?;
         self.condition.forward(images, mode)
@@ -50,7 +50,7 @@ impl Regularizer {
         self.head.forward(&Tensor::cat(&[encoded, &spectrum], 1)?)
     }
 
-    /// All tensors of the regularizer, by their PyTorch names.
+    /// Returns all tensors of the regularizer, by their PyTorch names.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }

@@ -88,7 +88,7 @@ impl Refinement {
 }
 
 impl ResnetConv1d {
-    /// All tensors of the model in `parameters`. The paper has `width` 64: 18,853,377 learnt values.
+    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 18,853,377 trainable parameters.
     pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
         let root = parameters.root();
         let scale = 4 * width;

@@ -16,8 +16,8 @@ pub struct ResnetMlp {
 }
 
 impl ResnetMlp {
-    /// All tensors of the model in `parameters`. The paper has `width` 64,
-    /// 11,531,508 learnt values, and drops hidden features with probability `dropout` 0.1.
+    /// Creates the model's tensors in `parameters`. The paper has `width` 64, 11,531,508 trainable parameters, and drops
+    /// hidden features with probability `dropout` 0.1.
     pub fn new(parameters: &Parameters, width: usize, dropout: f64) -> Result<Self> {
         let root = parameters.root();
         let head = root.at("head");

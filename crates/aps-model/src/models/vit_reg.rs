@@ -10,9 +10,9 @@ use crate::{ANGLE_BINS, Error, Init, Mode, Model, Parameters, Result, ops};
 /// Sizes of a [`VitReg`]. [`Default`] is the paper's: ViT-B/16.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VitRegConfig {
-    /// Side to which images are resized in pixels; a multiple of `patch`.
+    /// Side to which images are resized \[pixels\]; a multiple of `patch`.
     pub image_size: usize,
-    /// Side of a patch, which becomes one token in pixels.
+    /// Side of a patch, which becomes one token \[pixels\].
     pub patch: usize,
     /// Features of a token; a multiple of `heads`.
     pub width: usize,
@@ -83,7 +83,7 @@ pub struct VitReg {
 }
 
 impl VitReg {
-    /// All tensors of the model in `parameters`. The paper's sizes make 86,284,724 learnt values.
+    /// Creates the model's tensors in `parameters`. The paper's sizes make 86,284,724 trainable parameters.
     ///
     /// # Errors
     /// [`Error::Config`] if sizes do not divide each other.

@@ -1,4 +1,4 @@
-//! What a transformer needs besides linear maps, on the CPU: attention by head, softmax and layer normalisation by row.
+//! Operations of a transformer besides linear maps, on the CPU: attention by head, softmax and layer normalisation by row.
 
 use candle_core::{CpuStorage, CustomOp1, CustomOp3, Layout, Result, Shape, Tensor};
 

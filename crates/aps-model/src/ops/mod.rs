@@ -1,7 +1,7 @@
-//! What layers compute with: each operation once, with its gradient, whatever computes it.
+//! Operations of the layers: each defined once, with its gradient, for every device and type.
 //!
 //! Every layer of this crate calls these functions and no others. With f32 on the CPU the heavy ones take a fast path of
-//! their own; everything else, and every GPU, is answered by [`crate::portable`].
+//! their own; [`crate::portable`] computes everything else, on every GPU as well.
 //!
 //! ```
 //! use aps_model::candle_core::{DType, Device, Tensor, Var};

@@ -10,8 +10,8 @@ use crate::Mode;
 use crate::kernels::finish::Finish;
 use crate::kernels::{ConvShape, KeptKernels, convolution::convolve};
 
-/// What the fast path keeps of a convolution's weight from one answer to the next, beginning empty: its kernels as they are
-/// multiplied with, which take up to four times the memory of the weight.
+/// Kernel cache of the fast path, empty at first: it keeps the kernels of a convolution's weight, as they are multiplied
+/// with, from one forward pass to the next. They take up to four times the memory of the weight.
 #[derive(Debug, Default)]
 pub struct Kept(KeptKernels);
 
@@ -26,11 +26,11 @@ pub struct ConvTensors<'a> {
     pub stride: usize,
     /// Zeros on each side: (vertical, horizontal).
     pub padding: (usize, usize),
-    /// Of a weight that never changes, and of this weight alone: where to keep what can be used again.
+    /// Kernel cache of the weight, which must never change; a cache belongs to one weight alone.
     pub kept: Option<&'a Kept>,
 }
 
-/// What follows a normalised convolution.
+/// Operation after a normalised convolution.
 #[derive(Debug, Clone, Copy)]
 pub enum After<'a> {
     /// Nothing.
@@ -41,7 +41,7 @@ pub enum After<'a> {
     AddRelu(&'a Tensor),
 }
 
-/// [`conv2d`], then [`batch_norm`], then what follows: one operation, because where nothing is learnt (in
+/// [`conv2d`], then [`batch_norm`], then the operation `after`: one function, because without training (in
 /// [`Mode::Eval`], with tensors no gradient is asked of) f32 on the CPU does it all while the sums are in cache.
 pub fn normed_conv2d(
     x: &Tensor,

@@ -4,14 +4,14 @@ use std::ops::Deref;
 
 use candle_core::{CpuStorage, DType, Layout, Result, Shape, Storage, Tensor, bail};
 
-/// Whether the fast path knows all of them: f32 on the CPU.
+/// Returns true when the fast path takes all of the tensors: f32 on the CPU.
 pub(super) fn are_fast(tensors: &[&Tensor]) -> bool {
     tensors
         .iter()
         .all(|t| t.device().is_cpu() && t.dtype() == DType::F32)
 }
 
-/// The values of a contiguous f32 argument of a custom operation.
+/// Returns the values of a contiguous f32 argument of a custom operation.
 pub(super) fn slice<'a>(storage: &'a CpuStorage, layout: &Layout) -> Result<&'a [f32]> {
     match layout.contiguous_offsets() {
         Some((start, end)) => Ok(&storage.as_slice::<f32>()?[start..end]),
@@ -35,7 +35,7 @@ pub(super) fn with_slices<const N: usize, R>(
     Ok(f(slices))
 }
 
-/// What a custom operation returns.
+/// Wraps values and shape as the result of a custom operation.
 pub(super) fn made(values: Vec<f32>, shape: impl Into<Shape>) -> Result<(CpuStorage, Shape)> {
     Ok((CpuStorage::F32(values), shape.into()))
 }

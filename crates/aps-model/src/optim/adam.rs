@@ -37,7 +37,7 @@ impl Default for AdamConfig {
 }
 
 impl AdamConfig {
-    /// The one of adversarial training: beta1 = 0.5, no decay.
+    /// Returns the settings of adversarial training: beta1 = 0.5, no decay.
     pub fn adversarial() -> Self {
         Self {
             beta1: 0.5,
@@ -69,13 +69,13 @@ struct Slot {
 
 #[derive(Debug)]
 enum Moments {
-    /// Of f32 weights on a CPU.
+    /// Moments of f32 weights on a CPU.
     Host(Vec<f32>, Vec<f32>),
     Device(Tensor, Tensor),
 }
 
 impl Adam {
-    /// An optimizer of what is trainable, which has not moved yet.
+    /// Creates an optimizer of the trainable parameters, before its first step.
     pub fn new(parameters: &Parameters, config: AdamConfig) -> Result<Self> {
         let slot = |(name, var): (String, Var)| {
             let moments = Moments::zeros(&var)?;
@@ -89,12 +89,12 @@ impl Adam {
         })
     }
 
-    /// The variables it moves, in the order of their names.
+    /// Returns the variables that the optimizer updates, in the order of their names.
     pub fn variables(&self) -> impl Iterator<Item = &Var> {
         self.slots.iter().map(|slot| &slot.var)
     }
 
-    /// Steps made.
+    /// Returns the number of steps made.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -132,8 +132,8 @@ impl Adam {
         Ok(())
     }
 
-    /// Both moments of every variable, as `NAME.first` and `NAME.second`; with [`steps`](Self::steps) this is all it
-    /// knows.
+    /// Returns both moments of every variable, as `NAME.first` and `NAME.second`; with [`steps`](Self::steps) they are the
+    /// optimizer's whole state.
     pub fn state(&self) -> Result<Vec<(String, Tensor)>> {
         let mut state = Vec::with_capacity(2 * self.slots.len());
         for slot in &self.slots {

@@ -1,4 +1,4 @@
-//! The length of all gradients together.
+//! Clipping of gradients by the norm of all of them together.
 
 use candle_core::backprop::GradStore;
 use candle_core::{CpuStorage, DType, Storage, Tensor, Var};
@@ -26,7 +26,7 @@ pub fn gradient_norm<'a>(
     Ok(squares.sqrt())
 }
 
-/// What to multiply gradients of this norm by so that their norm is at most `max_norm`: 1 if it is.
+/// Returns the factor that brings gradients of this norm to a norm of at most `max_norm`: 1 if it is.
 pub fn clip_factor(norm: f64, max_norm: f64) -> f64 {
     (max_norm / (norm + EPSILON)).min(1.0)
 }

@@ -1,4 +1,4 @@
-//! How weights move: [`Adam`], the [norm](gradient_norm) by which gradients are clipped, and the [`Schedule`] of the
+//! Optimization: [`Adam`], the [norm](gradient_norm) by which gradients are clipped, and the [`Schedule`] of the
 //! learning rate.
 //!
 //! Numbers follow PyTorch's `torch.optim.AdamW`, `torch.nn.utils.clip_grad_norm_` operation by operation in f32, so that

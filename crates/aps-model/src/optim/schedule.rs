@@ -1,4 +1,4 @@
-//! The learning rate over a run.
+//! Schedule of the learning rate over a run.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,14 +13,14 @@ use serde::{Deserialize, Serialize};
 pub struct Schedule {
     /// The highest rate, that of step `warmup` - 1.
     pub peak: f64,
-    /// Steps of the way up; 0 starts at the peak.
+    /// Steps on which the rate rises; 0 starts at the peak.
     pub warmup: u64,
-    /// All steps; the rate is 0 from this step on, and positive before.
+    /// Number of all steps; the rate is 0 from this step on, and positive before.
     pub total: u64,
 }
 
 impl Schedule {
-    /// The rate of a step; the first is step 0.
+    /// Returns the rate of a step; the first is step 0.
     pub fn at(&self, step: u64) -> f64 {
         if step < self.warmup.min(self.total) {
             return self.peak * (step + 1) as f64 / self.warmup as f64;

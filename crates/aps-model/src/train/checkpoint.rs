@@ -1,4 +1,4 @@
-//! Everything a training knows, in one safetensors file.
+//! Checkpoints: the whole state of a training in one safetensors file.
 //!
 //! Tensors are named `predictor.NAME`, `predictor.optimizer.NAME.first` and `.second`, and the same for `regularizer`.
 //! The metadata has one entry, `training`: the [`Header`] in JSON.
@@ -22,7 +22,7 @@ const METADATA_KEY: &str = "training";
 /// Version of the format; only this one is read.
 const VERSION: u64 = 1;
 
-/// What a checkpoint says about itself.
+/// Metadata of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Steps made.
@@ -33,7 +33,7 @@ pub struct Header {
     pub examples: usize,
     /// [`digest`] of the examples' links.
     pub links: u64,
-    /// The caller's own.
+    /// Notes of the caller.
     pub notes: String,
 }
 
@@ -71,7 +71,7 @@ pub fn save(path: &Path, header: &Header, networks: Vec<Network<'_>>) -> Result<
     })
 }
 
-/// Reads a checkpoint into networks of the same kind. `own` is what it must have been written for.
+/// Reads a checkpoint into networks of the same kind. The checkpoint's header must agree with `own`.
 pub fn load(
     path: &Path,
     own: &Header,
@@ -155,7 +155,7 @@ fn read_header(bytes: &[u8]) -> Result<Header, String> {
     serde_json::from_value(versioned.header).map_err(|e| format!("its header cannot be read: {e}"))
 }
 
-/// The first setting in which a checkpoint differs from the training it shall continue.
+/// Returns the first setting in which a checkpoint differs from the training it shall continue.
 fn difference(stored: &Header, own: &Header) -> Option<String> {
     if (stored.examples, stored.links) != (own.examples, own.links) {
         return Some(format!(

@@ -8,9 +8,9 @@ use crate::optim::{AdamConfig, Schedule};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainConfig {
-    /// Times every example is learnt from; at least 1.
+    /// Number of passes over the examples; at least 1.
     pub epochs: u64,
-    /// Links a step; cut to the number of examples. What an epoch has left over for less than a batch is left out, other
+    /// Links of a batch; cut to the number of examples. An epoch leaves out the remainder that does not fill a batch, other
     /// links each time.
     pub batch: usize,
     /// Highest learning rate, of both networks.
@@ -31,7 +31,7 @@ pub struct TrainConfig {
 }
 
 impl TrainConfig {
-    /// The paper's for models without regularizer: AdamW, 3e-4, 512 links a step.
+    /// Returns the paper's settings for models without regularizer: AdamW, 3e-4, 512 links a step.
     pub fn regression() -> Self {
         Self {
             epochs: 20,
@@ -46,8 +46,8 @@ impl TrainConfig {
         }
     }
 
-    /// The paper's for models with a regularizer: Adam with beta1 = 0.5, 2e-4, 1024 links a step, absolute error times
-    /// 100.
+    /// Returns the paper's settings for models with a regularizer: Adam with beta1 = 0.5, 2e-4, 1024 links a step, absolute
+    /// error times 100.
     pub fn adversarial() -> Self {
         Self {
             batch: 1024,
@@ -73,7 +73,7 @@ impl TrainConfig {
         }
     }
 
-    /// What is wrong with the settings, if anything.
+    /// Describes a fault of the settings; `None` if they are sound.
     pub(super) fn problem(&self) -> Option<String> {
         let AdamConfig {
             beta1,

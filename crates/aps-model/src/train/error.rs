@@ -1,4 +1,4 @@
-//! What can end a training.
+//! Errors that end a training.
 
 use std::fmt;
 use std::io;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use crate::condition::Link;
 
-/// What can end a training, where, and what to do.
+/// Errors that end a training; the message names the place and the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
@@ -16,7 +16,7 @@ pub enum TrainError {
     /// A setting cannot be used.
     #[error("training settings: {0}")]
     Config(String),
-    /// There is nothing to learn from.
+    /// There are no examples.
     #[error("there is no example to learn from")]
     NoExamples,
     /// The loss or a gradient is not a number, or the loss is beyond any use. The weights are as they were before this
@@ -29,11 +29,11 @@ pub enum TrainError {
     Diverged {
         /// The step that was not made, counted from 0.
         step: u64,
-        /// What is wrong.
+        /// Quantity that is not sound.
         quantity: Quantity,
-        /// Its value.
+        /// Value of the quantity.
         value: f64,
-        /// The batch: number of each example and its link, that with the largest error first.
+        /// Batch of the step: number and link of each example, the largest error first.
         links: Vec<(usize, Link)>,
         /// The checkpoint last written or read, if any.
         checkpoint: Option<PathBuf>,
@@ -45,7 +45,7 @@ pub enum TrainError {
     Prediction {
         /// Number of the link.
         link: usize,
-        /// The first such bin.
+        /// First bin that is not finite.
         bin: usize,
     },
     /// A checkpoint cannot be used for this training.
@@ -53,17 +53,17 @@ pub enum TrainError {
     Checkpoint {
         /// The file.
         path: PathBuf,
-        /// Why not, and what to do.
+        /// Description of the fault and its remedy.
         problem: String,
     },
     /// A file could not be read or written.
     #[error("cannot {action} '{path}'")]
     Io {
-        /// What was tried.
+        /// Action that failed, as a verb.
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// Why it failed.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The training failed before; only a new one from its last checkpoint can go on.
@@ -73,7 +73,7 @@ pub enum TrainError {
     Failed,
 }
 
-/// What is watched at each step.
+/// Quantity checked at each step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Error of the prediction, by which the predictor learns.

@@ -1,26 +1,26 @@
-//! Which examples a step learns from, and its random numbers: functions of the seed alone.
+//! Batch and random numbers of each step: functions of the seed alone.
 
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-/// What random numbers are for; each use has streams of its own.
+/// Use of random numbers; each has streams of its own.
 #[derive(Debug, Clone, Copy)]
 pub enum Use {
-    /// The order of an epoch.
+    /// Shuffling of an epoch.
     Order,
-    /// The dropout of a step.
+    /// Dropout of a step.
     Dropout,
 }
 
-/// The generator of one epoch or step.
+/// Returns the generator of one epoch or step.
 pub fn generator(seed: u64, of: Use, number: u64) -> ChaCha8Rng {
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     generator.set_stream(number << 1 | of as u64);
     generator
 }
 
-/// The batches of all epochs.
+/// Order of the examples in the batches of all epochs.
 #[derive(Debug, Clone)]
 pub struct Order {
     seed: u64,
@@ -49,7 +49,7 @@ impl Order {
         (self.examples / self.batch) as u64
     }
 
-    /// The examples of a step. O(1), but for the first of an epoch, which shuffles all.
+    /// Returns the examples of a step. O(1), but for the first of an epoch, which shuffles all.
     pub fn of_step(&mut self, step: u64) -> &[u32] {
         let (epoch, within) = (step / self.steps_per_epoch(), step % self.steps_per_epoch());
         if self.epoch.as_ref().is_none_or(|(e, _)| *e != epoch) {

@@ -12,7 +12,7 @@ use crate::data::Examples;
 /// Batches that wait; with the one being made and the one in use there are at most four in memory.
 const AHEAD: usize = 2;
 
-/// What a step learns from.
+/// Batch of one step: numbers of examples, their links and targets.
 #[derive(Debug)]
 pub struct Batch {
     pub examples: Vec<u32>,
@@ -49,7 +49,7 @@ impl Prefetch {
         }
     }
 
-    /// The batch of the next step.
+    /// Returns the batch of the next step.
     ///
     /// # Panics
     /// When the examples panicked in their thread, or beyond the last step.

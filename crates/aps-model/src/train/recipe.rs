@@ -13,13 +13,13 @@ use crate::{Mode, Model, Parameters, Regularizer, Result, loss};
 
 /// A network that scores how well a spectrum suits a condition image, used in training only.
 pub trait Regularize: Debug + Send + Sync {
-    /// What the scores need to know of condition images (batch, 3, height, width): (batch, features).
+    /// Encodes condition images (batch, 3, height, width) for [`score`](Self::score): (batch, features).
     fn encode(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor>;
 
-    /// Scores, before the sigmoid, of spectra (batch, bins) under encoded images: (batch, 1).
+    /// Scores spectra (batch, bins) under encoded images; returns logits, before the sigmoid: (batch, 1).
     fn score(&self, encoded: &Tensor, spectra: &Tensor) -> Result<Tensor>;
 
-    /// All tensors of the network, by their PyTorch names.
+    /// Returns all tensors of the network, by their PyTorch names.
     fn parameters(&self) -> &Parameters;
 }
 
@@ -37,12 +37,12 @@ impl Regularize for Regularizer {
     }
 }
 
-/// The networks of a training.
+/// Networks to train.
 #[derive(Debug)]
 pub struct Trainees {
-    /// What is to be trained.
+    /// Model to train.
     pub predictor: Box<dyn Model>,
-    /// Its regularizer; without one the recipe is plain regression.
+    /// Regularizer of the predictor; without one the recipe is plain regression.
     pub regularizer: Option<Box<dyn Regularize>>,
 }
 
@@ -54,7 +54,7 @@ pub struct Learner {
     regularizer: Option<Adam>,
 }
 
-/// What a step did.
+/// Loss and gradient norms of one step.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome {
     pub loss: f64,
@@ -68,7 +68,7 @@ pub struct RegularizerOutcome {
     pub gradient_norm: f64,
 }
 
-/// Why a step was not made.
+/// Reason for which a step was not made.
 pub enum Fault {
     Model(crate::Error),
     Diverged {

@@ -34,16 +34,16 @@ pub struct Trainer {
     failed: bool,
 }
 
-/// What a step did.
+/// Report of one training step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepReport {
     /// Number of the step, from 0.
     pub step: u64,
-    /// Epoch it belongs to, from 0.
+    /// Epoch of the step, from 0.
     pub epoch: u64,
-    /// Whether it is the last of its epoch.
+    /// True for the last step of an epoch.
     pub ends_epoch: bool,
-    /// Links learnt from.
+    /// Links of the batch.
     pub links: usize,
     /// Learning rate.
     pub learning_rate: f64,
@@ -175,8 +175,8 @@ impl Trainer {
         Ok(())
     }
 
-    /// Goes on from a checkpoint of a training with the same settings, examples and kinds of networks; returns its notes.
-    /// What follows is, bit for bit, what would have followed there.
+    /// Continues from a checkpoint of a training with the same settings, examples and kinds of networks; returns its notes.
+    /// Later steps are, bit for bit, the steps that the checkpoint's training would have made.
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`], [`TrainError::Io`]; nothing has then changed.
@@ -201,37 +201,37 @@ impl Trainer {
         }
     }
 
-    /// The model as trained so far.
+    /// Returns the model as trained so far.
     pub fn predictor(&self) -> &dyn Model {
         self.learner.predictor()
     }
 
-    /// What makes the condition images.
+    /// Returns the maker of the condition images.
     pub fn conditions(&self) -> &Conditions {
         &self.conditions
     }
 
-    /// The settings.
+    /// Returns the settings.
     pub fn config(&self) -> &TrainConfig {
         &self.config
     }
 
-    /// Steps made, those before a resume included.
+    /// Returns the number of steps made, steps before a resume included.
     pub fn steps_done(&self) -> u64 {
         self.steps
     }
 
-    /// All steps of the training.
+    /// Returns the number of steps of the whole training.
     pub fn steps_total(&self) -> u64 {
         self.schedule.total
     }
 
-    /// Links learnt from in each step.
+    /// Returns the number of links in a batch.
     pub fn links_per_step(&self) -> usize {
         self.order.batch()
     }
 
-    /// Steps of an epoch.
+    /// Returns the number of steps of an epoch.
     pub fn steps_per_epoch(&self) -> u64 {
         self.order.steps_per_epoch()
     }

@@ -17,7 +17,7 @@ pub(super) struct Columns {
     pub count: usize,
 }
 
-/// Fills each of `wanted` from the file; what the model does not know is an error, what lies elsewhere is left out.
+/// Fills each of `wanted` from the file. A tensor that the model does not know is an error; tensors elsewhere are left out.
 ///
 /// Nothing is changed unless all fit.
 pub(super) fn assign(
@@ -86,7 +86,7 @@ pub(super) fn assign(
     Ok(report)
 }
 
-/// Says of the model's tensors and of the file's, at most so many of each, why they do not fit, and what else the file holds.
+/// Lists why tensors of the model and of the file do not fit, at most so many of each, and the other entries of the file.
 fn explain(mut problems: Vec<String>, names: &Names, others: &[String]) -> Vec<String> {
     const SHOWN: usize = 24;
     let shorten = |lines: &mut Vec<String>, what: &str| {

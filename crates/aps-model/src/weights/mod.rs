@@ -48,25 +48,25 @@ use names::{Names, listed};
 use source::Source;
 pub use warm_start::warm_start;
 
-/// Where the metadata of safetensors hold a [`Label`]: model and preset, a blank between them.
+/// Key of a [`Label`] in the metadata of safetensors. The value is model and preset, a blank between them.
 const LABEL_KEY: &str = "model";
 
-/// Which model weights are of.
+/// Model and preset that weights belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Label {
     /// The model.
     pub kind: ModelKind,
-    /// Its sizes.
+    /// Sizes of the model.
     pub preset: Preset,
 }
 
-/// What loading did besides filling every tensor from the file.
+/// Result of loading: number of tensors filled, and names of the exceptions.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LoadReport {
-    /// Tensors filled.
+    /// Number of tensors filled.
     pub loaded: usize,
-    /// Tensors of the file that are left out: the classifier of a pretrained backbone, what a checkpoint holds beside the
-    /// model.
+    /// Tensors of the file that are left out: the classifier of a pretrained backbone, tensors of a checkpoint beside the
+    /// model's.
     pub dropped: Vec<String>,
     /// Counters (`num_batches_tracked`) the file lacks, as those of old PyTorch do. They are 0; no output depends on them.
     pub zeroed: Vec<String>,
@@ -116,11 +116,11 @@ pub fn save(path: &Path, parameters: &Parameters, label: Option<Label>) -> Resul
     fs::rename(&partial, path).map_err(|e| Error::weights_io("rename to", path, e))
 }
 
-/// Which model the weights in a file are of; `None` if it does not say: PyTorch's files never do.
+/// Reads the model and preset that a file's weights belong to; `None` if the file does not say: PyTorch's never do.
 ///
 /// # Errors
-/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::ForeignLabel`] where somebody else, or a later version, says
-/// it in other words.
+/// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::ForeignLabel`] where another program, or a later version,
+/// wrote the label in other words.
 pub fn read_label(path: &Path) -> Result<Option<Label>> {
     let source = Source::open(path)?;
     let Some(found) = source.metadata().remove(LABEL_KEY) else {

@@ -11,8 +11,8 @@ const WRAPPERS: [&str; 4] = [
     "_checkpoint_wrapped_module",
 ];
 
-/// What torchvision called the two linear maps of a transformer's block until its release 0.13, and calls them now. The files
-/// it offers for download still have the old names.
+/// Names of the two linear maps of a transformer's block in torchvision: until its release 0.13, and now. The files it
+/// offers for download still have the old names.
 const RENAMED: [(&str, &str); 2] = [(".mlp.linear_1.", ".mlp.0."), (".mlp.linear_2.", ".mlp.3.")];
 
 /// Where a checkpoint with several copies of a model, as an average beside it, keeps the one meant, the first that it has.
@@ -45,7 +45,7 @@ impl Names {
     /// `module.` or `state_dict.model.`, else as they are called. `total` is the number of the model's tensors, `own` gives
     /// the model's name of a plain one, if it has it.
     ///
-    /// The error says what stands in two places.
+    /// The error names the tensors that stand in two places.
     pub(super) fn of<'a>(
         stored: impl Iterator<Item = &'a str> + Clone,
         total: usize,

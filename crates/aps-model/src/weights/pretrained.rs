@@ -1,14 +1,14 @@
-//! Which tensors of a model are a backbone, and what they are called in torchvision.
+//! Backbones of models: their tensors, and the names of these in torchvision.
 
 use std::collections::BTreeMap;
 
 use super::names::Names;
 use crate::Parameters;
 
-/// Where the models keep their backbone: a ResNet, the regularizer's ResNet, a vision transformer.
+/// Prefixes of a model's backbone: a ResNet, the regularizer's ResNet, a vision transformer.
 const PLACES: [&str; 3] = ["encoder.", "cond_encoder.", "vit."];
 
-/// What torchvision's `resnet18` and `vit_b_16` consist of, but for their classifiers.
+/// Parts of torchvision's `resnet18` and `vit_b_16`, but for their classifiers.
 const PARTS: [&str; 9] = [
     "conv1",
     "bn1",
@@ -21,7 +21,7 @@ const PARTS: [&str; 9] = [
     "encoder",
 ];
 
-/// The first layers of a multi-scale encoder, and what they are in a ResNet.
+/// Prefixes of the first layers: in a multi-scale encoder, and in a ResNet.
 const STEM: [(&str, &str); 2] = [("stem.0.", "conv1."), ("stem.1.", "bn1.")];
 
 /// The backbone of a model: its tensors by torchvision's names, or by their own where torchvision has none, as for the
@@ -30,7 +30,7 @@ const STEM: [(&str, &str); 2] = [("stem.0.", "conv1."), ("stem.1.", "bn1.")];
 pub(super) struct Backbone(BTreeMap<String, String>);
 
 impl Backbone {
-    /// The backbone of the model; `None` if it has none.
+    /// Finds the backbone of the model; `None` if it has none.
     pub(super) fn of(parameters: &Parameters) -> Option<Self> {
         let all = parameters.all();
         let place = PLACES.iter().find(|place| {
@@ -48,8 +48,8 @@ impl Backbone {
         ))
     }
 
-    /// The backbone's tensors among those of a file, of torchvision or of another model. Classifiers, decoders, and
-    /// projections that this model does not have lie elsewhere.
+    /// Finds the backbone's tensors in a file of torchvision or of another model, by the file's names. Classifiers,
+    /// decoders, and projections that this model does not have lie elsewhere.
     pub(super) fn among<'a>(
         &self,
         stored: impl Iterator<Item = &'a str> + Clone,
@@ -66,7 +66,7 @@ impl Backbone {
         Ok(names)
     }
 
-    /// Whether the backbone is not one without the model's tensor `name`.
+    /// Returns true when the model's tensor `name` belongs to torchvision's backbone, so that no backbone lacks it.
     pub(super) fn needs(&self, name: &str) -> bool {
         self.0
             .iter()
@@ -74,7 +74,7 @@ impl Backbone {
     }
 }
 
-/// torchvision's name of a tensor of an encoder.
+/// Returns torchvision's name of a tensor of an encoder.
 fn spelled(name: &str) -> String {
     let stem =
         |(ours, theirs): &(&str, &str)| Some(format!("{theirs}{}", name.strip_prefix(ours)?));

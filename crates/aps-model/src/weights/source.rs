@@ -14,7 +14,7 @@ use crate::{Error, Result};
 pub(super) struct Source {
     path: PathBuf,
     content: Content,
-    /// Entries that cannot be had as tensors.
+    /// Entries that cannot be read as tensors.
     others: Vec<String>,
 }
 
@@ -31,7 +31,7 @@ enum Content {
     },
 }
 
-/// What is in a file, and what else.
+/// Content of a file, and descriptions of its entries that cannot be read as tensors.
 type Opened = std::result::Result<(Content, Vec<String>), String>;
 
 struct Stored {
@@ -41,8 +41,7 @@ struct Stored {
 }
 
 impl Source {
-    /// Reads the file and its list of tensors. Which format it has is told by its first bytes: an archive of `torch.save`
-    /// is a ZIP file.
+    /// Reads the file and its list of tensors. The first bytes tell the format: an archive of `torch.save` is a ZIP file.
     pub(super) fn open(path: &Path) -> Result<Self> {
         let bytes = fs::read(path).map_err(|e| Error::weights_io("read", path, e))?;
         let opened = match bytes.starts_with(b"PK\x03\x04") {

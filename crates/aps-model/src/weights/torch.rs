@@ -24,12 +24,12 @@ type Zip = ZipArchive<Cursor<Vec<u8>>>;
 pub(super) struct Archive {
     // Reading an entry moves a position.
     zip: Mutex<Zip>,
-    /// What comes before `data.pkl` in the names of entries.
+    /// Prefix of the names of entries, as it stands before `data.pkl`.
     folder: String,
     length: u64,
 }
 
-/// What the dictionaries of a pickle hold, by names that are joined by dots: `model_state_dict.conv1.weight`.
+/// Entries of a pickle's dictionaries, by names that are joined by dots: `model_state_dict.conv1.weight`.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Entries {
     pub tensors: BTreeMap<String, TensorRecord>,
@@ -77,7 +77,7 @@ impl Archive {
         Ok(bytes)
     }
 
-    /// All tensors.
+    /// Lists the tensors of the archive and its other entries.
     pub(super) fn entries(&self) -> Result<Entries, String> {
         // Old archives do not say; they are little-endian as well.
         if self.read("byteorder").is_ok_and(|order| order != b"little") {
@@ -122,7 +122,7 @@ impl Archive {
     }
 }
 
-/// All tensors in the dictionaries of a pickle.
+/// Lists the tensors and other entries in the dictionaries of a pickle.
 fn describe(bytes: &[u8]) -> Result<Entries, String> {
     let pickle = Pickle::parse(bytes).map_err(|e| format!("data.pkl: {e}"))?;
     let root = dict(&pickle, pickle.root)

@@ -7,17 +7,17 @@ use super::source::Source;
 use super::{LoadReport, check_changeable, own_names};
 use crate::{Parameters, Result};
 
-/// What the predictors trained against a regularizer have beside the same model trained alone.
+/// Prefix of the noise input, which only predictors trained against a regularizer have.
 const NOISE: &str = "noise_proj.";
 
-/// Its values, one each a row, come last among the inputs of this matrix.
+/// Matrix that reads the noise input: one column for each of its values, after all other columns.
 const READS_NOISE: &str = "decoder.0.weight";
 
-/// Fills all tensors from weights of the same model, or MS-AReg's from MS-MLP's: adversarial training that begins with a
-/// predictor which already answers, as is usual for generators.
+/// Fills all tensors from weights of the same model, or MS-AReg's from MS-MLP's: adversarial training then begins with
+/// a trained predictor, as is usual for generators.
 ///
-/// MS-MLP is MS-AReg without the noise input. What reads it begins at zero, so that MS-AReg's answers are at first
-/// MS-MLP's, and the input itself keeps its values, which the report lists.
+/// MS-MLP is MS-AReg without the noise input. The weights that read the noise begin at zero, so that MS-AReg's outputs
+/// are at first MS-MLP's. The noise input itself keeps its values; the report lists its tensors.
 ///
 /// # Errors
 /// As [`load`](super::load).

@@ -65,10 +65,10 @@ impl Golden {
     }
 }
 
-/// What is compared of one tensor; each pair is expected, found.
+/// Comparison of one tensor; each pair is (expected, found).
 pub struct Row {
     pub tensor: String,
-    /// Root of the mean square of what is expected.
+    /// Root of the mean square of the expected values.
     pub rms: f64,
     pub norm: (f64, f64),
     pub samples: Vec<(f64, f64)>,

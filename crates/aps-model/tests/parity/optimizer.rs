@@ -16,7 +16,7 @@ pub struct Adam {
     /// Decoupled, as in AdamW.
     pub weight_decay: f64,
     step: i32,
-    /// Of each tensor: means of gradients and of their squares.
+    /// Means of gradients and of their squares, by tensor.
     moments: HashMap<String, Vec<(f64, f64)>>,
 }
 

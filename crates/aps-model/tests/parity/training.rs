@@ -18,18 +18,18 @@ pub fn fresh(dtype: DType) -> Parameters {
     Parameters::new(&Device::Cpu, dtype, 0)
 }
 
-/// Steps, and how close is close, by precision.
+/// Number of steps and tolerances of a comparison, by precision.
 pub struct Rigour {
     pub steps: usize,
-    /// Of outputs, absolute.
+    /// Absolute tolerance of outputs.
     pub output: f64,
-    /// Of losses, relative.
+    /// Relative tolerance of losses.
     pub loss: f64,
-    /// Of norms and samples of gradients, relative.
+    /// Relative tolerance of norms and samples of gradients.
     pub gradient: f64,
-    /// By how much a single sampled gradient may be off, in units of what is allowed.
+    /// Largest error of a single sampled gradient, in units of the tolerance.
     ///
-    /// In single precision any amount: rounding moves values across the kink of a ReLU, and single gradients jump.
+    /// Unlimited in single precision: rounding moves values across the kink of a ReLU, and single gradients jump.
     /// PyTorch's own (2.15, oneDNN) are off by up to 1.8 times the size of an element for resnet_conv1d, their norm by 1e-3.
     pub outliers: f64,
 }
@@ -55,7 +55,7 @@ impl Rigour {
     }
 }
 
-/// All tensors of a model, in the order of their names.
+/// Returns all tensors of a model, in the order of their names.
 pub fn tensors(parameters: &Parameters) -> Vec<(String, Tensor)> {
     parameters
         .all()

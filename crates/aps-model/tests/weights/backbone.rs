@@ -152,7 +152,7 @@ fn another_model_s_encoder_is_adopted() {
     assert_eq!(deep, value(&of_scales, "encoder.layer4.1.conv2.weight"));
 }
 
-/// MS-AReg begins with MS-MLP's answers; a model of the same kind with every value.
+/// MS-AReg begins with MS-MLP's outputs; a model of the same kind with every value.
 #[test]
 fn a_warm_start_begins_with_the_other_s_answers() {
     let folder = tempfile::tempdir().unwrap();

@@ -33,7 +33,7 @@ fn tiny() -> Parameters {
     parameters
 }
 
-/// All values by name.
+/// Returns all values by name.
 fn values(parameters: &Parameters) -> Vec<(String, Vec<f64>)> {
     let flat = |t: &Tensor| {
         t.to_dtype(DType::F64)
@@ -50,7 +50,7 @@ fn values(parameters: &Parameters) -> Vec<(String, Vec<f64>)> {
         .collect()
 }
 
-/// What `weights.py` writes.
+/// Returns the tensors that `weights.py` writes.
 fn written() -> Vec<(String, Vec<f64>)> {
     let tensor = |name: &str, k: f64, count| {
         (
@@ -126,7 +126,7 @@ fn frozen_parameters_stay_what_they_were() {
     assert_eq!(frozen.count(), one.count());
     assert!(frozen.trainable().is_empty());
 
-    // Several answers, so that what is kept is used; other weights in between do not reach them.
+    // Several images, so that the kernel cache is used; other weights in between do not reach them.
     let images = Tensor::rand(0f32, 1.0, (4, 3, 64, 64), &Device::Cpu).unwrap();
     let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
         let y = model.forward(&images, Mode::Eval).unwrap();

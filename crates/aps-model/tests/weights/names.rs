@@ -1,4 +1,4 @@
-//! Which tensor of a file is which of the model.
+//! Matching of a file's tensors with the model's by name.
 
 use aps_model::candle_core::{DType, Tensor, safetensors};
 use aps_model::weights::{load, save};

@@ -11,9 +11,9 @@ pub(super) trait Filter<const M: usize, const N: usize> {
     fn kernel(g: [f32; 3]) -> [f32; N];
     /// A' m
     fn output(m: [f32; N]) -> [f32; M];
-    /// A y, the way back of [`output`](Filter::output)
+    /// A y, the backward pass of [`output`](Filter::output)
     fn output_gradient(y: [f32; M]) -> [f32; N];
-    /// G' u, the way back of [`kernel`](Filter::kernel)
+    /// G' u, the backward pass of [`kernel`](Filter::kernel)
     fn kernel_gradient(u: [f32; N]) -> [f32; 3];
 }
 

@@ -1,4 +1,4 @@
-//! Transformed kernels, made for one call or kept for all.
+//! Transformed kernels, made for one call or cached for all.
 
 use std::ops::Deref;
 use std::sync::OnceLock;
@@ -6,8 +6,8 @@ use std::sync::OnceLock;
 use super::super::buffer::Buffer;
 use super::Size;
 
-/// What is kept of a weight that never changes, from the first call that needs it: 16/9 of the weight's memory for tiles of
-/// 2 x 2 outputs, 4 times it for 4 x 4.
+/// Kernel cache of a weight that never changes, filled by the first call that needs it: 16/9 of the weight's memory for
+/// tiles of 2 x 2 outputs, 4 times it for 4 x 4.
 #[derive(Debug, Default)]
 pub(crate) struct KeptKernels {
     two: OnceLock<Vec<f32>>,
@@ -21,7 +21,7 @@ pub(super) enum Kernels<'a> {
 }
 
 impl KeptKernels {
-    /// The kernels for tiles of `size`, which `make` writes into `len` values.
+    /// Returns the kernels for tiles of `size`, which `make` writes into `len` values.
     ///
     /// Calls at the same time may each make them. To wait for one another would not do: `make` works in parallel, and a
     /// thread that waits in it for its parts may take up another call meanwhile.

@@ -1,11 +1,11 @@
-//! How an image is cut into tiles, and tiles into chunks that stay in cache.
+//! Division of images into tiles, and of tiles into chunks that stay in cache.
 
 use std::ops::Range;
 
 use super::transform::LANES;
 use crate::kernels::ConvShape;
 
-/// Most transformed values, of inputs and outputs together, at once: 4 MB, what two cores' second-level caches hold.
+/// Most transformed values, of inputs and outputs together, at once: 4 MB, the second-level caches of two cores.
 const CHUNK_VALUES: usize = 1 << 20;
 
 /// The tiles of M x M outputs of every image.

@@ -219,7 +219,7 @@ pub(super) fn kernels<F: Filter<M, N>, const M: usize, const N: usize>(
     }
 }
 
-/// G' u G, the way back for gradients: kernels (channels, 3, 3) from value f of channel c at `values[f * apart + c]`.
+/// G' u G, the backward pass: kernels (channels, 3, 3) from value f of channel c at `values[f * apart + c]`.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 pub(super) fn kernel_gradients<F: Filter<M, N>, const M: usize, const N: usize>(
     values: &[f32],
