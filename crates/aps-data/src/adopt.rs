@@ -16,7 +16,7 @@ impl DatasetWriter {
     /// The folder needs no manifest. Each file is checked against its checksum on the way.
     ///
     /// # Errors
-    /// Those of [`DatasetWriter::adopt_map`]. Maps copied before stay.
+    /// As [`DatasetWriter::adopt_map`]. Maps copied before stay.
     pub fn adopt(&self, other: impl AsRef<Path>) -> Result<Vec<u32>, Error> {
         let mut adopted = Vec::new();
         for (id, _) in MapEntry::folders_in(other.as_ref())? {

@@ -1,4 +1,4 @@
-//! Condition images: what a model sees of a link.
+//! Condition images: the input of a model for a link.
 //!
 //! Three planes of the raster's size: buildings, and a Gaussian spot at the transmitter and at the
 //! receiver, exp(-d^2 / (2 sigma^2)) with d in pixels. They are never stored: 2.55 million of them
@@ -54,7 +54,7 @@ impl ConditionImages {
         }
     }
 
-    /// Number of values of one image: 3 x height x width.
+    /// Returns the number of values of one image: 3 x height x width.
     pub fn image_len(&self) -> usize {
         3 * self.buildings.len()
     }

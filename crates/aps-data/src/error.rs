@@ -1,12 +1,12 @@
-//! What can go wrong with a data set.
+//! Errors of reading and writing a data set.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::npy::NpyError;
 
-/// Why a data set could not be written or read; names the file, and what to do where that is not
-/// plain. The cause, where there is one, is the error's source.
+/// Errors of reading and writing a data set; the message names the file, and the remedy where that
+/// is not plain. The cause, where there is one, is the error's source.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -14,11 +14,11 @@ pub enum Error {
     /// there.
     #[error("cannot {action} {}", path.display())]
     Io {
-        /// What was tried.
+        /// Action that failed, as a verb.
         action: &'static str,
-        /// On which file or folder.
+        /// File or folder of the action.
         path: PathBuf,
-        /// What the operating system said.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// An array file is not what it should be.
@@ -26,7 +26,7 @@ pub enum Error {
     Npy {
         /// The array file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the file.
         source: NpyError,
     },
     /// A manifest is not the JSON it should be.
@@ -34,7 +34,7 @@ pub enum Error {
     Json {
         /// The manifest.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the file.
         source: serde_json::Error,
     },
     /// The folder holds something else than a data set.
@@ -42,7 +42,7 @@ pub enum Error {
     NotADataset {
         /// The folder.
         path: PathBuf,
-        /// What was found or missed.
+        /// Description of the fault.
         problem: String,
     },
     /// The data set was written by a later version of this crate.
@@ -55,7 +55,7 @@ pub enum Error {
         /// Newest version this crate knows.
         supported: u64,
     },
-    /// What is stored was written by an earlier version of this crate, whose bytes this one does not repeat.
+    /// The stored data were written by an earlier version of this crate, whose bytes this one does not repeat.
     #[error("{} has format version {found}, this program writes {written}: finish it with the program that began it, or use another folder", path.display())]
     OlderFormat {
         /// The manifest.
@@ -65,7 +65,7 @@ pub enum Error {
         /// Version this crate writes.
         written: u64,
     },
-    /// What is stored contradicts itself.
+    /// The stored data contradict themselves.
     #[error("{} is damaged: {problem}", path.display())]
     Damaged {
         /// The file.
@@ -104,7 +104,7 @@ pub enum Error {
     /// The settings of a data set to write make no sense.
     #[error("cannot write such a data set: {problem}")]
     Config {
-        /// What is wrong with them.
+        /// Fault of the settings.
         problem: String,
     },
     /// The data of a map to write make no sense.
@@ -112,13 +112,13 @@ pub enum Error {
     Input {
         /// The map.
         map: u32,
-        /// What is wrong, and where.
+        /// Fault and its place.
         problem: String,
     },
     /// Rows of links do not fit the layout they are to be stored in.
     #[error("cannot store such rows: {problem}")]
     Rows {
-        /// What is wrong, and where.
+        /// Fault and its place.
         problem: String,
     },
     /// A map asked for is not in the data set.
@@ -134,7 +134,7 @@ pub enum Error {
     NotStored {
         /// The data set.
         path: PathBuf,
-        /// What was asked for.
+        /// Arrays asked for.
         what: &'static str,
     },
 }
@@ -142,11 +142,11 @@ pub enum Error {
 /// A setting that differs between a folder and a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// Its path, e.g. `configuration.tracer.max_reflections`.
+    /// Path of the setting, e.g. `configuration.tracer.max_reflections`.
     pub key: String,
-    /// Its value in the folder, as JSON, or `nothing`.
+    /// Value in the folder, as JSON, or `nothing`.
     pub stored: String,
-    /// Its value in this run, as JSON, or `nothing`.
+    /// Value in this run, as JSON, or `nothing`.
     pub given: String,
 }
 

@@ -28,14 +28,14 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// The form in which JSON is stored: indented, one newline at the end.
+/// Encodes JSON as it is stored: indented, one newline at the end.
 pub(crate) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
     let mut bytes = serde_json::to_vec_pretty(value).expect("manifests have string keys only");
     bytes.push(b'\n');
     bytes
 }
 
-/// The same value with the keys of all objects in alphabetical order, whatever order they came in.
+/// Returns the same value with the keys of all objects in alphabetical order.
 pub(crate) fn in_order(value: &Value) -> Value {
     match value {
         Value::Object(object) => {
@@ -53,7 +53,7 @@ pub(crate) fn in_order(value: &Value) -> Value {
     }
 }
 
-/// All places where two values differ, by path, e.g. `tracer.materials[2]`; `given` is of `b`.
+/// Lists the places where two values differ, by path, e.g. `tracer.materials[2]`; `given` is of `b`.
 pub(crate) fn differences(a: &Value, b: &Value) -> Vec<Difference> {
     fn walk(key: String, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<Difference>) {
         match (a, b) {

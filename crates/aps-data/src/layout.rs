@@ -1,4 +1,4 @@
-//! What a data set stores of each link, and on which axes.
+//! Layout of a data set: the arrays stored for each link, and their axes.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,8 +23,8 @@ pub struct Axis {
     pub stop: f64,
     /// Number of values.
     pub count: usize,
-    /// Whether `stop` is the last value (step `(stop - start) / (count - 1)`) or excluded (step
-    /// `(stop - start) / count`).
+    /// True if `stop` is the last value (step `(stop - start) / (count - 1)`), false if it is excluded
+    /// (step `(stop - start) / count`).
     pub endpoint: bool,
 }
 
@@ -52,7 +52,7 @@ impl Axis {
         endpoint: true,
     };
 
-    /// The values of the axis, with the rounding of `numpy.linspace`.
+    /// Returns the values of the axis, with the rounding of `numpy.linspace`.
     pub fn values(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
         let Axis {
             start,
@@ -101,7 +101,7 @@ pub enum Precision {
     F32,
 }
 
-/// How one profile of each link, its APS or its PDP, is stored.
+/// Layout of one profile of each link, its APS or its PDP.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileLayout {
@@ -109,13 +109,13 @@ pub struct ProfileLayout {
     pub axis: Axis,
     /// Type of the stored values.
     pub dtype: Precision,
-    /// Whether each bin also tells where on the other axis its maximum was found: delay \[ns\] for
+    /// True if the place of each bin's maximum on the other axis is stored as well: delay \[ns\] for
     /// an APS, arrival azimuth \[deg\] for a PDP.
     pub argmax: bool,
 }
 
 impl ProfileLayout {
-    /// Profiles over `axis` in half precision, without the place of each maximum.
+    /// Returns the layout of profiles over `axis` in half precision, without the place of each maximum.
     pub fn over(axis: Axis) -> Self {
         ProfileLayout {
             axis,
@@ -125,7 +125,7 @@ impl ProfileLayout {
     }
 }
 
-/// What a data set stores; the same for all its maps.
+/// Layout of a data set; the same for all its maps.
 ///
 /// The default is the paper's APS on 256 x 256 maps, without PDP and paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -137,7 +137,7 @@ pub struct Layout {
     pub aps: Option<ProfileLayout>,
     /// Power delay profiles, if stored.
     pub pdp: Option<ProfileLayout>,
-    /// Whether the propagation paths are stored, from which labels can be made anew.
+    /// True if the propagation paths are stored, from which labels can be made anew.
     pub paths: bool,
 }
 
@@ -153,7 +153,7 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// What is wrong with the layout, if anything.
+    /// Describes a fault of the layout; `None` if it is sound.
     pub(crate) fn problem(&self) -> Option<&'static str> {
         let profiles = [self.aps, self.pdp];
         self.raster.problem().or_else(|| {

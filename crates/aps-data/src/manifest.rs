@@ -1,6 +1,6 @@
 //! The JSON files: `manifest.json` of a data set and `map.json` of each map.
 //!
-//! They hold what the data are, and nothing of when, where or how fast they were made: the same
+//! They describe the data, and nothing of the time, place or speed of their making: the same
 //! settings give the same bytes.
 
 use std::collections::BTreeMap;
@@ -39,14 +39,14 @@ pub(crate) const MAP_FILE: &str = "map.json";
 pub struct DatasetConfig {
     /// Seed of all random choices.
     pub seed: u64,
-    /// What is stored, on which axes.
+    /// Arrays that are stored, and their axes.
     pub layout: Layout,
-    /// All other settings, of sampling, tracer and label: a JSON object whose meaning is the
-    /// writer's affair.
+    /// Other settings, of sampling, tracer and label: a JSON object that only the writer
+    /// interprets.
     pub configuration: Value,
 }
 
-/// `manifest.json`: what a data set holds.
+/// `manifest.json`: the content of a data set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -57,9 +57,9 @@ pub struct Manifest {
     pub format_version: u64,
     /// Seed of all random choices.
     pub seed: u64,
-    /// What is stored, on which axes.
+    /// Arrays that are stored, and their axes.
     pub layout: Layout,
-    /// All other settings, as given by the writer, with sorted keys.
+    /// Other settings, as given by the writer, with sorted keys.
     pub configuration: Value,
     /// The part each map belongs to.
     pub split: Split,
@@ -81,7 +81,7 @@ pub(crate) struct MapManifest {
     pub map: MapEntry,
 }
 
-/// What the manifest says about one map.
+/// Entry of one map in the manifest.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -106,7 +106,7 @@ pub struct MapEntry {
     pub files: Vec<FileEntry>,
 }
 
-/// What the manifest says about one array file.
+/// Entry of one array file in the manifest.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -143,7 +143,7 @@ pub struct Totals {
 }
 
 impl DatasetConfig {
-    /// The settings in the order in which they are stored.
+    /// Returns the settings in the order in which they are stored.
     pub(crate) fn in_order(&self) -> Self {
         DatasetConfig {
             configuration: json::in_order(&self.configuration),
@@ -173,7 +173,7 @@ impl DatasetConfig {
 }
 
 impl Manifest {
-    /// A manifest of finished maps, in ascending order; `split` covers exactly these.
+    /// Creates the manifest of finished maps, in ascending order; `split` covers exactly these.
     pub(crate) fn new(config: DatasetConfig, split: Split, maps: Vec<MapEntry>) -> Self {
         let DatasetConfig {
             seed,
@@ -194,7 +194,7 @@ impl Manifest {
         }
     }
 
-    /// The settings of the data set.
+    /// Returns the settings of the data set.
     pub fn config(&self) -> DatasetConfig {
         DatasetConfig {
             seed: self.seed,
@@ -307,18 +307,18 @@ impl MapManifest {
 }
 
 impl MapEntry {
-    /// Name of the folder of a map.
+    /// Returns the name of a map's folder.
     pub(crate) fn folder_of(id: u32) -> String {
         format!("map_{id:04}")
     }
 
-    /// The map whose folder has this name.
+    /// Returns the map whose folder has this name.
     pub(crate) fn id_of(folder: &str) -> Option<u32> {
         let id = folder.strip_prefix("map_")?.parse().ok()?;
         (Self::folder_of(id) == folder).then_some(id)
     }
 
-    /// The maps in the folder of a data set, with their folders.
+    /// Lists the maps in the folder of a data set, with their folders.
     pub(crate) fn folders_in(root: &Path) -> Result<Vec<(u32, PathBuf)>, Error> {
         let names = durable::names_in(root)?;
         Ok(names
@@ -345,15 +345,15 @@ impl MapEntry {
         }
     }
 
-    /// The entry of an array, by its name without `.npy`.
+    /// Returns the entry of an array, by its name without `.npy`.
     pub(crate) fn file(&self, array: &str) -> Option<&FileEntry> {
         self.files
             .iter()
             .find(|file| file.name.strip_suffix(".npy") == Some(array))
     }
 
-    /// What contradicts the layout or itself, if anything. Afterwards every file name is a plain
-    /// one, and every size fits its shape.
+    /// Describes a contradiction to the layout or within the entry; `None` if there is none, and then
+    /// every file name is a plain one, and every size fits its shape.
     fn problem(&self, layout: &Layout) -> Option<String> {
         let id = self.id;
         let Some(arrays) = arrays_of(layout, &self.counts()) else {

@@ -29,13 +29,13 @@ pub struct MapData {
 }
 
 impl MapData {
-    /// The links that have a label, as indices into the rows.
+    /// Returns the links that have a label, as indices into the rows.
     pub fn valid_links(&self) -> impl Iterator<Item = usize> {
         let valid = |(link, status): (usize, &LinkStatus)| status.is_valid().then_some(link);
         self.status.iter().enumerate().filter_map(valid)
     }
 
-    /// Positions of transmitter and receiver of a link \[m\].
+    /// Returns the positions of transmitter and receiver of a link \[m\].
     ///
     /// # Panics
     /// When there is no such link.
@@ -44,7 +44,7 @@ impl MapData {
         (self.tx_m[tx as usize], self.rx_m[rx as usize])
     }
 
-    /// Number of links in each state that occurs, by name.
+    /// Counts the links in each state that occurs, by name.
     pub(crate) fn status_counts(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
         for status in &self.status {

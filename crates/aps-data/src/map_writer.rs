@@ -19,10 +19,10 @@ use crate::raster::{Raster, RasterGrid};
 use crate::status::LinkStatus;
 use crate::writer::DatasetWriter;
 
-/// How far outside of the image a terminal may be \[m\]: positions from elsewhere are rounded.
+/// Largest distance of a terminal outside of the image \[m\]: positions from elsewhere are rounded.
 const MARGIN_M: f64 = 1e-3;
 
-/// What is known of a map before its links are computed.
+/// Data of a map that are known before its links are computed.
 #[derive(Debug, Clone, Copy)]
 pub struct MapInput<'a> {
     /// The buildings, on the layout's grid.
@@ -31,7 +31,7 @@ pub struct MapInput<'a> {
     pub tx_m: &'a [[f64; 2]],
     /// Positions of the receivers \[m\].
     pub rx_m: &'a [[f64; 2]],
-    /// Which of them are linked.
+    /// Links between transmitters and receivers.
     pub links: Links<'a>,
 }
 
@@ -57,11 +57,11 @@ pub struct LinkRows<'a> {
     /// For each link whose paths lie beyond the tracer's limits, because none was inside, their number of
     /// diffractions; 0 for all others. `None` means 0 throughout.
     pub fallback: Option<&'a [u8]>,
-    /// Their APS, if the layout stores it.
+    /// APS of the links, if the layout stores it.
     pub aps: Option<ProfileRows<'a>>,
-    /// Their PDP, if the layout stores it.
+    /// PDP of the links, if the layout stores it.
     pub pdp: Option<ProfileRows<'a>>,
-    /// Their paths, if the layout stores them.
+    /// Paths of the links, if the layout stores them.
     pub paths: Option<PathRows<'a>>,
 }
 
@@ -346,7 +346,7 @@ fn check_input(input: &MapInput<'_>, grid: RasterGrid) -> Result<(), String> {
     Ok(())
 }
 
-/// The link table as far as it is known before the rows.
+/// Returns the link table as far as it is known before the rows.
 fn links_of<'a>(input: &MapInput<'a>) -> Result<Cow<'a, [[u32; 2]]>, String> {
     let (tx, rx) = (input.tx_m.len(), input.rx_m.len());
     match input.links {

@@ -1,7 +1,7 @@
 //! Propagation paths of links: ragged lists, stored as flat columns with offsets.
 //!
-//! All numbers are stored in full, so that a label made from stored paths is the label a fresh
-//! trace would get.
+//! Numbers are stored in full, so that a label made from stored paths is the label a fresh trace
+//! would get.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use crate::status::LinkStatus;
 /// Stored as the id of an interaction when wall or corner is not known.
 pub const UNKNOWN_ID: u32 = u32::MAX;
 
-/// What happens to a wave where a path bends: stored as one byte.
+/// Kind of an interaction, at which a path bends: stored as one byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum InteractionKind {
     /// Code 0: specular reflection at a wall.
@@ -23,7 +23,7 @@ pub enum InteractionKind {
 }
 
 impl InteractionKind {
-    /// The byte stored in `interaction_kind.npy`.
+    /// Returns the byte stored in `interaction_kind.npy`.
     pub fn code(self) -> u8 {
         match self {
             InteractionKind::Reflection => 0,
@@ -32,7 +32,7 @@ impl InteractionKind {
         }
     }
 
-    /// The kind with the given code.
+    /// Returns the kind with the given code.
     pub fn from_code(code: u8) -> Self {
         match code {
             0 => InteractionKind::Reflection,
@@ -61,15 +61,15 @@ pub struct PathRows<'a> {
     pub interactions_per_path: &'a [usize],
     /// Kind of each interaction.
     pub interaction_kind: &'a [InteractionKind],
-    /// Number of its wall or corner in the map, or [`UNKNOWN_ID`].
+    /// Number of each interaction's wall or corner in the map, or [`UNKNOWN_ID`].
     pub interaction_id: &'a [u32],
-    /// Where it takes place \[m\].
+    /// Position of each interaction \[m\].
     pub interaction_point_m: &'a [[f64; 2]],
 }
 
 impl PathRows<'_> {
-    /// What is wrong with the rows of links with the given states, of which the first is link
-    /// number `first`.
+    /// Describes a fault of the rows; `None` if they are sound. `status` holds the states of the
+    /// links, of which the first is link number `first`.
     pub(crate) fn problem(&self, status: &[LinkStatus], first: usize) -> Option<String> {
         let paths = self.delay_s.len();
         let interactions = self.interaction_kind.len();
@@ -135,14 +135,15 @@ impl PathRows<'_> {
     }
 }
 
-/// The sum; one that does not fit becomes `usize::MAX`, which no column is long enough for.
+/// Sums the counts; a sum that does not fit becomes `usize::MAX`, which no column is long enough for.
 fn sum_of(counts: &[usize]) -> usize {
     counts
         .iter()
         .fold(0, |sum: usize, &n| sum.saturating_add(n))
 }
 
-/// A labelled link has a path; only a labelled one or one whose paths were all dropped has any.
+/// Returns true when a link of this state may have so many paths: a labelled link has a path; only a
+/// labelled one or one whose paths were all dropped has any.
 fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
     match status {
         LinkStatus::Valid => paths > 0,
@@ -151,7 +152,7 @@ fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
     }
 }
 
-/// The first delay below zero or azimuth beyond a full turn.
+/// Describes the first delay below zero or azimuth beyond a full turn.
 fn out_of_range(delay_s: &[f64], departure_rad: &[f64], arrival_rad: &[f64]) -> Option<String> {
     if let Some(bad) = delay_s.iter().position(|&x| x < 0.0) {
         return Some(format!("delay_s number {bad} is {}, below 0", delay_s[bad]));
@@ -191,14 +192,14 @@ pub struct PathTable {
     pub(crate) interaction_offset: Vec<u64>,
     /// Kind of each interaction.
     pub interaction_kind: Vec<InteractionKind>,
-    /// Number of its wall or corner in the map, or [`UNKNOWN_ID`].
+    /// Number of each interaction's wall or corner in the map, or [`UNKNOWN_ID`].
     pub interaction_id: Vec<u32>,
-    /// Where it takes place \[m\].
+    /// Position of each interaction \[m\].
     pub interaction_point_m: Vec<[f64; 2]>,
 }
 
 impl PathTable {
-    /// The paths of a link: indices into `delay_s` and the other columns of paths.
+    /// Returns the paths of a link: indices into `delay_s` and the other columns of paths.
     ///
     /// # Panics
     /// When there is no such link.
@@ -206,7 +207,7 @@ impl PathTable {
         self.path_offset[link] as usize..self.path_offset[link + 1] as usize
     }
 
-    /// The interactions of a path: indices into `interaction_kind` and the other columns of
+    /// Returns the interactions of a path: indices into `interaction_kind` and the other columns of
     /// interactions.
     ///
     /// # Panics
@@ -215,8 +216,8 @@ impl PathTable {
         self.interaction_offset[path] as usize..self.interaction_offset[path + 1] as usize
     }
 
-    /// What contradicts the states of the links, if anything; afterwards no range leads outside its
-    /// columns.
+    /// Describes a contradiction to the states of the links; `None` if there is none, and then no
+    /// range leads outside its columns.
     pub(crate) fn problem(&self, status: &[LinkStatus]) -> Option<String> {
         let is_sound = |offset: &[u64], rows: usize| {
             offset.first() == Some(&0)

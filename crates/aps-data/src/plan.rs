@@ -1,4 +1,4 @@
-//! `plan.json`: what an unfinished data set is to become.
+//! `plan.json`: the plan of an unfinished data set.
 
 use std::path::Path;
 
@@ -12,21 +12,21 @@ use crate::manifest::{FORMAT, FORMAT_VERSION, parse};
 /// File name of the plan of an unfinished data set.
 pub(crate) const PLAN_FILE: &str = "plan.json";
 
-/// What a run is to make: kept beside the maps until the manifest is written.
+/// Plan of a run: kept beside the maps until the manifest is written.
 ///
-/// It decides nothing about the data: settings are in each map, and a run that goes on is told anew
-/// what to make. It lets others see what is missing, and how it can be made.
+/// It decides nothing about the data: settings are in each map, and a run that continues is given its
+/// maps anew. It shows the maps that are missing, and the command that makes them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Plan {
     /// The maps of the data set when finished, of all shards; ascending.
     pub maps: Vec<u32>,
-    /// How many shards make them, if they are shared.
+    /// Number of shards that make the maps, if they are shared.
     pub shards: Option<u32>,
-    /// The command that makes them, without shard and output folder: one word each.
+    /// Command that makes the maps, without shard and output folder: one word each.
     pub command: Vec<String>,
 }
 
-/// The file as it is.
+/// Content of the file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlanFile {
@@ -38,7 +38,7 @@ struct PlanFile {
 }
 
 impl Plan {
-    /// The plan in a folder, if there is one.
+    /// Reads the plan in a folder, if there is one.
     pub(crate) fn read(root: &Path) -> Result<Option<Self>, Error> {
         let path = root.join(PLAN_FILE);
         match path.is_file() {

@@ -1,7 +1,7 @@
 //! Profiles, the APS or PDP of every link of a map: from dB in f64 to the stored form and back.
 //!
 //! A link's values are stored relative to its largest one, which is kept beside them: labels are
-//! used that way, and half precision is finest near 0 dB. See [`Precision`] for what it loses.
+//! used that way, and half precision is finest near 0 dB. See [`Precision`] for its errors.
 
 use std::ops::Range;
 
@@ -25,9 +25,9 @@ pub const FILL_DB: f64 = -65504.0;
 pub struct ProfileRows<'a> {
     /// Absolute values \[dB\]; shape (links, bins), finite.
     pub db: &'a [f64],
-    /// Where on the other axis each bin's maximum lies, delay \[ns\] for an APS, azimuth \[deg\]
-    /// for a PDP; shape (links, bins), within the range of half precision. Given if and only if the
-    /// layout stores it.
+    /// Place of each bin's maximum on the other axis, delay \[ns\] for an APS, azimuth \[deg\] for a
+    /// PDP; shape (links, bins), within the range of half precision. Given if and only if the layout
+    /// stores it.
     pub argmax: Option<&'a [f64]>,
 }
 
@@ -50,7 +50,7 @@ pub enum Samples {
 }
 
 impl Samples {
-    /// No values, of a precision, with room for so many.
+    /// Creates an empty list of values of a precision, with room for `values` of them.
     pub fn with_capacity(precision: Precision, values: usize) -> Self {
         match precision {
             Precision::F16 => Samples::F16(Vec::with_capacity(values)),
@@ -58,7 +58,7 @@ impl Samples {
         }
     }
 
-    /// Appends some values of another, as they are stored.
+    /// Appends some values of another list, as they are stored.
     ///
     /// # Panics
     /// When `other` is of another precision, or does not reach so far.
@@ -88,7 +88,7 @@ impl Samples {
 }
 
 impl Profile {
-    /// The form in which rows are stored, in memory: what a reader of the data set would get.
+    /// Encodes rows in memory as they are stored: a reader of the data set would get the result.
     ///
     /// # Errors
     /// [`Error::Rows`] when they do not fit layout and states, or hold a value that is not finite.
@@ -108,7 +108,7 @@ impl Profile {
         })
     }
 
-    /// Whether two links, of this profile and another one, have the same bits in every array.
+    /// Returns true when two links, of this profile and another one, have the same bits in every array.
     ///
     /// # Panics
     /// When there are no such links.
@@ -139,19 +139,19 @@ impl Profile {
         self.bins
     }
 
-    /// All values relative to their link's maximum \[dB\], shape (links, bins); [`FILL_DB`] without
-    /// label.
+    /// Returns the values of all links relative to each link's maximum \[dB\], shape (links, bins);
+    /// [`FILL_DB`] without label.
     pub fn samples(&self) -> &Samples {
         &self.db
     }
 
-    /// The maximum of each link \[dB\]; [`FILL_DB`] without label.
+    /// Returns the maximum of each link \[dB\]; [`FILL_DB`] without label.
     pub fn max_db(&self) -> &[f32] {
         &self.max_db
     }
 
-    /// Where on the other axis each bin's maximum lies, if stored: delay \[ns\] for an APS, azimuth
-    /// \[deg\] for a PDP; shape (links, bins), 0 without label.
+    /// Returns the place of each bin's maximum on the other axis, if stored: delay \[ns\] for an APS,
+    /// azimuth \[deg\] for a PDP; shape (links, bins), 0 without label.
     pub fn argmax(&self) -> Option<&[f16]> {
         self.argmax.as_deref()
     }
@@ -169,7 +169,7 @@ impl Profile {
         }
     }
 
-    /// What contradicts the states of the links, if anything.
+    /// Describes a contradiction to the states of the links; `None` if there is none.
     pub(crate) fn problem(&self, status: &[LinkStatus]) -> Option<String> {
         let mut row = vec![0.0; self.bins];
         for (link, status) in status.iter().enumerate() {
@@ -215,7 +215,7 @@ pub(crate) struct EncodedRows {
 
 /// Encodes the rows of links with the given states, of which the first is link number `first`.
 ///
-/// The error says what is wrong with the rows.
+/// The error describes the fault of the rows.
 pub(crate) fn encode(
     rows: &ProfileRows<'_>,
     layout: &ProfileLayout,

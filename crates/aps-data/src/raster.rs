@@ -1,6 +1,6 @@
 //! Buildings as an image: 1 where a pixel touches a building, 0 elsewhere.
 //!
-//! # The rule
+//! # Rule of a set pixel
 //!
 //! Pixel (x, y) stands for the point (x, y) of the plane, in units of
 //! [`RasterGrid::metres_per_pixel`]; rows run along y. Buildings are the closed region that their
@@ -78,7 +78,7 @@ impl RasterGrid {
     }
 }
 
-/// Why a raster could not be made.
+/// Reason for which a raster could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RasterError {
@@ -87,7 +87,7 @@ pub enum RasterError {
     Grid {
         /// The grid asked for.
         grid: RasterGrid,
-        /// What is wrong with it.
+        /// Fault of the grid.
         problem: &'static str,
     },
     /// A vertex is not finite, or further than 1e9 m from the origin.
@@ -188,11 +188,11 @@ impl Raster {
         (fits && pixels.iter().all(|&pixel| pixel <= 1)).then_some(Raster { grid, pixels })
     }
 
-    /// Whether a point \[m\] has nothing but set pixels around it: all those at most
+    /// Returns true when a point \[m\] has only set pixels around it: all pixels at most
     /// [`Raster::DEPTH`] rows and columns from the nearest one.
     ///
     /// A set pixel alone does not tell inside from beside: it touches a building. So this finds
-    /// points in a building, but not those near its walls.
+    /// points in a building, but not points near its walls.
     pub fn is_deep_inside(&self, point_m: [f64; 2]) -> bool {
         let [x, y] = point_m.map(|v| (v / self.grid.metres_per_pixel).round());
         let side = |centre: f64, size: usize| {
@@ -220,17 +220,17 @@ impl Raster {
         }
     }
 
-    /// The pixels of the image.
+    /// Returns the grid of the image.
     pub fn grid(&self) -> RasterGrid {
         self.grid
     }
 
-    /// All pixels, row by row: 1 for a building, 0 for open ground.
+    /// Returns the pixels, row by row: 1 for a building, 0 for open ground.
     pub fn pixels(&self) -> &[u8] {
         &self.pixels
     }
 
-    /// The pixels of row `y`.
+    /// Returns the pixels of row `y`.
     ///
     /// # Panics
     /// When `y` is not below the grid's height.

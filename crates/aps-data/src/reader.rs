@@ -52,7 +52,7 @@ impl Dataset {
         })
     }
 
-    /// What the data set holds.
+    /// Returns the manifest of the data set.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }

@@ -1,4 +1,4 @@
-//! Which maps train a model, which steer its development, which test it.
+//! Split of the maps into training, development and test sets.
 //!
 //! A map belongs to one part with all its links, so that a test is always on streets never seen in
 //! training.
@@ -10,14 +10,15 @@ use serde::{Deserialize, Serialize};
 pub enum Part {
     /// Maps to fit a model's weights on.
     Train,
-    /// Maps to choose a model or stop its training by; never trained on, never reported.
+    /// Maps that decide on the choice of a model or the end of its training; never trained on, never
+    /// reported.
     Develop,
     /// Maps for the figures that are reported.
     Test,
 }
 
 impl Part {
-    /// All parts.
+    /// Every part of a split.
     pub const ALL: [Part; 3] = [Part::Train, Part::Develop, Part::Test];
 }
 
@@ -79,7 +80,7 @@ impl Split {
         }
     }
 
-    /// The maps of one part.
+    /// Returns the maps of one part.
     pub fn maps(&self, part: Part) -> &[u32] {
         match part {
             Part::Train => &self.train,
@@ -88,14 +89,14 @@ impl Split {
         }
     }
 
-    /// The part a map belongs to.
+    /// Returns the part a map belongs to; `None` for a map of no part.
     pub fn part_of(&self, id: u32) -> Option<Part> {
         Part::ALL
             .into_iter()
             .find(|&part| self.maps(part).contains(&id))
     }
 
-    /// All maps in ascending order; a map given twice appears twice.
+    /// Returns the maps of all parts in ascending order; a map given twice appears twice.
     pub(crate) fn all_maps(&self) -> Vec<u32> {
         let mut all = [self.train.as_slice(), &self.develop, &self.test].concat();
         all.sort_unstable();

@@ -1,4 +1,4 @@
-//! Whether a link has a label, and if not, why.
+//! State of a link: it has a label, or the reason why it has none.
 
 use std::fmt;
 
@@ -44,7 +44,7 @@ impl LinkStatus {
         LinkStatus::Enclosed,
     ];
 
-    /// The byte stored in `status.npy`.
+    /// Returns the byte stored in `status.npy`.
     pub fn code(self) -> u8 {
         match self {
             LinkStatus::Valid => 0,
@@ -60,7 +60,7 @@ impl LinkStatus {
         }
     }
 
-    /// The state with the given code.
+    /// Returns the state with the given code.
     pub fn from_code(code: u8) -> Self {
         Self::KNOWN
             .get(usize::from(code))
@@ -68,7 +68,7 @@ impl LinkStatus {
             .unwrap_or(LinkStatus::Other(code))
     }
 
-    /// Whether the link has a label.
+    /// Returns true when the link has a label.
     pub fn is_valid(self) -> bool {
         self.code() == 0
     }

@@ -1,4 +1,4 @@
-//! What a folder holds of a data set, finished or not.
+//! Survey of a data set in a folder, finished or not.
 
 use std::path::Path;
 
@@ -6,8 +6,8 @@ use crate::error::Error;
 use crate::manifest::{DatasetConfig, MANIFEST_FILE, MAP_FILE, Manifest, MapEntry, MapManifest};
 use crate::plan::Plan;
 
-/// The whole maps of a data set that may be unfinished, from their JSON alone; nothing is locked
-/// or changed.
+/// Manifest, plan and whole maps of a data set that may be unfinished, from their JSON alone; nothing
+/// is locked or changed.
 ///
 /// ```
 /// use aps_data::{Access, DatasetConfig, DatasetWriter, Plan, Survey};
@@ -27,7 +27,7 @@ use crate::plan::Plan;
 pub struct Survey {
     /// The manifest, if the data set is finished.
     pub manifest: Option<Manifest>,
-    /// What the run that has not finished was to make, if it left word.
+    /// Plan of a run that has not finished, if it wrote one.
     pub plan: Option<Plan>,
     /// The settings of all whole maps; `None` before the first.
     pub config: Option<DatasetConfig>,
@@ -72,7 +72,7 @@ impl Survey {
         })
     }
 
-    /// The maps that the data set is to have when finished: those planned and those there.
+    /// Returns the maps of the data set when finished: maps of the plan and maps that exist.
     pub fn wanted(&self) -> Vec<u32> {
         let planned = self.plan.iter().flat_map(|plan| plan.maps.iter().copied());
         let mut ids: Vec<u32> = planned.chain(self.maps.iter().map(|map| map.id)).collect();
@@ -81,7 +81,7 @@ impl Survey {
         ids
     }
 
-    /// The maps that are still missing.
+    /// Returns the maps that are still missing.
     pub fn missing(&self) -> Vec<u32> {
         let mut wanted = self.wanted();
         wanted.retain(|&id| self.maps.binary_search_by_key(&id, |map| map.id).is_err());

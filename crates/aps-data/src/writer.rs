@@ -15,13 +15,13 @@ use crate::map_writer::{MapInput, MapWriter};
 use crate::plan::{PLAN_FILE, Plan};
 use crate::split::Split;
 
-/// Which maps a writer may write.
+/// Maps that a writer may write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Access {
-    /// All: no other writer may be at work in the same folder.
+    /// Every map: no other writer may be at work in the same folder.
     #[default]
     Whole,
-    /// Those with `id % count == index`, beside the writers of other shards of the same count.
+    /// Maps with `id % count == index`, beside the writers of other shards of the same count.
     Shard {
         /// Number of the shard, below `count`.
         index: u32,
@@ -31,7 +31,7 @@ pub enum Access {
 }
 
 impl Access {
-    /// Whether the writer may write this map.
+    /// Returns true when the writer may write this map.
     pub fn covers(self, id: u32) -> bool {
         match self {
             Access::Whole => true,
@@ -119,22 +119,22 @@ impl DatasetWriter {
         })
     }
 
-    /// The settings of the data set.
+    /// Returns the settings of the data set.
     pub fn config(&self) -> &DatasetConfig {
         &self.config
     }
 
-    /// Whether a map is there, whole.
+    /// Returns true when the data set holds the whole map.
     pub fn has_map(&self, id: u32) -> bool {
         self.finished().contains_key(&id)
     }
 
-    /// The maps that are there, whole, in ascending order.
+    /// Returns the whole maps of the data set, in ascending order.
     pub fn map_ids(&self) -> Vec<u32> {
         self.finished().keys().copied().collect()
     }
 
-    /// What is known about a finished map.
+    /// Returns the manifest's entry of a finished map; `None` if the map is not finished.
     pub fn map_entry(&self, id: u32) -> Option<MapEntry> {
         self.finished().get(&id).cloned()
     }
@@ -150,8 +150,8 @@ impl DatasetWriter {
         MapWriter::begin(self, id, input)
     }
 
-    /// Leaves word of what the run is to make, for whoever finds the data set unfinished; shards in
-    /// one folder all leave the same. [`DatasetWriter::finish`] removes it.
+    /// Writes the plan of the run, for readers of the unfinished data set; shards in one folder all
+    /// write the same plan. [`DatasetWriter::finish`] removes it.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -241,12 +241,12 @@ fn take_locks(root: &Path, access: Access) -> Result<Vec<File>, Error> {
     }
 }
 
-/// Whether a file or folder of this name belongs to a data set.
+/// Returns true when a file or folder of this name belongs to a data set.
 fn is_of_dataset(name: &str) -> bool {
     [MANIFEST_FILE, PLAN_FILE].contains(&name) || MapEntry::id_of(name).is_some()
 }
 
-/// The whole maps in a folder, all made with the given settings.
+/// Finds the whole maps in a folder, all made with the given settings.
 fn finished_maps(root: &Path, config: &DatasetConfig) -> Result<BTreeMap<u32, MapEntry>, Error> {
     let manifest = root.join(MANIFEST_FILE);
     if manifest.exists() {
@@ -262,7 +262,7 @@ fn finished_maps(root: &Path, config: &DatasetConfig) -> Result<BTreeMap<u32, Ma
     Ok(finished)
 }
 
-/// A cheap look at a finished map: are all files there, in full length?
+/// Checks that a finished map has all its files in full length, without reading them.
 fn check_sizes(folder: &Path, map: &MapEntry) -> Result<(), Error> {
     for file in &map.files {
         let path = folder.join(&file.name);

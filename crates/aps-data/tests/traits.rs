@@ -1,5 +1,5 @@
-//! What every type of the face can do: checked by the compiler. Writers are not copied: each holds a lock or a file. Errors are
-//! not copied either: they carry what the system said.
+//! Traits that every public type implements, checked by the compiler. Writers are not copied: each holds a lock or a file.
+//! Errors are not copied either: they carry the operating system's error.
 
 use std::fmt::Debug;
 

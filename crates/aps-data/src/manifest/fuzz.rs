@@ -63,7 +63,7 @@ fn samples() -> (Vec<u8>, Vec<u8>) {
     (json::to_bytes(&manifest), of_map)
 }
 
-/// What every reader must do with every text: return, and agree with itself if it accepts it.
+/// Checks that every reader returns on a text, and that a result it accepts agrees with itself.
 fn read_all(bytes: &[u8]) {
     let path = Path::new("any.json");
     if let Ok(manifest) = Manifest::parse(path, bytes) {

@@ -18,16 +18,16 @@ const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// First bytes of a zip archive.
 const ZIP_MAGIC: &[u8; 4] = b"PK\x03\x04";
 
-/// Most characters told of a description of records.
+/// Most characters of a description of records in a message.
 const MAX_TOLD_CHARS: usize = 80;
 
-/// What the header of an `.npy` file says.
+/// Header of an `.npy` file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
     /// NumPy's name of the element type, e.g. `<f2`. A float without a byte order, `f2` or `=f2`, is told as
     /// little endian: NumPy takes the reading machine's order.
     pub dtype: String,
-    /// Whether the first axis is the fastest.
+    /// True if the first axis is the fastest.
     pub fortran_order: bool,
     /// Length of each axis.
     pub shape: Vec<usize>,
@@ -115,7 +115,7 @@ impl Header {
         }
     }
 
-    /// The bytes `np.save` of NumPy 2 writes before the elements.
+    /// Returns the bytes that `np.save` of NumPy 2 writes before the elements.
     ///
     /// Their number does not depend on the length of the first axis, so that it may be filled in
     /// later.

@@ -31,7 +31,7 @@ pub use writer::Writer;
 /// Bytes decoded at a time: large enough to be quick, small beside any array of a map.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// What is wrong with an `.npy` file, or with a request to write one.
+/// Fault of an `.npy` file, or of a request to write one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NpyError {
@@ -67,7 +67,7 @@ pub enum NpyError {
     Header {
         /// Position in the header text \[bytes\].
         at: usize,
-        /// What should stand there.
+        /// Text expected there.
         expected: &'static str,
     },
     /// The elements are records of several values.
@@ -129,7 +129,7 @@ fn remedy(dtype: &str) -> &'static str {
 pub struct Array<T> {
     /// Length of each axis; empty for a single number.
     pub shape: Vec<usize>,
-    /// All elements, last axis fastest.
+    /// The elements, last axis fastest.
     pub data: Vec<T>,
 }
 

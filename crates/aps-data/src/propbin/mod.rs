@@ -128,7 +128,7 @@ impl Path {
     }
 }
 
-/// What a path meets on its way from the source.
+/// Chain of a path: the points or vertices it meets on its way from the source.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Chain<'a> {
     /// Points \[m\], those of source and receiver included; all of version 1.
@@ -142,9 +142,9 @@ pub enum Chain<'a> {
 /// One receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Receiver {
-    /// Its number in the map.
+    /// Number of the receiver in the map.
     pub id: i32,
-    /// Its place \[m\].
+    /// Position of the receiver \[m\].
     pub position_m: [f32; 3],
     /// Power received over all paths \[dBm\], where it is finite.
     pub total_power_dbm: Option<f32>,
@@ -180,7 +180,7 @@ pub struct Propbin {
     entries: Entries,
 }
 
-/// Why a file cannot be read or written.
+/// Reason for which a file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PropbinError {
@@ -199,7 +199,7 @@ pub enum PropbinError {
         /// Version in the file.
         found: u32,
     },
-    /// The length is not what the header says.
+    /// The length differs from the header's.
     #[error("{found} bytes, but its header promises {expected}; the file is truncated or damaged")]
     Length {
         /// Length according to the header \[bytes\].
@@ -218,7 +218,7 @@ pub enum PropbinError {
     Entry {
         /// `source`, `receiver` or `path`.
         what: &'static str,
-        /// Its index in the file.
+        /// Index of the entry in its table.
         index: usize,
         /// The contradiction.
         problem: &'static str,
@@ -240,22 +240,22 @@ impl Propbin {
         }
     }
 
-    /// Version of the format.
+    /// Returns the version of the format.
     pub fn version(&self) -> Version {
         self.version
     }
 
-    /// Where the source is \[m\].
+    /// Returns the position of the source \[m\].
     pub fn source_m(&self) -> [f32; 3] {
         self.source_m
     }
 
-    /// The receivers, in the order of the file.
+    /// Returns the receivers, in the order of the file.
     pub fn receivers(&self) -> &[Receiver] {
         &self.receivers
     }
 
-    /// The paths to a receiver of this file with what they meet, in the order of the file.
+    /// Returns the paths to a receiver of this file with their chains, in the order of the file.
     ///
     /// Paths with a number that is not finite are passed over (see [`Propbin::unusable_paths`]), and so are such points
     /// of a chain.
@@ -265,7 +265,7 @@ impl Propbin {
         usable.map(|stored| (&stored.path, self.chain_of(stored)))
     }
 
-    /// Number of paths with a number that is not finite.
+    /// Returns the number of paths with a number that is not finite.
     pub fn unusable_paths(&self) -> usize {
         self.paths
             .iter()

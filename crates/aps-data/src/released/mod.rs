@@ -31,7 +31,7 @@ pub use sample::{MAX_SAMPLE_BYTES, Sample, SampleError};
 use crate::npy::{self, NpyError};
 use crate::round::to_f16;
 
-/// The link a file is about: `N_TXX_TXY_RXX_RXY`, coordinates in whole metres.
+/// Map and link in a file's name: `N_TXX_TXY_RXX_RXY`, coordinates in whole metres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LinkName {
     /// Number of the map.
@@ -48,8 +48,8 @@ pub struct LinkName {
 pub struct LinkNameError(String);
 
 impl LinkName {
-    /// The name of a link between two places \[m\], rounded as Python's `round` does; `None` when one is farther than
-    /// 1,000 km from the origin.
+    /// Returns the name of a link between two places \[m\], rounded as Python's `round` does; `None` when one is farther
+    /// than 1,000 km from the origin.
     pub fn of(map: u32, tx_m: [f64; 2], rx_m: [f64; 2]) -> Option<Self> {
         let whole = |v: f64| (v.abs() <= 1e6).then(|| v.round_ties_even() as i32);
         let place = |[x, y]: [f64; 2]| Some([whole(x)?, whole(y)?]);
@@ -60,17 +60,17 @@ impl LinkName {
         })
     }
 
-    /// Where the link's APS is, below the root of the data.
+    /// Returns the path of the link's APS, below the root of the data.
     pub fn aps_file(&self) -> PathBuf {
         self.profile_file("aps")
     }
 
-    /// Where the link's PDP is, below the root of the data.
+    /// Returns the path of the link's PDP, below the root of the data.
     pub fn pdp_file(&self) -> PathBuf {
         self.profile_file("pdp")
     }
 
-    /// Where the link's sample is, below the root of the preprocessed data.
+    /// Returns the path of the link's sample, below the root of the preprocessed data.
     pub fn sample_file(&self) -> PathBuf {
         format!("samples/aps_{self}.npz").into()
     }
@@ -80,7 +80,7 @@ impl LinkName {
         format!("map_{map}/{map}_adps/{kind}/{kind}_{self}.npy").into()
     }
 
-    /// The link of a file name with such a beginning and end, e.g. `aps_` and `.npy`; `None` for other files.
+    /// Parses the link of a file name with such a beginning and end, e.g. `aps_` and `.npy`; `None` for other files.
     pub fn of_file(name: &str, beginning: &str, end: &str) -> Option<Self> {
         name.strip_prefix(beginning)?
             .strip_suffix(end)?
@@ -118,7 +118,7 @@ impl FromStr for LinkName {
     }
 }
 
-/// What a file of an APS or PDP holds: for each bin its power \[dB\], and where on the other axis its maximum was found,
+/// Content of a file of an APS or PDP: for each bin its power \[dB\], and the place of its maximum on the other axis,
 /// delay \[ns\] or azimuth \[deg\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProfileFile {
@@ -127,7 +127,7 @@ pub struct ProfileFile {
 }
 
 impl ProfileFile {
-    /// Powers \[dB\] and places, each rounded once to the nearest half-precision number, as NumPy does.
+    /// Rounds powers \[dB\] and places, each once to the nearest half-precision number, as NumPy does.
     ///
     /// # Panics
     /// When there are not as many places as powers.
@@ -141,17 +141,17 @@ impl ProfileFile {
         }
     }
 
-    /// Whether this is what the released code writes for a link without a path.
+    /// Returns true when every number is 0: the released code's file of a link without a path.
     pub fn is_all_zero(&self) -> bool {
         self.bins.as_flattened().iter().all(|v| v.to_f32() == 0.0)
     }
 
-    /// Whether every number is finite.
+    /// Returns true when every number is finite.
     pub fn is_finite(&self) -> bool {
         self.bins.as_flattened().iter().all(|v| v.is_finite())
     }
 
-    /// The bytes NumPy writes for it.
+    /// Returns the bytes of the file, as NumPy writes them.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         npy::write_to(&mut bytes, &[self.bins.len(), 2], self.bins.as_flattened())
@@ -159,7 +159,7 @@ impl ProfileFile {
         bytes
     }
 
-    /// Reads such bytes.
+    /// Reads the bytes of a file.
     ///
     /// # Errors
     /// [`NpyError`]; a shape other than (bins, 2) is [`NpyError::Length`].

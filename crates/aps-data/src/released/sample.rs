@@ -11,7 +11,7 @@ use crate::npy::{self, Array, NpyError};
 /// Largest array of a sample that is read \[bytes\].
 pub const MAX_SAMPLE_BYTES: u64 = 1 << 26;
 
-/// What `np.load` finds in a preprocessed sample.
+/// Arrays of a preprocessed sample, as `np.load` finds them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// The normalised APS, shape (bins,).
@@ -22,7 +22,7 @@ pub struct Sample {
     pub cond_img: Vec<f32>,
 }
 
-/// Why a sample cannot be read or written.
+/// Reason for which a sample cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SampleError {
@@ -55,7 +55,7 @@ pub enum SampleError {
     Npy {
         /// Name of the array.
         array: &'static str,
-        /// What is wrong with it.
+        /// Fault of the array.
         source: NpyError,
     },
     /// An array is larger than any sample's.
@@ -63,7 +63,7 @@ pub enum SampleError {
     TooLarge {
         /// Name of the array.
         array: &'static str,
-        /// Its length according to the archive.
+        /// Length of the array according to the archive \[bytes\].
         bytes: u64,
     },
     /// An array has another shape.
@@ -71,9 +71,9 @@ pub enum SampleError {
     Shape {
         /// Name of the array.
         array: &'static str,
-        /// What was expected.
+        /// Shape expected.
         expected: &'static str,
-        /// Its shape.
+        /// Shape of the array.
         found: Vec<usize>,
     },
     /// A number is NaN or infinite.
@@ -84,10 +84,10 @@ pub enum SampleError {
     },
 }
 
-/// Most names told of what an archive holds.
+/// Most names of an archive's files in a message.
 const MAX_TOLD_NAMES: usize = 8;
 
-/// What an archive holds, in words.
+/// Lists the names of an archive's files in words.
 fn listed(names: &[String]) -> String {
     let told: Vec<String> = names
         .iter()
@@ -105,7 +105,7 @@ const TARGET: &str = "aps_norm";
 const IMAGE: &str = "cond_img";
 
 impl Sample {
-    /// The bytes of an archive as `np.savez_compressed` makes it: the same arrays, compressed; the same bytes each time.
+    /// Returns an archive as `np.savez_compressed` makes it: the same arrays, compressed; the same bytes each time.
     ///
     /// # Errors
     /// [`SampleError::Npy`] when the image does not have three planes of its size, [`SampleError::Zip`].
@@ -177,7 +177,7 @@ fn array<R: Read + Seek>(
         let method = method.to_string();
         return Err(SampleError::Compression { array, method });
     }
-    // What the archive says its array is long; a lie is found when the array does not fit it.
+    // Length of the array according to the archive; a wrong one is found when the array does not fit it.
     let bytes = file.size();
     if bytes > MAX_SAMPLE_BYTES {
         return Err(SampleError::TooLarge { array, bytes });

@@ -12,7 +12,7 @@ mod npy;
 mod released;
 /// Interrupted, repeated, shared and refused runs.
 mod resume;
-/// What is written is what is read.
+/// Reads the data that were written.
 mod round_trip;
 /// A small data set with every kind of array.
 mod sample;

@@ -50,7 +50,7 @@ pub fn config() -> DatasetConfig {
     }
 }
 
-/// What `write_map` gives the links of a map, in rows of links.
+/// Values that `write_map` gives the links of a map, in rows of links.
 #[derive(Default)]
 pub struct Rows {
     pub status: Vec<LinkStatus>,
@@ -184,7 +184,7 @@ pub fn write(root: &Path) -> Split {
     Split::of_maps(0..4, 0)
 }
 
-/// All files below a folder with their bytes.
+/// Reads all files below a folder.
 pub fn contents(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![root.to_path_buf()];
