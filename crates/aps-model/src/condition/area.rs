@@ -26,7 +26,7 @@ pub fn average(map: &[f32], sides: [usize; 2], size: usize) -> Vec<f32> {
     image
 }
 
-/// For each new pixel: the first old one it covers, and the shares of it that this and the following ones take.
+/// Computes, for each new pixel, the first old one it covers, and the shares of it that this and the following ones take.
 ///
 /// In units of 1 / (side * size) of the whole, all ends are whole numbers.
 fn weights(side: usize, size: usize) -> Vec<(usize, Vec<f64>)> {

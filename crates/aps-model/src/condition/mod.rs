@@ -155,12 +155,12 @@ impl Conditions {
         })
     }
 
-    /// Rows and columns of an image.
+    /// Returns the number of rows and columns of an image.
     pub fn image_size(&self) -> usize {
         self.size
     }
 
-    /// Number of maps.
+    /// Returns the number of maps.
     pub fn maps(&self) -> usize {
         self.maps
     }
@@ -170,7 +170,7 @@ impl Conditions {
         self.buildings.device()
     }
 
-    /// The images of some links: (links, 3, size, size) in f32. O(size^2) a link, on all threads of a CPU.
+    /// Makes the images of some links: (links, 3, size, size) in f32. O(size^2) a link, on all threads of a CPU.
     ///
     /// # Errors
     /// [`Error::Condition`] when a link names a map that is not there, or its ends are not finite.
@@ -241,12 +241,12 @@ impl Conditions {
 const MAX_SIZE: usize = 1 << 12;
 
 impl Axis {
-    /// Position in pixels of the image.
+    /// Converts a position from metres to pixels of the image.
     fn place(self, metres: f64) -> f64 {
         metres / self.metres_per_pixel * self.scale + 0.5 * (self.scale - 1.0)
     }
 
-    /// The spot along this axis.
+    /// Computes the spot along this axis.
     fn profile(self, centre_m: f64, pixels: usize) -> Vec<f64> {
         let centre = self.place(centre_m);
         (0..pixels)

@@ -101,7 +101,7 @@ fn for_each_tap(shape: &ConvShape, oy: usize, mut tap: impl FnMut(Range<usize>, 
 #[derive(Default)]
 struct Winners {
     values: Vec<f32>,
-    /// Where in the plane.
+    /// Places of the maxima in the plane.
     places: Vec<u32>,
 }
 

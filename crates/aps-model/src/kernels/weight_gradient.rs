@@ -13,7 +13,7 @@ use super::winograd;
 const TAP_BLOCK: usize = 192;
 /// Pixels taken at once: enough to fill the product, few enough for the tile to stay in cache.
 const PIXELS: usize = 256;
-/// From row to row of a tile: not a power of two, so that rows do not fall on the same cache lines.
+/// Values from row to row of a tile: not a power of two, so that rows do not fall on the same cache lines.
 const STRIDE: usize = PIXELS + 16;
 /// Fewest tasks wanted.
 const TASKS: usize = 8;

@@ -16,7 +16,7 @@ pub struct BatchNorm {
 }
 
 impl BatchNorm {
-    /// The identity to begin with: weight and variance 1, bias and mean 0.
+    /// Creates a layer that is the identity at first: weight and variance 1, bias and mean 0.
     pub fn new(scope: &Scope, channels: usize) -> Result<Self> {
         Ok(Self {
             weight: scope.trainable("weight", channels, Init::ONES)?,

@@ -22,7 +22,7 @@ fn kept(scope: &Scope) -> Option<Arc<ops::Kept>> {
 }
 
 impl Conv2d {
-    /// With a bias and PyTorch's initial values; the size stays (odd kernels).
+    /// Creates a layer with a bias and PyTorch's initial weights; the size stays (odd kernels).
     pub fn same(scope: &Scope, inputs: usize, outputs: usize, kernel: usize) -> Result<Self> {
         let init = Init::fan_in(inputs * kernel * kernel);
         Ok(Self {
@@ -34,7 +34,7 @@ impl Conv2d {
         })
     }
 
-    /// As in torchvision's ResNets: no bias, padding of half the kernel, [`Init::kaiming_fan_out`].
+    /// Creates a layer as in torchvision's ResNets: no bias, padding of half the kernel, [`Init::kaiming_fan_out`].
     pub fn residual(
         scope: &Scope,
         inputs: usize,
@@ -52,7 +52,8 @@ impl Conv2d {
         })
     }
 
-    /// As in torchvision's vision transformers: one output pixel a patch, weights of variance 1 / fan_in, bias 0.
+    /// Creates a layer as in torchvision's vision transformers: one output pixel a patch, weights of variance 1 / fan_in,
+    /// bias 0.
     ///
     /// torchvision cuts the normal distribution at ±2, which is beyond 50 standard deviations.
     pub fn patches(scope: &Scope, inputs: usize, outputs: usize, patch: usize) -> Result<Self> {
@@ -70,7 +71,7 @@ impl Conv2d {
         })
     }
 
-    /// (batch, in, height, width) to (batch, out, height', width').
+    /// Maps `x` (batch, in, height, width) to (batch, out, height', width').
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let t = self.tensors();
         ops::conv2d(x, t.weight, t.bias, t.stride, t.padding)
@@ -96,7 +97,7 @@ pub struct Conv1d {
 }
 
 impl Conv1d {
-    /// With PyTorch's initial values.
+    /// Creates a layer with PyTorch's initial weights.
     pub fn same(scope: &Scope, inputs: usize, outputs: usize, kernel: usize) -> Result<Self> {
         let init = Init::fan_in(inputs * kernel);
         Ok(Self {
@@ -106,7 +107,7 @@ impl Conv1d {
         })
     }
 
-    /// (batch, in, length) to (batch, out, length).
+    /// Maps `x` (batch, in, length) to (batch, out, length).
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         // A line is an image of height 1.
         let x = x.unsqueeze(2)?;
@@ -124,7 +125,7 @@ pub struct ConvTranspose2x2 {
 }
 
 impl ConvTranspose2x2 {
-    /// With PyTorch's initial values, whose fan-in counts the weight's second dimension: the outputs.
+    /// Creates a layer with PyTorch's initial weights, whose fan-in counts the weight's second dimension: the outputs.
     pub fn new(scope: &Scope, inputs: usize, outputs: usize) -> Result<Self> {
         let init = Init::fan_in(outputs * 4);
         Ok(Self {
@@ -133,7 +134,7 @@ impl ConvTranspose2x2 {
         })
     }
 
-    /// (batch, in, height, width) to (batch, out, 2 height, 2 width).
+    /// Maps `x` (batch, in, height, width) to (batch, out, 2 height, 2 width).
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         ops::conv_transpose2x2(x, &self.weight, Some(&self.bias))
     }

@@ -12,14 +12,14 @@ pub struct Film {
 }
 
 impl Film {
-    /// `proj` gives all scales first, then all shifts.
+    /// Creates a layer; `proj` gives all scales first, then all shifts.
     pub fn new(scope: &Scope, condition: usize, channels: usize) -> Result<Self> {
         Ok(Self {
             proj: Linear::new(&scope.at("proj"), condition, 2 * channels)?,
         })
     }
 
-    /// gamma x + beta, for `x` (batch, channels, length) and `condition` (batch, features).
+    /// Computes gamma x + beta, for `x` (batch, channels, length) and `condition` (batch, features).
     pub fn forward(&self, x: &Tensor, condition: &Tensor) -> Result<Tensor> {
         let scale_and_shift = self.proj.forward(condition)?.unsqueeze(2)?;
         let channels = x.dim(1)?;

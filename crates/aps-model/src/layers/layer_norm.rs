@@ -13,7 +13,7 @@ pub struct LayerNorm {
 }
 
 impl LayerNorm {
-    /// Scale 1 and shift 0 to begin with.
+    /// Creates a layer with scale 1 and shift 0 at first.
     pub fn new(scope: &Scope, features: usize) -> Result<Self> {
         Ok(Self {
             weight: scope.trainable("weight", features, Init::ONES)?,

@@ -12,7 +12,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// With PyTorch's initial values.
+    /// Creates a layer with PyTorch's initial weights.
     pub fn new(scope: &Scope, inputs: usize, outputs: usize) -> Result<Self> {
         Self::with_init(
             scope,
@@ -23,7 +23,7 @@ impl Linear {
         )
     }
 
-    /// With other initial values.
+    /// Creates a layer with other initial weights.
     pub fn with_init(
         scope: &Scope,
         inputs: usize,
@@ -37,7 +37,7 @@ impl Linear {
         })
     }
 
-    /// (..., in) to (..., out).
+    /// Maps `x` (..., in) to (..., out).
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         ops::linear(x, &self.weight, &self.bias)
     }

@@ -18,12 +18,12 @@ pub struct Mlp {
 }
 
 impl Mlp {
-    /// Ends with a linear layer. `sizes`: inputs, hidden ones, outputs.
+    /// Creates a perceptron that ends with a linear layer. `sizes`: inputs, hidden ones, outputs.
     pub fn new(scope: &Scope, sizes: &[usize]) -> Result<Self> {
         Self::make(scope, sizes, false)
     }
 
-    /// Ends with an activation. `sizes`: inputs, hidden ones, outputs.
+    /// Creates a perceptron that ends with an activation. `sizes`: inputs, hidden ones, outputs.
     pub fn activated(scope: &Scope, sizes: &[usize]) -> Result<Self> {
         Self::make(scope, sizes, true)
     }
@@ -40,7 +40,7 @@ impl Mlp {
         })
     }
 
-    /// (..., inputs) to (..., outputs).
+    /// Maps `x` (..., inputs) to (..., outputs).
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let mut x = x.clone();
         for (i, layer) in self.layers.iter().enumerate() {

@@ -29,7 +29,7 @@ pub struct MultiScaleEncoder {
 }
 
 impl MultiScaleEncoder {
-    /// `width` channels in the first stage: 64 in the paper.
+    /// Creates an encoder with `width` channels in the first stage: 64 in the paper.
     pub fn new(scope: &Scope, width: usize) -> Result<Self> {
         let scale = 4 * width;
         let project = |n: usize| {

@@ -6,7 +6,7 @@ use super::{BatchNorm, Conv2d};
 use crate::ops::After;
 use crate::{Mode, Result, ops};
 
-/// A convolution, batch normalisation, and what follows: see [`ops::normed_conv2d`].
+/// A convolution, batch normalisation, and the operation after it: see [`ops::normed_conv2d`].
 #[derive(Debug, Clone)]
 pub struct NormedConv {
     conv: Conv2d,
@@ -14,12 +14,12 @@ pub struct NormedConv {
 }
 
 impl NormedConv {
-    /// `norm` has as many channels as `conv` makes.
+    /// Joins two layers; `norm` has as many channels as `conv` makes.
     pub fn new(conv: Conv2d, norm: BatchNorm) -> Self {
         Self { conv, norm }
     }
 
-    /// (batch, in, height, width) to (batch, out, height', width').
+    /// Maps `x` (batch, in, height, width) to (batch, out, height', width').
     pub fn forward(&self, x: &Tensor, after: After<'_>, mode: Mode<'_>) -> Result<Tensor> {
         self.norm.count(mode)?;
         ops::normed_conv2d(x, self.conv.tensors(), self.norm.tensors(), after, mode)

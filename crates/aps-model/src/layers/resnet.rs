@@ -74,7 +74,7 @@ impl Stage {
         })
     }
 
-    /// `layer1` to `layer4` in `scope`, with width, 2, 4 and 8 times width channels.
+    /// Creates `layer1` to `layer4` in `scope`, with width, 2, 4 and 8 times width channels.
     pub fn all_four(scope: &Scope, width: usize) -> Result<[Self; 4]> {
         let stage = |n: usize, inputs, outputs, stride| {
             Self::new(&scope.at(format!("layer{n}")), inputs, outputs, stride)
@@ -87,7 +87,7 @@ impl Stage {
         ])
     }
 
-    /// Features (batch, inputs, height, width) to features (batch, outputs, ...).
+    /// Maps features (batch, inputs, height, width) to features (batch, outputs, ...).
     pub fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         self.blocks
             .iter()
@@ -103,7 +103,7 @@ pub struct ResNet18 {
 }
 
 impl ResNet18 {
-    /// `width` channels in the first stage; 64 is ResNet-18 itself.
+    /// Creates a network with `width` channels in the first stage; 64 is ResNet-18 itself.
     pub fn new(scope: &Scope, width: usize) -> Result<Self> {
         Ok(Self {
             stem: Stem::new(&scope.at("conv1"), &scope.at("bn1"), width)?,
@@ -111,7 +111,7 @@ impl ResNet18 {
         })
     }
 
-    /// Images (batch, 3, height, width) to features (batch, 8 width).
+    /// Maps images (batch, 3, height, width) to features (batch, 8 width).
     pub fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         let mut x = self.stem.forward(images, mode)?;
         for stage in &self.stages {

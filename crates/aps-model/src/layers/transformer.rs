@@ -16,7 +16,7 @@ pub struct SelfAttention {
 }
 
 impl SelfAttention {
-    /// `heads` must divide `width`.
+    /// Creates a layer; `heads` must divide `width`.
     pub fn new(scope: &Scope, width: usize, heads: usize) -> Result<Self> {
         let init = Init::xavier(width, 3 * width);
         let out = Linear::with_init(
@@ -34,7 +34,7 @@ impl SelfAttention {
         })
     }
 
-    /// (batch, tokens, width) to the same shape.
+    /// Maps `x` (batch, tokens, width) to the same shape.
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let all = ops::linear(x, &self.in_weight, &self.in_bias)?;
         self.out.forward(&ops::self_attention(&all, self.heads)?)
@@ -51,7 +51,7 @@ pub struct EncoderBlock {
 }
 
 impl EncoderBlock {
-    /// A hidden layer of four times the width.
+    /// Creates a block with a hidden layer of four times the width.
     pub fn new(scope: &Scope, width: usize, heads: usize) -> Result<Self> {
         let hidden = 4 * width;
         let mlp = |n: usize, inputs, outputs| {
@@ -72,7 +72,7 @@ impl EncoderBlock {
         })
     }
 
-    /// (batch, tokens, width) to the same shape.
+    /// Maps `x` (batch, tokens, width) to the same shape.
     pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let x = (x + self.attention.forward(&self.ln_1.forward(x)?)?)?;
         let hidden = ops::gelu(&self.mlp[0].forward(&self.ln_2.forward(&x)?)?)?;

@@ -14,7 +14,7 @@ pub struct DoubleConv {
 }
 
 impl DoubleConv {
-    /// From `inputs` to `outputs` channels; the size stays.
+    /// Creates a block from `inputs` to `outputs` channels; the size stays.
     pub fn new(scope: &Scope, inputs: usize, outputs: usize) -> Result<Self> {
         let block = scope.at("block");
         let half = |at: usize, inputs| -> Result<_> {
@@ -28,7 +28,7 @@ impl DoubleConv {
         })
     }
 
-    /// (batch, inputs, height, width) to (batch, outputs, height, width).
+    /// Maps `x` (batch, inputs, height, width) to (batch, outputs, height, width).
     pub fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         let x = self.first.forward(x, After::Relu, mode)?;
         self.second.forward(&x, After::Relu, mode)

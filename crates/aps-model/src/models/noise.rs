@@ -13,7 +13,7 @@ pub(super) struct NoiseInput {
 }
 
 impl NoiseInput {
-    /// From 2 width to 4 width values.
+    /// Creates the projection from 2 width to 4 width values.
     pub(super) fn new(scope: &Scope, width: usize) -> Result<Self> {
         Ok(Self {
             projection: Linear::new(&scope.at("noise_proj"), 2 * width, 4 * width)?,

@@ -30,7 +30,7 @@ impl Regularizer {
         })
     }
 
-    /// Logits (batch, 1) that spectra (batch, [`ANGLE_BINS`]) are the true ones of condition images
+    /// Computes logits (batch, 1) that spectra (batch, [`ANGLE_BINS`]) are the true ones of condition images
     /// (batch, 3, height, width). In [`Mode::Train`] each call moves the running statistics.
     pub fn forward(&self, images: &Tensor, spectra: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
         self.score(&self.encode(images, mode)?, spectra)
@@ -43,7 +43,7 @@ impl Regularizer {
         self.condition.forward(images, mode)
     }
 
-    /// Logits (batch, 1) of spectra (batch, [`ANGLE_BINS`]) under [encoded](Self::encode) images.
+    /// Computes the logits (batch, 1) of spectra (batch, [`ANGLE_BINS`]) under [encoded](Self::encode) images.
     pub fn score(&self, encoded: &Tensor, spectra: &Tensor) -> Result<Tensor> {
         check_shape("spectra", spectra, &[encoded.dim(0)?, ANGLE_BINS])?;
         let spectrum = self.spectrum.forward(spectra)?;

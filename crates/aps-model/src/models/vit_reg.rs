@@ -119,7 +119,7 @@ impl VitReg {
         })
     }
 
-    /// Class tokens (batch, width) of images of any size.
+    /// Computes the class tokens (batch, width) of images of any size.
     fn encode(&self, images: &Tensor) -> Result<Tensor> {
         let (batch, size) = (images.dim(0)?, self.config.image_size);
         let images = ops::resize_bilinear(images, size, size)?;

@@ -58,12 +58,12 @@ impl TrainConfig {
         }
     }
 
-    /// Steps of an epoch on so many examples.
+    /// Returns the number of steps of an epoch on so many examples.
     pub fn steps_per_epoch(&self, examples: usize) -> u64 {
         (examples / self.batch.clamp(1, examples.max(1))) as u64
     }
 
-    /// The learning rate over a run on so many examples.
+    /// Returns the schedule of the learning rate over a run on so many examples.
     pub fn schedule(&self, examples: usize) -> Schedule {
         let total = self.epochs.saturating_mul(self.steps_per_epoch(examples));
         Schedule {

@@ -110,7 +110,7 @@ impl Learner {
         &*self.trainees.predictor
     }
 
-    /// Each network by name, with its tensors and optimizer.
+    /// Returns each network by name, with its tensors and optimizer.
     pub fn networks(&mut self) -> Vec<(&'static str, &Parameters, &mut Adam)> {
         let predictor = self.trainees.predictor.parameters();
         let mut all = vec![("predictor", predictor, &mut self.predictor)];
@@ -191,7 +191,7 @@ impl Judge<'_> {
         Ok(norm)
     }
 
-    /// The value of a loss, if training can go on from it.
+    /// Returns the value of a loss, if training can go on from it.
     fn value(&self, loss: &Tensor, quantity: Quantity) -> StdResult<f64, Fault> {
         let value = f64::from(loss.to_dtype(DType::F32)?.to_scalar::<f32>()?);
         match value.abs() <= self.config.largest_loss {

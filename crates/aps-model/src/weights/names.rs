@@ -15,7 +15,7 @@ const WRAPPERS: [&str; 4] = [
 /// offers for download still have the old names.
 const RENAMED: [(&str, &str); 2] = [(".mlp.linear_1.", ".mlp.0."), (".mlp.linear_2.", ".mlp.3.")];
 
-/// Where a checkpoint with several copies of a model, as an average beside it, keeps the one meant, the first that it has.
+/// Names of the model's dictionary in a checkpoint with several copies, as an average beside it; the first present counts.
 const PREFERRED: [&str; 7] = [
     "p_state_dict",
     "g_state_dict",
@@ -129,7 +129,7 @@ fn plain(name: &str) -> String {
         .fold(joined, |name, (old, new)| name.replace(old, new))
 }
 
-/// Some of a long list.
+/// Joins names; of a long list some.
 pub(super) fn listed(names: &[String]) -> String {
     const SHOWN: usize = 8;
     match names.len().saturating_sub(SHOWN) {

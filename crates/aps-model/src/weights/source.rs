@@ -10,7 +10,7 @@ use safetensors::SafeTensors;
 use super::torch::{Archive, Entries, TensorRecord};
 use crate::{Error, Result};
 
-/// An open file.
+/// Open file with tensors.
 pub(super) struct Source {
     path: PathBuf,
     content: Content,
@@ -115,7 +115,7 @@ impl Source {
         &self.others
     }
 
-    /// Remarks of the writer.
+    /// Returns the metadata of the file, remarks of its writer.
     pub(super) fn metadata(&self) -> HashMap<String, String> {
         match &self.content {
             Content::Safetensors { metadata, .. } => metadata.clone(),

@@ -16,8 +16,8 @@ pub(super) struct Tiles<const M: usize> {
     pub across: usize,
     /// Rows of tiles.
     pub down: usize,
-    /// From one row of transformed values, which has a value a tile of a chunk, to the next: never without a gap, so that
-    /// whole vectors may reach beyond the last tile and rows do not fall on the same cache lines.
+    /// Values from one row of transformed values, which has a value a tile of a chunk, to the next: never without a gap, so
+    /// that whole vectors may reach beyond the last tile and rows do not fall on the same cache lines.
     pub stride: usize,
     images_a_chunk: usize,
     rows_a_chunk: usize,

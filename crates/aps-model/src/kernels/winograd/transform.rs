@@ -24,7 +24,7 @@ type Lanes = [f32; LANES];
 /// The planes of one channel in a batch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Planes<'a> {
-    /// From the channel's plane in the first image on.
+    /// Values from the channel's plane in the first image on.
     pub data: &'a [f32],
     /// Values from one image to the next.
     pub apart: usize,
