@@ -45,7 +45,7 @@ pub struct MapReport {
 pub struct GroupReport {
     /// Number of samples.
     pub samples: usize,
-    /// Each of [`Metric::ALL`] in that order; empty if there are no samples.
+    /// Distributions of [`Metric::ALL`] in that order; empty if there are no samples.
     pub metrics: Vec<MetricReport>,
     /// Counts of peaks, and of samples with few or none.
     pub peaks: PeakCensus,

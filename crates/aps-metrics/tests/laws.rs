@@ -53,7 +53,7 @@ fn extreme() -> impl Strategy<Value = Vec<f64>> {
     vec(value, 1..12)
 }
 
-/// With NaN and infinities, which only the peak finder accepts.
+/// Values with NaN and infinities, which only the peak finder accepts.
 fn wild() -> impl Strategy<Value = Vec<f64>> {
     let value = prop_oneof![
         12 => (-2_i8..5).prop_map(f64::from),
