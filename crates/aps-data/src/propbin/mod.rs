@@ -89,9 +89,9 @@ impl Version {
 /// Azimuth and elevation \[rad\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Direction {
-    /// In the plane, from the x axis towards the y axis \[rad\].
+    /// Angle in the plane, from the x axis towards the y axis \[rad\].
     pub azimuth_rad: f32,
-    /// Above the plane \[rad\].
+    /// Angle above the plane \[rad\].
     pub elevation_rad: f32,
 }
 

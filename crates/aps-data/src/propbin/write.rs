@@ -87,7 +87,7 @@ impl Propbin {
         Ok(())
     }
 
-    /// The bytes of the file, not compressed.
+    /// Returns the bytes of the file, not compressed.
     ///
     /// # Errors
     /// [`PropbinError::TooLarge`].
@@ -134,7 +134,7 @@ impl Propbin {
         }
     }
 
-    /// The bytes of the file, compressed by gzip; the same each time.
+    /// Returns the bytes of the file, compressed by gzip; the same each time.
     ///
     /// # Errors
     /// As [`Propbin::to_bytes`].

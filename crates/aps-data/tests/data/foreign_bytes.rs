@@ -76,7 +76,7 @@ const FULL: &[u8] = include_bytes!("../../../../tests/golden/released/full.propb
 const COMPACT: &[u8] = include_bytes!("../../../../tests/golden/released/compact.propbin.gz");
 const SAMPLE: &[u8] = include_bytes!("../../../../tests/golden/released/sample.npz");
 
-/// Whatever the bytes, the reader returns; what it returns is finite and no longer than the bytes.
+/// Checks that the reader returns on any bytes, and that its result is finite and no longer than the bytes.
 fn read_propbin(bytes: &[u8]) {
     let Ok(file) = Propbin::from_bytes(bytes) else {
         return;
