@@ -123,7 +123,9 @@ impl Run<'_> {
             if self.is_interrupted() {
                 bail!("interrupted");
             }
+            let started = Instant::now();
             let receiver = rx.get(tracer, candidate)?;
+            rows.tally.prepare += started.elapsed();
             let is_reached = maker.trace(tracer, &tx, receiver, &mut rows.tally);
             if is_reached || !matches!(choice, Choice::FirstReached(_)) {
                 maker.label(self.labeler, [id, candidate], &mut rows)?;
