@@ -44,7 +44,7 @@ const MARGIN: f64 = 1.0 + 1e-9;
 /// The numbers of a ray that bounds are made of.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Direction {
-    /// Of the angle from the 0-face over 2 n.
+    /// Cosine of the angle from the 0-face over 2 n; `sin` is the sine of the same angle.
     cos: f64,
     sin: f64,
     from_0: f64,
@@ -56,7 +56,7 @@ pub(crate) struct Direction {
     norm_n: f64,
 }
 
-/// How many numbers a direction has.
+/// Count of numbers in a direction.
 const COLUMNS: usize = 11;
 
 impl Direction {
@@ -99,7 +99,7 @@ impl Directions {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WedgeBound {
     n: f64,
-    /// Of pi / 2n.
+    /// Cosine of pi / 2n; `sin` is the sine of the same angle.
     cos: f64,
     sin: f64,
     /// sin(n pi / 2).
@@ -113,7 +113,7 @@ pub(crate) struct WedgeBound {
 }
 
 impl WedgeBound {
-    /// Of a wedge with the open angle n pi; `factor` stands in front of its D.
+    /// Prepares the bounds at a wedge with the open angle n pi; `factor` stands in front of its D.
     pub fn new(n: f64, wavenumber_per_m: f64, factor: Complex64) -> Self {
         let (sin, cos) = (PI / (2.0 * n)).sin_cos();
         let alpha = (n * PI / 2.0).sin().max(0.0);

@@ -20,7 +20,7 @@ pub enum SceneError {
     Shape {
         /// Where: building and vertex, as far as known.
         place: String,
-        /// What should stand there.
+        /// Description of the JSON that should stand there.
         expected: &'static str,
     },
     /// A coordinate that is NaN, infinite or beyond 1e9 m.
@@ -58,7 +58,7 @@ pub enum SceneError {
     Material {
         /// Building index.
         building: usize,
-        /// What is wrong with it.
+        /// Fault of the material.
         source: ConfigError,
     },
     /// A width of gaps to close that is negative or not finite.
@@ -116,14 +116,14 @@ pub enum ConfigError {
     /// The images of a corner exceed the limit.
     #[error("a corner cannot be a source of diffracted waves")]
     Corner(#[source] TerminalError),
-    /// What is kept for all corners would grow beyond the limit.
+    /// Data kept for all corners would grow beyond the limit.
     #[error(
         "{what} take more than {limit} bytes; lower {setting}, simplify round buildings or raise max_wave_bytes"
     )]
     TooManyWaves {
-        /// What is kept.
+        /// Name of the data.
         what: &'static str,
-        /// The setting that multiplies it.
+        /// The setting that multiplies their size.
         setting: &'static str,
         /// The limit \[bytes\].
         limit: usize,

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 
 /// A wall as seen from a point: the point in the wall's frame and the window it sees.
 ///
-/// All four numbers carry a factor of the wall's length squared or length, so that the test of a
+/// The four numbers carry a factor of the wall's length squared or length, so that the test of a
 /// node needs no division.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sight {
@@ -35,7 +35,7 @@ pub(crate) struct TreeScratch {
     windows: Vec<Window>,
 }
 
-/// All walls seen from an outdoor point, by id. `is_hidden` drops windows.
+/// Finds all walls seen from an outdoor point, by id. `is_hidden` drops windows.
 pub(crate) fn sights(
     scene: &Scene,
     from: DVec2,

@@ -35,7 +35,7 @@ pub(crate) struct CornerSteps {
     places: usize,
 }
 
-/// All last steps of one receiver.
+/// Last steps of one receiver, over all corners it sees.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LastSteps {
     /// The receiver's own legs as seen at their corners.
@@ -74,7 +74,7 @@ impl LastSteps {
         };
         let places = |legs: &[Leg]| legs.iter().map(count).max().unwrap_or(0);
         let by_corner = || legs.all().chunk_by(|p, q| p.corner == q.corner);
-        // What receivers keep is what fills the memory: not a byte more.
+        // The steps of receivers fill most of the memory: reserve no byte more than they take.
         let strengths = by_corner().map(|legs| places(legs) * legs.len()).sum();
         let ends = |legs: &[Leg]| between.arriving(legs[0].corner).slots.len();
         let slots = by_corner().map(ends).sum();

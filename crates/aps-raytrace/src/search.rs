@@ -25,7 +25,7 @@ struct Candidate {
     /// Upper bound of its amplitude.
     bound: f64,
     front: FrontId,
-    /// Of the receiver.
+    /// The last leg, one of the receiver's.
     leg: u32,
 }
 
@@ -107,7 +107,7 @@ impl Ends<'_> {
         self.floor = self.floor.max(amplitude * self.map.range * SLACK);
     }
 
-    /// All pairs of a front and a leg of the receiver.
+    /// Counts the pairs of a front and a leg of the receiver that make a path within the limits.
     fn paths_within_limits(&self) -> usize {
         let limits = self.map.config.limits();
         let legs = self.rx.legs.all().iter();

@@ -15,7 +15,7 @@ const MAX_METRES: f64 = 1e8;
 /// Nearest that a building comes to a pole \[deg\].
 const FROM_POLE_DEG: f64 = 1.0;
 
-/// How the numbers of a file become metres.
+/// Conversion of a file's numbers to metres.
 pub(super) enum Frame {
     /// Degrees: by a projection about their middle.
     Plane(LocalPlane),
