@@ -19,9 +19,9 @@ pub struct Choice {
 /// The settings that a chart names besides those on the front.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Marked<'n> {
-    /// All of them.
+    /// Every setting.
     All,
-    /// The ones with these names.
+    /// The settings with these names.
     Only(&'n [&'n str]),
 }
 
