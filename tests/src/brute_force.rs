@@ -21,7 +21,7 @@ pub struct Candidate {
     pub clearance_m: f64,
 }
 
-/// All sequences of up to `max_order` walls whose clearance is above `-tolerance_m`.
+/// Finds all sequences of up to `max_order` walls whose clearance is above `-tolerance_m`.
 #[must_use]
 pub fn candidates(
     walls: &[Wall],
