@@ -102,7 +102,7 @@ impl Args {
             findings.progress.set_message(format!("map {}", entry.id));
             let links = chosen.remove(&entry.id).unwrap_or_default();
             let problems = dataset.verify_map(entry.id);
-            // What is computed from damaged files would only repeat the news.
+            // Findings computed from damaged files would only repeat the news.
             if problems.is_empty() {
                 let map = dataset.map(entry.id)?;
                 contents::check(&dataset, entry, &map, source.is_some(), &mut findings)?;

@@ -46,7 +46,7 @@ impl Rows {
         }
     }
 
-    /// What of them a layout stores.
+    /// Rows of the arrays that a layout stores.
     pub fn link_rows(&self, layout: &Layout) -> LinkRows<'_> {
         LinkRows {
             links: Some(&self.ends),

@@ -1,4 +1,4 @@
-//! Which settings a finished part of a benchmark belongs to, so that it is reused with the same and made anew with others.
+//! Stamps parts of a benchmark with their settings: a part is reused with the same settings and made anew with others.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -22,14 +22,14 @@ pub struct Part {
     settings: Value,
 }
 
-/// What the folder of a part holds.
+/// State of the folder of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// Nothing that could be used: the folder is empty now.
     New,
     /// A beginning made with the same settings.
     Begun,
-    /// All of it, made with the same settings.
+    /// The whole part, made with the same settings.
     Finished,
 }
 

@@ -114,7 +114,7 @@ impl Part {
         self.ids().any(|id| shard.access().covers(id))
     }
 
-    /// Whether maps of several shards are here.
+    /// Returns true when maps of several shards are here.
     fn is_shared(&self, count: u32) -> bool {
         let shards = (1..=count).map(|number| Shard { number, count });
         shards.filter(|&shard| self.holds(shard)).count() > 1
