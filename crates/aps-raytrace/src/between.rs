@@ -23,7 +23,7 @@ pub(crate) struct Block {
     pub first_slot: u32,
 }
 
-/// The ends of legs at one corner, the fewest reflections first: what a limit allows comes before all else.
+/// The ends of legs at one corner, the fewest reflections first, so that the legs a limit allows come first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LegEnds {
     /// Directions of the legs at this corner.

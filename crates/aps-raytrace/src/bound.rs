@@ -29,7 +29,7 @@ use crate::wedge::Ray;
 /// A product counts as far from its boundary from this x on: both bounds of it are about equal here.
 const FAR: f64 = 0.7;
 
-/// Sines and cosines of the angles between rays are known this well: twice what their rounding can amount to.
+/// Error bound of the sines and cosines of the angles between rays: twice their largest rounding error.
 const ANGLE_ERROR: f64 = 4e-15;
 
 /// Error of the transition function as it is computed, relative; [`crate::transition`] promises half of it.
@@ -38,7 +38,7 @@ const TRANSITION_ERROR: f64 = 2e-9;
 /// Sines below this are taken for it, so that products of two are numbers.
 const SMALLEST: f64 = 1e-150;
 
-/// For the rounding of what follows.
+/// Factor for the rounding of the steps that follow.
 const MARGIN: f64 = 1.0 + 1e-9;
 
 /// The numbers of a ray that bounds are made of.
@@ -200,7 +200,7 @@ impl WedgeBound {
         let turned = [[cc - ss, sc + cs], [cc + ss, sc - cs]];
         let abs_sin = turned.map(|[_, sin]| (sin.abs() - ANGLE_ERROR).max(SMALLEST));
         let steepest = self.steepest / twice_kl;
-        // Divisions are what this costs: one for both.
+        // Divisions are the main cost: one serves both.
         let inverse = 1.0 / (abs_sin[0] * abs_sin[1]);
         let inverse = [inverse * abs_sin[1], inverse * abs_sin[0]];
         std::array::from_fn(|i| {

@@ -132,7 +132,7 @@ fn join_chains(
         let sequence = chains.sequence(of, d, start, edge, last.corner);
         record(map, &sequence, (&chains.starts[start], last), (tx, rx))
     };
-    // One promising chain tells what the others have to reach.
+    // One promising chain sets the strength that the others have to reach.
     let all = (0..).zip(arrivals);
     let all = all.flat_map(|(i, (_, edges))| edges.iter().map(move |edge| (i, edge)));
     let bound = |(i, edge): (usize, &(u32, f64))| value(edge) * over(&arrivals[i].0);

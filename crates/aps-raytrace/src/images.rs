@@ -64,7 +64,7 @@ fn sight(scene: &Scene, from: DVec2, window: Window) -> Sight {
     }
 }
 
-/// Fills `scratch.windows` with what a point sees, one window a wall, by wall id.
+/// Fills `scratch.windows` with the parts of walls that a point sees, one window a wall, by wall id.
 fn root_windows(scene: &Scene, from: DVec2, scratch: &mut TreeScratch) {
     let TreeScratch { sweep, windows } = scratch;
     windows.clear();

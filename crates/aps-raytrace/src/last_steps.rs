@@ -1,4 +1,4 @@
-//! Last steps: what a receiver adds to the waves at the corners it sees.
+//! Last steps: the continuation of waves from the corners that a receiver sees to the receiver.
 //!
 //! A last step begins with a leg between corners, turns at the corner that the receiver sees, and ends with one of the receiver's
 //! legs. As with fronts, an upper bound of the strength of each is kept, and the largest of each block.

@@ -1,4 +1,4 @@
-//! The map: what is done once, for all terminals.
+//! The map: the work done once for all terminals.
 
 use std::borrow::Cow;
 

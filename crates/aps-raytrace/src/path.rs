@@ -1,4 +1,4 @@
-//! Path records: what a trace yields.
+//! Path records, the result of a trace.
 //!
 //! Azimuths are angles in the plane, counter-clockwise from the x axis, in (-pi, pi]. The
 //! departure azimuth points from the transmitter to the first interaction, the arrival azimuth

@@ -1,4 +1,4 @@
-//! Terminals: what is done once for all links of a transmitter or a receiver.
+//! Terminals: the work done once for all links of a transmitter or a receiver.
 
 use std::sync::OnceLock;
 
@@ -104,7 +104,7 @@ impl Receiver {
         } else {
             sights(&map.local, place, &mut TreeScratch::default(), |_| false)
         };
-        // Legs need the receiver's own images; without corners nobody asks for them.
+        // Legs need the receiver's own images; without corners there are no legs.
         let legs = if map.may_reach_corners(courtyard) {
             legs(map, given, courtyard, &map.images(place)?)?
         } else {

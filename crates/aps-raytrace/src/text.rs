@@ -1,4 +1,4 @@
-//! Text of files from elsewhere: its encoding, and what stands where it is no JSON.
+//! Text of files from elsewhere: its encoding, and errors for text that is not JSON.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! The `crs` member: what the numbers of a file are.
+//! The `crs` member: the reference system of a file's numbers.
 //!
 //! RFC 7946 has no such member, its numbers are longitude and latitude of WGS 84; the format of 2008 has, and GIS programs
 //! still write it. It is read wherever it stands: at a collection, a feature or a geometry. Whatever it says, the order is
