@@ -1,4 +1,4 @@
-//! From paths to a label.
+//! Computes a label from paths.
 
 use multiversion::multiversion;
 
