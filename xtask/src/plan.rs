@@ -102,7 +102,7 @@ impl DatasetPlan {
         Ok(times)
     }
 
-    /// Makes one map; what was repaired in it is told in a line.
+    /// Makes one map; appends a line to `repairs` if its buildings were repaired.
     pub(crate) fn map(&self, run: &Run<'_>, id: u32, repairs: &mut Vec<String>) -> Result<Tally> {
         let scene = self.maps.load(id, self.seed, self.scene)?;
         if !scene.report().is_clean() {
@@ -126,7 +126,7 @@ impl DatasetPlan {
         }
     }
 
-    /// Rings of a map's buildings \[m\]; what lies in an odd number of them is indoors.
+    /// Rings of a map's buildings \[m\]; a point inside an odd number of them is indoors.
     ///
     /// # Errors
     /// A map that cannot be read.

@@ -84,7 +84,7 @@ impl Tally {
         *self.passed_over.entry(reason.to_string()).or_default() += 1;
     }
 
-    /// Counts what is stored of one link.
+    /// Counts the stored values of one link.
     pub fn stored_link(&mut self, paths: usize, status: LinkStatus, fallback: u8) {
         self.links += 1;
         self.paths += paths as u64;

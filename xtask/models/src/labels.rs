@@ -104,7 +104,7 @@ impl Labels {
         Ok(())
     }
 
-    /// Where each link comes from.
+    /// Place of each link in the data set.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }

@@ -245,7 +245,7 @@ impl Args {
     }
 }
 
-/// Tells of what a prediction can be given for, but hardly a good one.
+/// Warns of differences between training and data set with which predictions are possible but hardly good.
 fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
     let here = dataset.manifest().configuration.get("label");
     if trained.data_configuration.get("label") != here {

@@ -24,7 +24,7 @@ pub struct Settings {
     pub sigma_px: f64,
     /// Where the weights began: `random`, the file of the backbone, or that of the whole model.
     pub initial_weights: String,
-    /// Where it was computed.
+    /// Device that the training ran on.
     pub device: Device,
     /// The data set's folder.
     pub data: PathBuf,

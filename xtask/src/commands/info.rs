@@ -1,4 +1,4 @@
-//! `cargo xtask info`: what a data set holds, as a person wants to read it.
+//! `cargo xtask info`: the contents of a data set, as a person wants to read them.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};

@@ -144,7 +144,7 @@ impl Args {
         Ok(())
     }
 
-    /// Where scripts go.
+    /// Folder of the scripts.
     fn folder(&self) -> PathBuf {
         self.scripts.clone().unwrap_or_else(|| {
             let mut folder = self.order.out.clone().into_os_string();

@@ -1,4 +1,4 @@
-//! `cargo xtask verify`: is a data set what it says it is?
+//! `cargo xtask verify`: checks that a data set is as its manifest says.
 
 use std::path::PathBuf;
 
@@ -44,7 +44,7 @@ pub struct Args {
     tiles: TileArgs,
 }
 
-/// Where findings go.
+/// Prints and counts findings.
 pub struct Findings {
     progress: ProgressBar,
     count: usize,

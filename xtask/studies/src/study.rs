@@ -95,7 +95,7 @@ impl Study {
         file
     }
 
-    /// Writes its files, then its JSON, and removes what an earlier run of it left behind.
+    /// Writes the study's files, then its JSON, and removes files that an earlier run left behind.
     ///
     /// # Errors
     /// The file that cannot be written, and why.

@@ -269,7 +269,7 @@ impl Bench {
                 "test_links": self.config.data.test_links,
                 "seed": self.config.seed,
                 "latency": self.config.latency,
-                // Times are of so many.
+                // Run times depend on it.
                 "threads": rayon::current_num_threads(),
                 "made_of": made_of,
             }),

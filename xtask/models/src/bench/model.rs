@@ -87,7 +87,7 @@ struct Clock {
     seconds: f64,
 }
 
-/// Trains a model into the part's folder, or goes on with what is there.
+/// Trains a model into the part's folder, or continues the training that is there.
 pub fn train(
     part: &Part,
     plan: &TrainingPlan,

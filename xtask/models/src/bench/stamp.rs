@@ -50,7 +50,7 @@ impl Part {
         }
     }
 
-    /// Where it lies.
+    /// The folder of the part.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -67,7 +67,7 @@ impl Part {
         (stamp.hash == self.hash).then_some(stamp)
     }
 
-    /// Opens the folder; what does not belong to these settings, or all if `fresh`, is removed.
+    /// Opens the folder; removes its content unless that was made with these settings, or always if `fresh`.
     pub fn open(&self, fresh: bool) -> Result<State> {
         let place = || format!("folder '{}'", self.folder.display());
         if let Some(stamp) = self.stamp().filter(|_| !fresh) {
@@ -84,7 +84,7 @@ impl Part {
         Ok(State::New)
     }
 
-    /// Says that all of it is there.
+    /// Marks the part as finished.
     pub fn finish(&self) -> Result<()> {
         self.write(true)
     }

@@ -1,4 +1,4 @@
-//! `cargo xtask dataset merge`: what shards made, as one run would have made it.
+//! `cargo xtask dataset merge`: joins shards into the data set that one run would have made.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// A folder with shards, and what is in it.
+/// A folder with shards, and its contents.
 struct Part {
     folder: PathBuf,
     survey: Survey,

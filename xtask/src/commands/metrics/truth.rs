@@ -13,7 +13,7 @@ use super::Domain;
 use super::rows::ArrayFile;
 use crate::targets::{self, Target};
 
-/// Where true spectra come from.
+/// Source of the true spectra.
 pub enum Truth {
     File(ArrayFile),
     Dataset(Box<Labels>),
