@@ -11,7 +11,7 @@ use crate::brute_force::{Candidate, examine};
 use crate::links::Sequence;
 use crate::utd::Radio;
 
-/// A sequence of interactions and what came of it.
+/// A sequence of interactions, with the path that they give.
 #[derive(Debug, Clone)]
 pub struct MixedCandidate {
     /// From the transmitter.
