@@ -20,7 +20,7 @@ use std::process::Command;
 pub struct Block {
     /// Line of its fence, from 1.
     pub line: usize,
-    /// What follows the opening fence, like `sh test`.
+    /// Words after the opening fence, like `sh test`.
     pub kind: String,
     /// Its lines.
     pub text: String,
@@ -80,12 +80,12 @@ pub fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// What `cargo xtask` is.
+/// Programs that stand for `cargo xtask`.
 #[derive(Debug, Clone, Copy)]
 pub struct Runner<'a> {
     /// The runner.
     pub own: &'a Path,
-    /// What it starts for the commands that need models.
+    /// Program that it starts for the commands that need models.
     pub models: Option<&'a Path>,
 }
 

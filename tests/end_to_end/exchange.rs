@@ -50,7 +50,7 @@ fn labels_leave_come_back_and_leave_again_unchanged() {
         text(&first),
     ]);
 
-    // What a file says is the label of its link, to half precision.
+    // Each file holds the label of its link, to half precision.
     let map = ours.map(0).unwrap();
     let link = map.valid_links().nth(7).unwrap();
     let (tx, rx) = map.ends_m(link);

@@ -1,4 +1,4 @@
-//! What may come between: kills, full disks, folders that cannot be written, maps that vanish.
+//! Tests of interruptions: kills, full disks, folders that cannot be written, maps that vanish.
 
 use std::fs;
 use std::path::Path;
@@ -31,7 +31,7 @@ fn make(maps: &str, out: &str, more: &[&str]) -> String {
     succeed(&args)
 }
 
-/// What a run has done: every byte counts, and every file and folder.
+/// Measures the progress of a run: counts every byte, file and folder.
 fn progress(folder: &Path) -> u64 {
     let Ok(entries) = fs::read_dir(folder) else {
         return 0;
@@ -44,7 +44,7 @@ fn progress(folder: &Path) -> u64 {
     entries.flatten().map(|entry| of_entry(&entry.path())).sum()
 }
 
-/// Kills the process as soon as the folder has got this far; whether it was still running.
+/// Kills the process as soon as the folder has got this far; returns true when it was still running.
 fn kill_at(child: &mut Child, folder: &Path, wanted: u64) -> bool {
     loop {
         if child.try_wait().unwrap().is_some() {
@@ -123,7 +123,7 @@ fn shell(script: &str, args: &[String], more: &[&str]) -> Output {
     command.args(args).args(more).output().unwrap()
 }
 
-/// Whether this system lets a test mount a folder in memory; says so if not.
+/// Returns true when this system lets a test mount a folder in memory; prints a note if it does not.
 fn may_mount(at: &Path) -> bool {
     let script = format!("mount -t tmpfs tmpfs '{}'", at.display());
     let tried = Command::new("unshare")

@@ -57,7 +57,7 @@ fn make<'a>(maps: &'a str, out: &'a str) -> Vec<&'a str> {
     fixed.split(' ').chain([maps, "--out", out]).collect()
 }
 
-/// What the runner tells of a city it must take.
+/// Runs the runner on a city that it must take; returns its messages on standard error.
 #[track_caller]
 fn told(args: &[&str]) -> String {
     let output = xtask(args);

@@ -1,4 +1,4 @@
-//! `info`: what a folder holds, finished or not.
+//! `info`: the contents of a folder, finished or not.
 
 use std::fs;
 

@@ -14,7 +14,7 @@ fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
 }
 
-/// `slurm` for so many maps; returns what it says.
+/// Runs `slurm` for so many maps; returns its output.
 fn campaign(folder: &Folder, maps: &str, more: &str) -> String {
     let out = folder.arg("shards");
     let paths = ["--maps", maps, "--out", &out];

@@ -102,7 +102,7 @@ fn traced(place: usize, config: &TraceConfig, ends: [DVec2; 2]) -> Link {
     tracer.trace(ends[0], ends[1]).unwrap()
 }
 
-/// What of a path must be the same: all of it, to the bit.
+/// Every number and interaction of a path, to be compared bit by bit.
 fn bits(path: &PathRecord) -> (String, [u64; 6]) {
     let numbers = [
         path.length_m,

@@ -84,8 +84,8 @@ fn wedges_are_good_to_one_part_in_25_k_rho() {
     }
 }
 
-/// What matters for a link without line of sight: the error in decibels of the field there, more
-/// than 5 degrees off the face, where the field itself vanishes.
+/// Tests the error in decibels of the field in the shadow, which decides links without line of
+/// sight. Directions within 5 degrees of the face are left out: the field itself vanishes there.
 #[test]
 fn shadow_is_good_to_a_tenth_of_a_decibel_from_one_wavelength_on() {
     eprintln!("largest error of the level in the shadow [dB]");

@@ -15,7 +15,7 @@ const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
 /// whether they are exactly zero.
 const CANCELLED_DB: f64 = 150.0;
 
-/// All kinds of paths, none left out.
+/// Settings for every kind of path, none left out.
 fn mixed() -> TraceConfig {
     TraceConfig {
         max_reflections: 2,

@@ -1,4 +1,4 @@
-//! What is left out for its weakness changes labels by no more than the tracer says.
+//! Tests that paths left out for their weakness change labels by no more than the tracer says.
 
 use aps_label::{LabelConfig, Labeler, PathSample};
 use aps_raytrace::scene::CityConfig;

@@ -39,7 +39,7 @@ fn everything() -> TraceConfig {
     }
 }
 
-/// What a comparison of links both ways went through.
+/// Counts and largest difference of a comparison of links both ways.
 #[derive(Default)]
 struct Tally {
     links: usize,
@@ -87,7 +87,7 @@ impl Tally {
         self.fallbacks += usize::from(forth.fallback_diffractions.is_some());
     }
 
-    /// All links between two sets of terminals.
+    /// Compares all links between two sets of terminals both ways.
     fn check(&mut self, scene: &Scene, config: &TraceConfig, ends: [&[DVec2]; 2]) {
         let tracer = Tracer::new(scene, config.clone()).unwrap();
         let [near, far] = ends.map(|points| {

@@ -194,7 +194,7 @@ proptest! {
         let swapped = [b.iter().rev().copied().collect(), a];
         prop_assert_eq!(closed.outlines(), scene(&swapped, 0.04).outlines());
         prop_assert_eq!(scene(&houses, width_m / 2.0).outlines(), scene(&houses, 0.0).outlines());
-        // Of both walls at the slit only ends are left, and at its mouths two short walls.
+        // Only ends of both walls at the slit are left, and two short walls at its mouths.
         prop_assert!(closed.walls().len() <= 10, "{:?}", closed.outlines());
         prop_assert!(closed.walls().iter().all(|w| w.length_m() > 1e-4), "{:?}", closed.outlines());
     }

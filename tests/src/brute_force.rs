@@ -8,7 +8,7 @@
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Wall;
 
-/// A sequence of walls and what came of it.
+/// A sequence of walls, with the path that its images give.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// Walls in order from the transmitter.
@@ -21,7 +21,7 @@ pub struct Candidate {
     pub clearance_m: f64,
 }
 
-/// All sequences of up to `max_order` walls whose clearance is above `-tolerance_m`.
+/// Finds all sequences of up to `max_order` walls whose clearance is above `-tolerance_m`.
 #[must_use]
 pub fn candidates(
     walls: &[Wall],

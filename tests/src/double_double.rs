@@ -13,7 +13,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub struct DoubleDouble {
     /// The nearest double.
     pub high: f64,
-    /// What is missing from it.
+    /// Remainder: the value less `high`.
     pub low: f64,
 }
 

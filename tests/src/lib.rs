@@ -1,4 +1,4 @@
-//! What the cross-crate tests share: reference implementations that avoid the tricks of the
+//! Code that the cross-crate tests share: reference implementations that avoid the tricks of the
 //! crates they check, and access to real maps where there are any.
 
 pub mod brute_force;

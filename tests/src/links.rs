@@ -6,7 +6,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
 use aps_raytrace::{Complex64, InteractionKind, PathRecord, Scene, TraceConfig};
 
-/// What a path does, in order from the transmitter: kinds, and ids of walls or corners.
+/// Interactions of a path, in order from the transmitter: kinds, and ids of walls or corners.
 pub type Sequence = Vec<(InteractionKind, u32)>;
 
 /// Outdoor points of the integer grid 0..=256 in a fixed scattered order.

@@ -11,7 +11,7 @@ use crate::brute_force::{Candidate, examine};
 use crate::links::Sequence;
 use crate::utd::Radio;
 
-/// A sequence of interactions and what came of it.
+/// A sequence of interactions, with the path that they give.
 #[derive(Debug, Clone)]
 pub struct MixedCandidate {
     /// From the transmitter.
@@ -20,15 +20,14 @@ pub struct MixedCandidate {
     pub length_m: f64,
     /// Distance to the nearest change of mind \[m\]; negative when the sequence is no path.
     pub clearance_m: f64,
-    /// How far the rays at the corner are from the nearest shadow or reflection boundary
-    /// \[rad\]: nearer than rounding, the textbook's formula is not defined. Infinite without a
-    /// corner.
+    /// Angle of the rays at the corner from the nearest shadow or reflection boundary \[rad\]:
+    /// nearer than rounding, the textbook's formula is not defined. Infinite without a corner.
     pub off_boundary_rad: f64,
     /// Gain.
     pub gain: Complex64,
 }
 
-/// All candidates whose clearance is above `-tolerance_m`.
+/// Finds all candidates whose clearance is above `-tolerance_m`.
 #[must_use]
 pub fn mixed_candidates(
     walls: &[Wall],

@@ -1,4 +1,4 @@
-//! How far each numerical kernel is from its value in 32 digits, at worst.
+//! Largest error of each numerical kernel, measured against its value in 32 digits.
 //!
 //! The unit is the ulp, 2^-52 of the value: a correctly rounded result is off by at most 0.5. Where
 //! a kernel has zeros a relative error says nothing there; such kernels are measured in ulps of their
@@ -20,12 +20,12 @@ use crate::double_complex::{self, DoubleComplex};
 use crate::double_double::{DoubleDouble, PI};
 use crate::label::{array_response, q, squared_sinc};
 
-/// What was measured of one kernel.
+/// Measured errors of one kernel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KernelError {
     /// The crate it belongs to.
     pub of: &'static str,
-    /// What it computes.
+    /// Quantity that it computes.
     pub kernel: &'static str,
     /// Largest error in ulps of the value, where that is at least 1e-6 of the scale.
     pub relative_ulps: f64,

@@ -14,7 +14,7 @@ const C: f64 = 299_792_458.0;
 /// Vacuum permittivity \[F/m\].
 const EPS_0: f64 = 8.854_187_812_8e-12;
 
-/// What the walls are made of.
+/// Material of the walls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wall {
     /// ITU-R P.2040 concrete.
@@ -28,7 +28,7 @@ pub enum Wall {
 pub struct Radio {
     /// Carrier \[Hz\].
     pub frequency_hz: f64,
-    /// All walls.
+    /// Material of every wall.
     pub wall: Wall,
 }
 

@@ -41,17 +41,17 @@ fn moved(footprints: &[Footprint], motion: impl Fn(DVec2) -> DVec2) -> Vec<Footp
         .collect()
 }
 
-/// How two traces of the same links differ at most.
+/// Largest differences between two traces of the same links.
 #[derive(Debug, Default)]
 struct Difference {
     paths: usize,
     /// Paths above the cancelled ones that only one of the two has.
     unmatched: usize,
-    /// Relative.
+    /// Difference of the lengths, relative.
     length: f64,
-    /// Of the gain, relative to it.
+    /// Difference of the gains, relative.
     gain: f64,
-    /// Of the points of interaction, moved along \[m\].
+    /// Distance of the points of interaction, moved with the scene \[m\].
     point_m: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What half precision in a data set loses, measured through the crate that writes it.
+//! Measures the loss by half precision in a data set through the crate that writes it.
 
 use aps_data::released::ProfileFile;
 use aps_data::{Axis, LinkStatus, Precision, Profile, ProfileLayout, ProfileRows};

@@ -67,7 +67,7 @@ impl Limits {
     }
 }
 
-/// What to trace.
+/// Settings of the trace.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Tracing")]
 pub struct TraceArgs {
@@ -135,7 +135,7 @@ pub enum Store {
     Paths,
 }
 
-/// What the values of `--store` name.
+/// Converts the values of `--store` to the kinds of data they name.
 pub fn stored(named: &[Store]) -> Stored {
     Stored {
         aps: named.contains(&Store::Aps),
@@ -144,7 +144,7 @@ pub fn stored(named: &[Store]) -> Stored {
     }
 }
 
-/// How to label paths that were not traced here.
+/// Settings of labels for paths that were not traced here.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Labels")]
 pub struct LabelArgs {

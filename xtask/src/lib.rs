@@ -1,4 +1,4 @@
-//! The runner behind `cargo xtask`: its command line, and what its commands share.
+//! The runner behind `cargo xtask`: its command line, and the code that its commands share.
 //!
 //! A library, so that the programs that are built only when they are asked for (packages `xtask-models` and
 //! `xtask-studies`) read the same maps.

@@ -57,13 +57,13 @@ impl FromStr for MapSource {
     }
 }
 
-/// Whether a path is a file, or by its name should be.
+/// Returns true when a path is a file, or has the name of one (`.geojson`).
 fn is_file(path: &Path) -> bool {
     let is_geojson = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("geojson");
     path.is_file() || path.extension().is_some_and(is_geojson)
 }
 
-/// Whether a JSON text is a list, as RadioMapSeer's maps are, and no object, as those of GeoJSON are.
+/// Returns true when a JSON text is a list, like the maps of RadioMapSeer, and no object, like those of GeoJSON.
 pub fn is_list(bytes: &[u8]) -> bool {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     bytes.trim_ascii_start().first() == Some(&b'[')
@@ -168,7 +168,7 @@ impl MapSource {
         Ok(maps)
     }
 
-    /// What decides the maps, as a manifest keeps it.
+    /// Describes the settings that decide the maps, as a manifest keeps them.
     pub fn describe(&self) -> Value {
         match self {
             Self::Folder(_) => json!("radiomapseer"),
@@ -238,7 +238,7 @@ impl MapSource {
     }
 }
 
-/// How the maps of a data set are given, if they must be.
+/// Names the option by which the maps of a data set are given, for messages that ask for them.
 pub fn wanted(configuration: &Value) -> &'static str {
     match configuration["maps"]["kind"] == "geojson" {
         true => "--maps FILE.geojson, the city it was made from",

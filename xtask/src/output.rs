@@ -41,7 +41,7 @@ pub fn say(text: fmt::Arguments<'_>) -> Result<()> {
 
 /// Prints a line to standard error, as [`note!`](crate::note) does.
 pub fn note(text: fmt::Arguments<'_>) {
-    // Where nobody listens there is nobody to tell.
+    // A closed standard error leaves no way to report its own failure.
     let _ = writeln!(io::stderr(), "{text}");
 }
 

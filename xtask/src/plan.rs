@@ -18,26 +18,26 @@ use crate::sampling::{self, Receivers, Sampling, Terminals};
 use crate::settings::{self, Stored};
 use crate::summary::Tally;
 
-/// What a traced data set is made of: the same plan gives the same bytes.
+/// Settings that a traced data set is made from: the same plan gives the same bytes.
 #[derive(Debug, Clone)]
 pub struct DatasetPlan {
-    /// Where maps come from.
+    /// Source of the maps.
     pub maps: MapSource,
-    /// How scenes are made from them.
+    /// Settings for making scenes from the maps.
     pub scene: SceneSettings,
     /// Transmitters a map.
     pub tx_per_map: usize,
     /// Receivers of each transmitter.
     pub rx_per_map: usize,
-    /// Which points they are.
+    /// Choice of the points of receivers.
     pub receivers: Receivers,
-    /// How labels are made.
+    /// Settings of the labels.
     pub label: LabelConfig,
-    /// What to store.
+    /// Kinds of data to store.
     pub stored: Stored,
     /// Seed of terminals and synthetic cities. The terminals of a map depend neither on limits nor on other maps.
     pub seed: u64,
-    /// What to trace.
+    /// Settings of the trace.
     pub trace: TraceConfig,
 }
 
@@ -102,7 +102,7 @@ impl DatasetPlan {
         Ok(times)
     }
 
-    /// Makes one map; what was repaired in it is told in a line.
+    /// Makes one map; appends a line to `repairs` if its buildings were repaired.
     pub(crate) fn map(&self, run: &Run<'_>, id: u32, repairs: &mut Vec<String>) -> Result<Tally> {
         let scene = self.maps.load(id, self.seed, self.scene)?;
         if !scene.report().is_clean() {
@@ -126,7 +126,7 @@ impl DatasetPlan {
         }
     }
 
-    /// Rings of a map's buildings \[m\]; what lies in an odd number of them is indoors.
+    /// Rings of a map's buildings \[m\]; a point inside an odd number of them is indoors.
     ///
     /// # Errors
     /// A map that cannot be read.

@@ -34,7 +34,7 @@ pub use rows::{Rows, profile_rows};
 /// Parts of a map made between two writes: transmitters, or portions of stored links.
 const GROUP: usize = 16;
 
-/// What all maps of a run share.
+/// Context that all maps of a run share.
 pub struct Run<'a> {
     pub writer: &'a DatasetWriter,
     pub labeler: &'a Labeler,

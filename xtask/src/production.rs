@@ -14,9 +14,10 @@ use crate::produce::Run;
 use crate::progress;
 use crate::summary::Tally;
 
-/// Makes each of `todo` by `make`, with a bar over all their links; returns what came of it and the time it took.
+/// Makes each map of `todo` by `make`, with a progress bar over all their links; returns their tally and the time it took.
 ///
-/// When it is interrupted or something fails, the error says what is kept.
+/// # Errors
+/// An interruption or a failure; the error tells the maps that are kept.
 pub fn make_maps(
     writer: &DatasetWriter,
     labeler: &Labeler,

@@ -1,4 +1,4 @@
-//! What a label needs of a path, from each form in which the runner meets one.
+//! Converts paths to the samples that labels are made from, from each form in which the runner meets a path.
 
 use anyhow::{Result, ensure};
 use aps_data::PathTable;
@@ -7,7 +7,7 @@ use aps_raytrace::PathRecord;
 
 use crate::wire::PathEntry;
 
-/// Of a traced path.
+/// Sample of a traced path.
 pub fn of_record(path: &PathRecord) -> PathSample {
     PathSample {
         delay_s: path.delay_s,
@@ -16,7 +16,7 @@ pub fn of_record(path: &PathRecord) -> PathSample {
     }
 }
 
-/// Of a stored path: the same bits as of the traced one it was.
+/// Sample of a stored path: the same bits as from the traced path that was stored.
 pub fn of_stored(table: &PathTable, path: usize) -> PathSample {
     let [re, im] = table.gain[path];
     PathSample {
@@ -26,7 +26,7 @@ pub fn of_stored(table: &PathTable, path: usize) -> PathSample {
     }
 }
 
-/// Of a path in JSON.
+/// Sample of a path in JSON.
 ///
 /// # Errors
 /// An azimuth that must be meant in degrees.

@@ -25,7 +25,7 @@ pub struct Sampling {
     pub rx_per_map: usize,
     /// Spacing of the grid they stand on [m].
     pub grid_m: f64,
-    /// Which receivers a transmitter has. Manifests of format version 1 do not say: all outdoors.
+    /// Choice of the points of receivers. Manifests of format version 1 do not state it: [`Receivers::Outdoor`].
     #[serde(default = "Receivers::of_version_1")]
     pub receivers: Receivers,
 }

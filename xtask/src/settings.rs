@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::maps::SceneSettings;
 use crate::sampling::Sampling;
 
-/// What of each link is stored.
+/// Kinds of data that are stored of each link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stored {
     /// Angle power spectra.
@@ -68,7 +68,7 @@ pub fn label_of(configuration: &Value) -> Result<LabelConfig> {
     serde_json::from_value(label.clone()).context("its manifest has unknown label settings")
 }
 
-/// How it was traced and where terminals were drawn; `None` if it was not traced here.
+/// Reads the settings of terminals and trace in a `configuration`; `None` if the data set was not traced here.
 pub fn tracing_of(configuration: &Value) -> Result<Option<(Sampling, TraceConfig)>> {
     let (Some(trace), Some(sampling)) = (configuration.get("trace"), configuration.get("sampling"))
     else {

@@ -52,7 +52,7 @@ impl Source {
         let maps = maps
             .map(|maps| match maps {
                 MapSource::City { .. } => maps.cut_for(folder, configuration, tiles),
-                // Those of other sources are compared by their buildings, map by map.
+                // Maps of other sources are compared by their buildings, map by map.
                 _ => Ok(maps),
             })
             .transpose()?;
@@ -70,7 +70,7 @@ impl Source {
         &self.dataset
     }
 
-    /// How its labels were made.
+    /// Settings of its labels.
     pub fn label(&self) -> &LabelConfig {
         &self.label
     }
@@ -134,7 +134,7 @@ impl Source {
 }
 
 impl SourceMap {
-    /// Whether links come with their paths.
+    /// Returns true when links come with their paths.
     pub fn has_paths(&self) -> bool {
         self.stored.is_some() || self.again.is_some()
     }

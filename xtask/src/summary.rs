@@ -25,7 +25,7 @@ pub struct Tally {
     pub status: BTreeMap<String, u64>,
     /// Labelled links by the number of dominant peaks of their APS.
     pub dominant_peaks: BTreeMap<usize, u64>,
-    /// All values of all APS, relative to their link's largest one, as stored.
+    /// Moments of all values of all APS, relative to their link's largest one, as stored.
     pub relative_power: Moments,
     /// Links beyond the limits, by their number of diffractions.
     pub fallback: BTreeMap<usize, u64>,
@@ -84,7 +84,7 @@ impl Tally {
         *self.passed_over.entry(reason.to_string()).or_default() += 1;
     }
 
-    /// Counts what is stored of one link.
+    /// Counts the stored values of one link.
     pub fn stored_link(&mut self, paths: usize, status: LinkStatus, fallback: u8) {
         self.links += 1;
         self.paths += paths as u64;
@@ -121,7 +121,7 @@ impl Tally {
         Ok(())
     }
 
-    /// What the manifest keeps: findings that follow from the settings.
+    /// Statistics for the manifest: findings that follow from the settings.
     pub fn statistics(&self) -> Value {
         json!({
             "paths": self.paths,
@@ -142,8 +142,8 @@ impl Tally {
         })
     }
 
-    /// As [`Tally::statistics`], of stored links: what only a trace can tell is as `source` has it, but for what
-    /// depends on the label, unless that is the same.
+    /// Statistics of stored links, as [`Tally::statistics`]: values that only a trace can tell are taken from `source`, except
+    /// those that depend on the label unless `same_label`.
     pub fn statistics_like(&self, source: &Value, same_label: bool) -> Value {
         let mut statistics = match source {
             Value::Object(source) => source.clone(),

@@ -18,7 +18,7 @@ const MAX_BUILT_SHARE: f64 = 0.95;
 /// A map needs a building as large as this [m].
 pub const MIN_BUILDING_M: f64 = 1.0;
 
-/// How a city in GeoJSON becomes maps.
+/// Settings by which a city in GeoJSON becomes maps.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "City in GeoJSON")]
 pub struct TileArgs {
@@ -164,7 +164,7 @@ impl CutCity {
         Ok(self.ids.clone())
     }
 
-    /// What decides the maps, as a manifest keeps it.
+    /// Describes the settings that decide the maps, as a manifest keeps them.
     pub fn describe(&self) -> Value {
         self.settings.clone()
     }
@@ -187,7 +187,7 @@ impl CutCity {
     }
 }
 
-/// Whether a tile has a building as large as one.
+/// Returns true when a tile has a building at least as large as [`MIN_BUILDING_M`].
 fn is_built(tiling: &Tiling, id: u32) -> bool {
     let tile = tiling.tile(id);
     tile.is_some_and(|tile| {
@@ -206,7 +206,7 @@ pub fn bounds(points: &[DVec2]) -> (DVec2, DVec2) {
     points.iter().fold(none, grow)
 }
 
-/// What to type where a file was read in another way than its writer meant.
+/// Option to add or leave away where a file was read in another way than its writer meant; empty if none helps.
 fn advice(error: &GeoJsonError) -> &'static str {
     match error {
         GeoJsonError::NoTag { .. } => " (--all-polygons takes untagged ones)",

@@ -1,4 +1,4 @@
-//! Paths as JSON: what `trace` writes and `label` reads.
+//! Paths as JSON, which `trace` writes and `label` reads.
 
 use std::io::Read;
 

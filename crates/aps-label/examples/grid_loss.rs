@@ -1,4 +1,4 @@
-//! What the released label loses of a single path by taking its maximum on a grid of delays.
+//! Measures the loss of the released label, which takes its maximum on a grid of delays, for a single path.
 //!
 //! Prints `delay_ns,loss_db` as CSV, and mean and maximum inside the grid to standard error:
 //!

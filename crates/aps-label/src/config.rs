@@ -1,4 +1,4 @@
-//! What a label is computed with.
+//! Settings of a label.
 
 use std::ops::RangeInclusive;
 
@@ -33,7 +33,7 @@ pub struct LabelConfig {
     /// The sampled delays. `Released` takes its maximum over tau there; both protocols put the PDP
     /// there.
     pub delay_axis: DelayAxis,
-    /// Whether the PDP is computed too.
+    /// Computes the PDP too, when true.
     pub pdp: bool,
 }
 

@@ -41,7 +41,7 @@ const WIDE: usize = 16;
 const POINTS: usize = 4;
 type Wide = [f32; WIDE];
 
-/// A polynomial to be searched, and what of the delay axis its \[-1, 1\] stands for.
+/// A polynomial to be searched, and the part of the delay axis that its \[-1, 1\] stands for.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     column: usize,

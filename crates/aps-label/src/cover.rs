@@ -172,7 +172,7 @@ mod tests {
         for i in 0..100_000 {
             let x = f64::from(i) * 1e-4;
             let bound = f64::from(pulse_bound(x as f32));
-            // Of single precision; the sums of bounds have room for it.
+            // Rounding of single precision, for which the sums of bounds have room.
             let rounding = 3e-7;
             assert!(
                 bound <= last + rounding && bound + rounding >= sinc_squared(x),

@@ -1,4 +1,4 @@
-//! What can be wrong with a configuration or with a path.
+//! Errors of configurations, of paths and of points of evaluation.
 
 /// Why a [`LabelConfig`](crate::LabelConfig) was refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! From paths to a label.
+//! Computes a label from paths.
 
 use multiversion::multiversion;
 
@@ -18,7 +18,7 @@ const MAX_PULSES: usize = 1 << 28;
 /// A label: the APS, and the PDP if the configuration asks for it.
 ///
 /// Powers are in dBm in `Released` (1 dBm sent) and in dB relative to the power sent in `Paper`.
-/// All vectors are empty after [`Status::NoPath`].
+/// The vectors are empty after [`Status::NoPath`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Label {
     /// a(theta_j) = max over tau of Q(tau, theta_j), one value a bin \[dB\].
@@ -42,7 +42,7 @@ impl Label {
     }
 }
 
-/// Whether a link has a label.
+/// Outcome for a link: a label, or none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]
 pub enum Status {
@@ -70,13 +70,13 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// What the last label took.
+    /// Work of the last label.
     pub fn work(&self) -> Work {
         self.work
     }
 }
 
-/// What a label took; for reports on speed.
+/// Work that a label took; for reports on speed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
     /// Paths that entered the sums.

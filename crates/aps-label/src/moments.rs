@@ -63,7 +63,7 @@ impl Moments {
         Ok(())
     }
 
-    /// Adds what another one has seen.
+    /// Adds the values that `other` has seen.
     pub fn merge(&mut self, other: &Self) {
         self.sum += other.sum;
         self.squares += other.squares;

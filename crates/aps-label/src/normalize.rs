@@ -9,7 +9,7 @@ pub const SAMPLE_EPSILON: f64 = 1e-8;
 /// (-350 dB): a predicted power may be zero or negative.
 const FLOOR: f64 = 1e-35;
 
-/// How an APS in dB becomes a learning target.
+/// Method by which an APS in dB becomes a learning target.
 ///
 /// ```
 /// use aps_label::{MeanStd, Normalization};
@@ -44,14 +44,14 @@ pub enum Normalization {
     ZScore(MeanStd),
 }
 
-/// What normalisation took from one sample: needed to undo it.
+/// Values that normalisation took from one sample: needed to undo it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SampleScale {
     /// The sample's maximum \[dB\]; 0 where the method does not subtract it.
     pub peak_db: f64,
-    /// What the sample's own mean and deviation (with its epsilon) were; 0 and 1 where the method
-    /// does not use them.
+    /// The sample's own mean and deviation (with its epsilon); 0 and 1 where the method does not
+    /// use them.
     pub own: MeanStd,
 }
 

@@ -116,7 +116,7 @@ pub(crate) fn check(index: usize, sample: &PathSample) -> Result<(), PathError> 
     Ok(())
 }
 
-/// Whether the protocol counts a path of this gain.
+/// Returns true when the protocol counts a path of this gain.
 pub(crate) fn used(protocol: Protocol, gain_db: f64) -> bool {
     let loss_db = -gain_db;
     match protocol {

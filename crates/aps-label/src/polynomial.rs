@@ -123,7 +123,7 @@ pub(crate) fn top<const N: usize>(c: &mut [[f64; N]; LANES]) -> ([f64; N], [f64;
     (x, upper)
 }
 
-/// Bound of what a polynomial exceeds its value at 0 by, as far as `reach` on one side.
+/// Upper bound of a polynomial less its value at 0, as far as `reach` on one side.
 #[inline(always)]
 fn excess<const N: usize>(c: &[[f64; N]; LANES], lane: usize, sign: f64, reach: f64) -> f64 {
     let positive = |x: f64| if x > 0.0 { x } else { 0.0 };

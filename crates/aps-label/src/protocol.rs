@@ -9,7 +9,7 @@ const RELEASED_SEND_DBM: f64 = 1.0;
 /// The floor of both protocols, as linear power: 10 log10(1e-35) = -350 dB.
 pub(crate) const FLOOR_POWER: f64 = 1e-35;
 
-/// Which definition of the label is computed.
+/// Definition of the label that is computed.
 ///
 /// The benchmark's paper and the Python code released with it differ; each is offered whole.
 ///

@@ -1,4 +1,4 @@
-//! Which rows of a matrix can win a maximum at all.
+//! Selects the rows of a matrix that can win a maximum at all.
 //!
 //! A row i of S (one delay, say) is compared with those rows m(k) where each path k is largest,
 //! with S_k(m(k)) = M_k. Choose lambda_m = max over the k of that row of S_k(i)/M_k: then

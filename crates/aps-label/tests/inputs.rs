@@ -1,4 +1,4 @@
-//! What is refused, what has no label, and what may be shared.
+//! Tests inputs that are refused or have no label, and sharing between threads.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! What each stage costs: `cargo bench -p aps-raytrace`.
+//! Benchmarks of each stage: `cargo bench -p aps-raytrace`.
 //!
 //! The default synthetic city, 256 m x 256 m; one scene, 8 transmitters, 64 receivers.
 

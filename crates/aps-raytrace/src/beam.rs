@@ -1,4 +1,4 @@
-//! Which walls a source sees through a window, and which part of each.
+//! Finds the walls that a source sees through a window, and the visible part of each.
 //!
 //! Seen from a fixed apex, the inverse depth of a straight wall is a linear function of the
 //! projective coordinate k = x / z across the view. The visible parts of all walls are therefore

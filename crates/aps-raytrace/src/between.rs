@@ -23,10 +23,10 @@ pub(crate) struct Block {
     pub first_slot: u32,
 }
 
-/// The ends of legs at one corner, the fewest reflections first: what a limit allows comes before all else.
+/// The ends of legs at one corner, the fewest reflections first, so that the legs a limit allows come first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LegEnds {
-    /// Of the legs at this corner.
+    /// Directions of the legs at this corner.
     pub directions: Directions,
     /// Magnitude of each leg's reflection coefficients over the square root of its length.
     pub strengths: Vec<f64>,
@@ -34,7 +34,7 @@ pub(crate) struct LegEnds {
     pub blocks: Vec<u32>,
     /// A slot for each, those of a block side by side.
     pub slots: Vec<u32>,
-    /// How many have at most so many reflections.
+    /// By number of reflections: the number of ends with at most so many.
     up_to: Vec<u32>,
 }
 
@@ -53,14 +53,14 @@ pub(crate) struct LegPlaces {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Leaving {
     pub legs: Legs,
-    /// Of each leg at this corner.
+    /// Ray of each leg at this corner.
     pub rays: Vec<Ray>,
     pub ends: LegEnds,
-    /// What a search asks of each leg.
+    /// Length, reflections and places of each leg, for searches.
     pub places: Vec<LegPlaces>,
 }
 
-/// All legs between corners.
+/// Legs between all corners.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Between {
     /// By the corner they leave.
@@ -193,7 +193,7 @@ impl Between {
         self.first_block[corner as usize]..self.first_block[corner as usize + 1]
     }
 
-    /// All blocks.
+    /// The blocks, sorted by the corner they reach, then by the one they leave.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
@@ -239,7 +239,7 @@ impl LegEnds {
         self.up_to[leg.reflections as usize] += 1;
     }
 
-    /// How many have at most so many reflections.
+    /// Number of ends with at most so many reflections.
     pub fn with_at_most(&self, reflections: u32) -> usize {
         let places = self.up_to.get(reflections as usize).or(self.up_to.last());
         places.map_or(0, |&n| n as usize)

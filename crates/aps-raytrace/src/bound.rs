@@ -29,7 +29,7 @@ use crate::wedge::Ray;
 /// A product counts as far from its boundary from this x on: both bounds of it are about equal here.
 const FAR: f64 = 0.7;
 
-/// Sines and cosines of the angles between rays are known this well: twice what their rounding can amount to.
+/// Error bound of the sines and cosines of the angles between rays: twice their largest rounding error.
 const ANGLE_ERROR: f64 = 4e-15;
 
 /// Error of the transition function as it is computed, relative; [`crate::transition`] promises half of it.
@@ -38,13 +38,13 @@ const TRANSITION_ERROR: f64 = 2e-9;
 /// Sines below this are taken for it, so that products of two are numbers.
 const SMALLEST: f64 = 1e-150;
 
-/// For the rounding of what follows.
+/// Factor for the rounding of the steps that follow.
 const MARGIN: f64 = 1.0 + 1e-9;
 
 /// The numbers of a ray that bounds are made of.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Direction {
-    /// Of the angle from the 0-face over 2 n.
+    /// Cosine of the angle from the 0-face over 2 n; `sin` is the sine of the same angle.
     cos: f64,
     sin: f64,
     from_0: f64,
@@ -56,7 +56,7 @@ pub(crate) struct Direction {
     norm_n: f64,
 }
 
-/// How many numbers a direction has.
+/// Count of numbers in a direction.
 const COLUMNS: usize = 11;
 
 impl Direction {
@@ -99,7 +99,7 @@ impl Directions {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WedgeBound {
     n: f64,
-    /// Of pi / 2n.
+    /// Cosine of pi / 2n; `sin` is the sine of the same angle.
     cos: f64,
     sin: f64,
     /// sin(n pi / 2).
@@ -113,7 +113,7 @@ pub(crate) struct WedgeBound {
 }
 
 impl WedgeBound {
-    /// Of a wedge with the open angle n pi; `factor` stands in front of its D.
+    /// Prepares the bounds at a wedge with the open angle n pi; `factor` stands in front of its D.
     pub fn new(n: f64, wavenumber_per_m: f64, factor: Complex64) -> Self {
         let (sin, cos) = (PI / (2.0 * n)).sin_cos();
         let alpha = (n * PI / 2.0).sin().max(0.0);
@@ -200,7 +200,7 @@ impl WedgeBound {
         let turned = [[cc - ss, sc + cs], [cc + ss, sc - cs]];
         let abs_sin = turned.map(|[_, sin]| (sin.abs() - ANGLE_ERROR).max(SMALLEST));
         let steepest = self.steepest / twice_kl;
-        // Divisions are what this costs: one for both.
+        // Divisions are the main cost: one serves both.
         let inverse = 1.0 / (abs_sin[0] * abs_sin[1]);
         let inverse = [inverse * abs_sin[1], inverse * abs_sin[0]];
         std::array::from_fn(|i| {

@@ -42,7 +42,7 @@ struct Row {
     before: Vec<u32>,
 }
 
-/// What chains are made of: done once a map.
+/// Graph and corners from which chains are made: prepared once a map.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Graph<'g> {
     pub graph: &'g CornerGraph,

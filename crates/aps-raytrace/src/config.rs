@@ -1,4 +1,4 @@
-//! What to trace.
+//! Settings of a trace.
 
 use crate::error::ConfigError;
 use crate::fronts::Limits;
@@ -10,7 +10,7 @@ pub(crate) const FREQUENCY_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e18;
 /// Largest value of any interaction limit.
 pub const MAX_INTERACTIONS: usize = 1000;
 
-/// What to trace: carrier, material and limits.
+/// Settings of a trace: carrier, material and limits.
 ///
 /// ```
 /// use aps_raytrace::{Material, TraceConfig};
@@ -157,7 +157,7 @@ impl TraceConfig {
         }
     }
 
-    /// Whether links without a path go on.
+    /// Returns true when links without a path within the limits go on to more diffractions.
     pub(crate) fn has_fallback(&self) -> bool {
         self.max_fallback_diffractions > self.max_diffractions
     }

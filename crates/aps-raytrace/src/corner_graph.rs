@@ -20,7 +20,7 @@ pub(crate) struct Edge {
     pub ray: Ray,
 }
 
-/// All pairs of mutually visible corners, and the turns between them.
+/// Pairs of mutually visible corners, and the turns between them.
 #[derive(Debug, Clone)]
 pub(crate) struct CornerGraph {
     /// Edges by the corner they leave.
@@ -61,7 +61,7 @@ impl CornerGraph {
                         && !scene.is_blocked(near.point, far.point, [None; 2])
                 };
                 let others = (from + 1..wedges.len()).filter(|&to| is_seen(&wedges[to]));
-                // Whether there are too many depends on no order of counting.
+                // The order of counting does not change if there are too many pairs.
                 let counted =
                     others.take_while(|_| pairs.fetch_add(1, Ordering::Relaxed) < most_pairs);
                 counted.map(|to| to as u32).collect()
@@ -132,7 +132,7 @@ impl CornerGraph {
         self.first[corner as usize] as usize..self.first[corner as usize + 1] as usize
     }
 
-    /// How many corners there are.
+    /// Number of corners.
     pub fn corner_count(&self) -> usize {
         self.first.len() - 1
     }
@@ -144,8 +144,8 @@ impl CornerGraph {
     }
 }
 
-/// Whether a corner lies strictly between the walls of another, so that the line between the two
-/// begins inside of its building: most pairs of a round building, told by signs alone.
+/// Tells if corner `far` lies strictly between the walls of corner `near`, so that the line between the two begins inside of
+/// its building: most pairs of a round building, decided by signs alone.
 fn is_behind_walls(scene: &Scene, near: &Wedge, far: &Wedge) -> bool {
     let wall = &scene.walls()[near.id as usize];
     let previous = &scene.walls()[wall.previous as usize];
@@ -164,7 +164,7 @@ fn tie_break(corner: u32) -> f64 {
     1.0 + f64::from(h) * 2.0_f64.powi(-62)
 }
 
-/// What a turn from one ray to another, and the way along it, do to the strength of a chain.
+/// Factor of a chain's strength for a turn from one ray to another and the way along the other: |D| / sqrt(length).
 pub(crate) fn turn(wedge: &Wedge, arriving: &Ray, leaving: &Ray) -> f64 {
     (wedge.coefficient(arriving, leaving).norm_sqr() / leaving.length_m).sqrt()
 }

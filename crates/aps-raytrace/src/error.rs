@@ -1,4 +1,4 @@
-//! Everything that can be wrong with what a caller hands in.
+//! Errors in the input of callers.
 
 use glam::DVec2;
 use thiserror::Error;
@@ -18,9 +18,9 @@ pub enum SceneError {
         "{place}: expected {expected}; footprints are a list of polygons, each a list of [x, y] in metres"
     )]
     Shape {
-        /// Where: building and vertex, as far as known.
+        /// Place of the fault: building and vertex, as far as known.
         place: String,
-        /// What should stand there.
+        /// Description of the JSON that should stand there.
         expected: &'static str,
     },
     /// A coordinate that is NaN, infinite or beyond 1e9 m.
@@ -58,7 +58,7 @@ pub enum SceneError {
     Material {
         /// Building index.
         building: usize,
-        /// What is wrong with it.
+        /// Fault of the material.
         source: ConfigError,
     },
     /// A width of gaps to close that is negative or not finite.
@@ -100,7 +100,7 @@ pub enum ConfigError {
         /// Conductivity \[S/m\].
         conductivity_s_per_m: f64,
     },
-    /// An interaction limit beyond what the records hold.
+    /// An interaction limit beyond the number that records hold.
     #[error("{name} = {value} is above the limit of {limit}")]
     TooManyInteractions {
         /// The setting.
@@ -116,14 +116,14 @@ pub enum ConfigError {
     /// The images of a corner exceed the limit.
     #[error("a corner cannot be a source of diffracted waves")]
     Corner(#[source] TerminalError),
-    /// What is kept for all corners would grow beyond the limit.
+    /// Data kept for all corners would grow beyond the limit.
     #[error(
         "{what} take more than {limit} bytes; lower {setting}, simplify round buildings or raise max_wave_bytes"
     )]
     TooManyWaves {
-        /// What is kept.
+        /// Name of the data.
         what: &'static str,
-        /// The setting that multiplies it.
+        /// The setting that multiplies their size.
         setting: &'static str,
         /// The limit \[bytes\].
         limit: usize,
@@ -143,7 +143,7 @@ pub enum TerminalError {
     /// Strictly inside a building.
     #[error("terminal at {position} is inside building {building}; move it outdoors")]
     InsideBuilding {
-        /// Where \[m\].
+        /// Position \[m\].
         position: DVec2,
         /// Index of the building among the footprints given.
         building: usize,
@@ -151,7 +151,7 @@ pub enum TerminalError {
     /// Exactly on a wall: outdoor means strictly outside.
     #[error("terminal at {position} is on wall {wall}; move it off the facade")]
     OnWall {
-        /// Where \[m\].
+        /// Position \[m\].
         position: DVec2,
         /// The wall.
         wall: u32,
@@ -161,7 +161,7 @@ pub enum TerminalError {
         "terminal at {position} has more than {limit} images at reflection order {order}; lower max_reflections or raise max_images"
     )]
     TooManyImages {
-        /// Where \[m\].
+        /// Position \[m\].
         position: DVec2,
         /// The order at which the limit was met.
         order: usize,
@@ -173,7 +173,7 @@ pub enum TerminalError {
         "terminal at {position} has waves at corners of more than {limit} bytes; lower max_diffractions or max_reflections or raise max_wave_bytes"
     )]
     TooManyWaves {
-        /// Where \[m\].
+        /// Position \[m\].
         position: DVec2,
         /// The limit \[bytes\].
         limit: usize,
@@ -181,7 +181,7 @@ pub enum TerminalError {
     /// Outside the scene's area.
     #[error("terminal at {position} is outside the area from {min} to {max}")]
     OutsideArea {
-        /// Where \[m\].
+        /// Position \[m\].
         position: DVec2,
         /// Lower left corner of the area \[m\].
         min: DVec2,
@@ -191,7 +191,7 @@ pub enum TerminalError {
 }
 
 impl TerminalError {
-    /// The same about a place given from another origin.
+    /// Moves the positions in the error to another origin.
     pub(crate) fn moved(mut self, by: DVec2) -> Self {
         if let Self::TooManyImages { position, .. } = &mut self {
             *position += by;
@@ -226,7 +226,7 @@ pub enum TraceError {
     /// not defined.
     #[error("transmitter and receiver are both at {position}; a link needs two places")]
     Coincident {
-        /// Where \[m\].
+        /// Position \[m\].
         position: DVec2,
     },
 }

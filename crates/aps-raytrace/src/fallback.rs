@@ -5,7 +5,7 @@
 //! that connects the two. Strength is the product of all diffraction coefficients over the square
 //! root of the product of all leg lengths: symmetric, so that the reverse link has the same
 //! chains, and multiplicative from corner to corner, so that dynamic programming finds the best.
-//! What a turn from one neighbour to another costs at a corner is computed once a map.
+//! The factor of each turn from one neighbour to another at a corner is computed once a map.
 
 use multiversion::multiversion;
 use num_complex::Complex64;
@@ -21,8 +21,7 @@ use crate::terminal::{Receiver, Transmitter};
 /// For the rounding of strengths and gains, and for the tie-breaks of corners.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
-/// What a receiver asks of the chains that arrive at the corners it sees: every edge into each,
-/// with the turn towards the receiver.
+/// Edges into each corner that a receiver sees directly, each edge with the magnitude of D for the turn towards the receiver.
 pub(crate) type Arrivals = Vec<(Leg, Vec<(u32, f64)>)>;
 
 fn arrivals(of: Graph<'_>, rx: &Receiver) -> Arrivals {
@@ -133,7 +132,7 @@ fn join_chains(
         let sequence = chains.sequence(of, d, start, edge, last.corner);
         record(map, &sequence, (&chains.starts[start], last), (tx, rx))
     };
-    // One promising chain tells what the others have to reach.
+    // One promising chain sets the strength that the others have to reach.
     let all = (0..).zip(arrivals);
     let all = all.flat_map(|(i, (_, edges))| edges.iter().map(move |edge| (i, edge)));
     let bound = |(i, edge): (usize, &(u32, f64))| value(edge) * over(&arrivals[i].0);

@@ -39,7 +39,7 @@ impl FrontId {
     }
 }
 
-/// What may be on a path.
+/// Upper limits of the interactions on a path, and of memory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
     pub reflections: u32,
@@ -50,7 +50,7 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Whether a path with these numbers stays inside.
+    /// Returns true when a path with these numbers of interactions is within the limits.
     #[inline]
     pub fn allow(&self, reflections: u32, diffractions: u32) -> bool {
         reflections <= self.reflections
@@ -58,7 +58,7 @@ impl Limits {
             && reflections + diffractions <= self.interactions
     }
 
-    /// How many more reflections a path with these numbers may have.
+    /// Number of further reflections that a path with these numbers may have; `None` if it exceeds the limits already.
     #[inline]
     pub fn left(&self, reflections: u32, diffractions: u32) -> Option<u32> {
         let most = self.interactions.checked_sub(diffractions)?;
@@ -94,7 +94,7 @@ pub(crate) struct Group {
     places: usize,
 }
 
-/// How many fronts of one kind arrive at a corner.
+/// Number of fronts of one kind that arrive at a corner.
 #[derive(Debug, Clone, Copy)]
 struct Count {
     reflections: u32,
@@ -102,7 +102,7 @@ struct Count {
     fronts: usize,
 }
 
-/// All fronts of one transmitter.
+/// Fronts of one transmitter at all corners, with bounds of their strengths.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
     /// The transmitter's own legs as seen at their corners.
@@ -127,13 +127,13 @@ pub(crate) struct Fronts {
     counts: Vec<Vec<Count>>,
 }
 
-/// What fronts are made of: done once a map, and once a transmitter.
+/// Legs and corners from which fronts are made: prepared once a map, and once a transmitter.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sources<'t> {
     pub corners: &'t Corners,
     /// None where no path has two diffractions.
     pub between: Option<&'t Between>,
-    /// The transmitter's.
+    /// Legs of the transmitter.
     pub legs: &'t Legs,
 }
 
@@ -345,12 +345,12 @@ impl Fronts {
         &self.last_leg(of, front).1.ray
     }
 
-    /// How many there are.
+    /// Number of fronts.
     pub fn len(&self) -> usize {
         self.counts.iter().flatten().map(|c| c.fronts).sum()
     }
 
-    /// How many of those at a corner make a path with a last leg of so many reflections.
+    /// Number of fronts at a corner that make a path within the limits with a last leg of so many reflections.
     pub fn paths(&self, corner: u32, reflections: u32, limits: &Limits) -> usize {
         let counts = self.counts[corner as usize].iter();
         counts

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 
 /// A wall as seen from a point: the point in the wall's frame and the window it sees.
 ///
-/// All four numbers carry a factor of the wall's length squared or length, so that the test of a
+/// The four numbers carry a factor of the wall's length squared or length, so that the test of a
 /// node needs no division.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sight {
@@ -35,7 +35,7 @@ pub(crate) struct TreeScratch {
     windows: Vec<Window>,
 }
 
-/// All walls seen from an outdoor point, by id. `is_hidden` drops windows.
+/// Finds all walls seen from an outdoor point, by id. `is_hidden` drops windows.
 pub(crate) fn sights(
     scene: &Scene,
     from: DVec2,
@@ -64,7 +64,7 @@ fn sight(scene: &Scene, from: DVec2, window: Window) -> Sight {
     }
 }
 
-/// Fills `scratch.windows` with what a point sees, one window a wall, by wall id.
+/// Fills `scratch.windows` with the parts of walls that a point sees, one window a wall, by wall id.
 fn root_windows(scene: &Scene, from: DVec2, scratch: &mut TreeScratch) {
     let TreeScratch { sweep, windows } = scratch;
     windows.clear();

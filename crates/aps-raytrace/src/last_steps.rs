@@ -1,4 +1,4 @@
-//! Last steps: what a receiver adds to the waves at the corners it sees.
+//! Last steps: the continuation of waves from the corners that a receiver sees to the receiver.
 //!
 //! A last step begins with a leg between corners, turns at the corner that the receiver sees, and ends with one of the receiver's
 //! legs. As with fronts, an upper bound of the strength of each is kept, and the largest of each block.
@@ -35,7 +35,7 @@ pub(crate) struct CornerSteps {
     places: usize,
 }
 
-/// All last steps of one receiver.
+/// Last steps of one receiver, over all corners it sees.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LastSteps {
     /// The receiver's own legs as seen at their corners.
@@ -74,7 +74,7 @@ impl LastSteps {
         };
         let places = |legs: &[Leg]| legs.iter().map(count).max().unwrap_or(0);
         let by_corner = || legs.all().chunk_by(|p, q| p.corner == q.corner);
-        // What receivers keep is what fills the memory: not a byte more.
+        // The steps of receivers fill most of the memory: reserve no byte more than they take.
         let strengths = by_corner().map(|legs| places(legs) * legs.len()).sum();
         let ends = |legs: &[Leg]| between.arriving(legs[0].corner).slots.len();
         let slots = by_corner().map(ends).sum();

@@ -13,7 +13,7 @@ use crate::path::Interaction;
 use crate::scene::Scene;
 use crate::wedge::{Ray, Wedge};
 
-/// All corners of a scene that diffract and what each sees: done once a map.
+/// Corners of a scene that diffract, and the walls that each sees: prepared once a map.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Corners {
     pub wedges: Vec<Wedge>,
@@ -21,7 +21,7 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// Without reflections nobody asks what a corner sees.
+    /// Finds the corners; `with_sights`: the walls they see too, which only reflections need.
     pub fn new(
         scene: &Scene,
         reflectors: &[Reflector],
@@ -69,7 +69,7 @@ pub(crate) struct Leg {
 /// them, must stay numbers.
 pub(crate) const NEAREST_M: f64 = 1e-100;
 
-/// All legs of one point, by corner, then by reflections.
+/// Legs of one point, sorted by corner, then by reflections.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Legs {
     legs: Vec<Leg>,
@@ -135,7 +135,7 @@ impl Legs {
         self.reflections.extend_from_slice(&chain.reflections);
     }
 
-    /// All legs.
+    /// The legs to all corners.
     pub fn all(&self) -> &[Leg] {
         &self.legs
     }

@@ -11,16 +11,16 @@ use crate::path::PathRecord;
 use crate::search::{self, Search};
 use crate::terminal::{Receiver, Transmitter};
 
-/// What a trace of one link yields. Reuse it from link to link to save allocations.
+/// Result of a trace of one link. Reuse it from link to link to save allocations.
 #[derive(Debug, Clone, Default)]
 pub struct Link {
     /// The paths, by length, then by interactions. Empty when there is none.
     pub paths: Vec<PathRecord>,
     /// Paths inside the limits that were left out for their weakness.
     pub omitted: Omitted,
-    /// How many diffractions the paths have when there was none inside the limits.
+    /// Number of diffractions of the paths when there was none inside the limits.
     pub fallback_diffractions: Option<usize>,
-    /// Whether a building closed on all sides lies between the ends: the reason for no path.
+    /// True when a building closed on all sides lies between the ends: the reason for no path.
     pub is_enclosed: bool,
     pub(crate) search: Search,
 }

@@ -1,4 +1,4 @@
-//! The map: what is done once, for all terminals.
+//! The map: the work done once for all terminals.
 
 use std::borrow::Cow;
 
@@ -17,9 +17,9 @@ use crate::scene::Scene;
 /// A scene prepared for one configuration.
 #[derive(Debug, Clone)]
 pub(crate) struct Map<'s> {
-    /// What everything is computed in: the scene, moved by `-origin` where it lies far off.
+    /// Scene in which everything is computed: moved by `-origin` where it lies far off.
     pub local: Cow<'s, Scene>,
-    /// Where zero is in the scene's coordinates \[m\].
+    /// Position of zero in the given scene's coordinates \[m\].
     pub origin: DVec2,
     pub config: TraceConfig,
     pub friis: Friis,
@@ -103,7 +103,7 @@ impl<'s> Map<'s> {
         })
     }
 
-    /// Whether anything at all could bend between a terminal and others in its courtyard.
+    /// Returns true when a corner can diffract between a terminal and others in its courtyard.
     pub fn may_reach_corners(&self, courtyard: Option<usize>) -> bool {
         match courtyard {
             Some(courtyard) => self.courtyards_with_corners[courtyard],

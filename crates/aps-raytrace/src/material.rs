@@ -1,4 +1,4 @@
-//! What walls are made of, and what that does to a reflected wave.
+//! Materials of walls, and their effect on a reflected wave.
 
 use std::ops::RangeInclusive;
 

@@ -1,4 +1,4 @@
-//! Which straight legs are free: an index over the walls, and exact decisions on its candidates.
+//! Decides which straight legs are free: an index over the walls, and exact tests of its candidates.
 //!
 //! parry's bounding volume hierarchy selects walls whose boxes a leg may meet, generously; whether
 //! the leg meets the building behind one of them is decided by exact orientation signs.
@@ -97,9 +97,9 @@ impl WallIndex {
     }
 }
 
-/// Whether wall `id` cannot be met by a leg that ends on the front of wall `skip`: it is this
-/// wall, or the next one around a convex corner, all of which lies behind. At a sharp corner
-/// rounding of the leg's end may reach across that one.
+/// Returns true when wall `id` cannot be met by a leg that ends on the front of wall `skip`: it is
+/// the same wall, or the next one around a convex corner, all of which lies behind. At a sharp
+/// corner rounding of the leg's end may reach across the next one.
 #[inline]
 fn is_at_or_behind(walls: &[Wall], id: u32, skip: u32) -> bool {
     let wall = &walls[id as usize];
@@ -108,7 +108,7 @@ fn is_at_or_behind(walls: &[Wall], id: u32, skip: u32) -> bool {
         || (wall.next == skip && is_convex(walls, skip))
 }
 
-/// Whether the corner at the start of wall `id` points outwards.
+/// Returns true when the corner at the start of wall `id` points outwards.
 fn is_convex(walls: &[Wall], id: u32) -> bool {
     let wall = &walls[id as usize];
     orient(walls[wall.previous as usize].a, wall.a, wall.b) > 0.0
@@ -121,7 +121,7 @@ struct Grazed {
     right: bool,
 }
 
-/// Whether a leg enters the building at wall `id` or at one of the wall's ends.
+/// Returns true when a leg enters the building at wall `id` or at one of the wall's ends.
 fn meets_building(walls: &[Wall], id: u32, leg: &Stretch, grazed: &mut Grazed) -> bool {
     let Wall { a, b, .. } = walls[id as usize];
     let [from, to] = leg.line;
@@ -144,8 +144,8 @@ fn meets_building(walls: &[Wall], id: u32, leg: &Stretch, grazed: &mut Grazed) -
     (p > 0.0 && q <= 0.0) || (p <= 0.0 && q > 0.0)
 }
 
-/// Whether a leg whose line holds corner `id` (the start of wall `id`) passes it, or begins or
-/// ends there, and is inside the building just before or after.
+/// Returns true when a leg whose line holds corner `id` (the start of wall `id`) passes it, or
+/// begins or ends there, and is inside the building just before or after.
 fn enters_at_corner(walls: &[Wall], id: u32, leg: &Stretch, grazed: &mut Grazed) -> bool {
     let wall = &walls[id as usize];
     let (c, next) = (wall.a, wall.b);

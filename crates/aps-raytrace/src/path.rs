@@ -1,4 +1,4 @@
-//! Path records: what a trace yields.
+//! Path records, the result of a trace.
 //!
 //! Azimuths are angles in the plane, counter-clockwise from the x axis, in (-pi, pi]. The
 //! departure azimuth points from the transmitter to the first interaction, the arrival azimuth
@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 
 use crate::material::SPEED_OF_LIGHT_M_PER_S;
 
-/// What happens to a wave at one point of its path.
+/// Kind of interaction of a wave at one point of its path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -27,11 +27,11 @@ pub enum InteractionKind {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Interaction {
-    /// What happens.
+    /// Kind of the interaction.
     pub kind: InteractionKind,
-    /// At which wall or corner.
+    /// Id of the wall or corner.
     pub id: u32,
-    /// Where \[m\].
+    /// Position \[m\].
     pub point: DVec2,
 }
 
@@ -91,7 +91,7 @@ impl PathRecord {
         10.0 * self.power().log10()
     }
 
-    /// Whether nothing lies between the terminals.
+    /// Returns true when the path has no interactions: nothing lies between the terminals.
     #[must_use]
     pub fn is_line_of_sight(&self) -> bool {
         self.interactions.is_empty()

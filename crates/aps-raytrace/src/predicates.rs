@@ -43,7 +43,7 @@ fn orient_exact(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     robust::orient2d(coord(a), coord(b), coord(c))
 }
 
-/// Whether `c`, known to lie on the line through `p` and `q`, lies strictly between them.
+/// Returns true when `c`, known to lie on the line through `p` and `q`, lies strictly between them.
 #[inline]
 #[must_use]
 pub fn strictly_between(p: DVec2, q: DVec2, c: DVec2) -> bool {

@@ -3,7 +3,7 @@
 //! Every pair of a front of the transmitter and a leg of the receiver at one corner is a path. Most are too weak to count. A bound of
 //! each one's amplitude costs a few nanoseconds, and of all that go over one block a single product; only those whose bound is within
 //! the dynamic range of the strongest path known are computed, the most promising first. Nothing is left out but by a bound that is
-//! proven, so what remains is what would remain of all paths.
+//! proven, so the paths that remain are the same as if all were computed.
 
 use num_complex::Complex64;
 
@@ -16,7 +16,7 @@ use crate::path::{Interactions, PathRecord};
 use crate::strength::Strength;
 use crate::terminal::{Receiver, Transmitter};
 
-/// Lowers what bounds are compared with: far more than their rounding and that of amplitudes.
+/// Factor that lowers the floor with which bounds are compared: far more than the rounding of bounds and amplitudes.
 const SLACK: f64 = 1.0 - 1e-9;
 
 /// A path that may be strong enough.
@@ -25,7 +25,7 @@ struct Candidate {
     /// Upper bound of its amplitude.
     bound: f64,
     front: FrontId,
-    /// Of the receiver.
+    /// The last leg, one of the receiver's.
     leg: u32,
 }
 
@@ -51,7 +51,7 @@ struct Part {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Search {
     candidates: Vec<Candidate>,
-    /// With the receiver's corner.
+    /// Steps of a block, with the receiver's corner.
     blocks: Vec<(usize, BlockSteps)>,
     parts: Vec<Part>,
     found: Vec<Found>,
@@ -107,7 +107,7 @@ impl Ends<'_> {
         self.floor = self.floor.max(amplitude * self.map.range * SLACK);
     }
 
-    /// All pairs of a front and a leg of the receiver.
+    /// Counts the pairs of a front and a leg of the receiver that make a path within the limits.
     fn paths_within_limits(&self) -> usize {
         let limits = self.map.config.limits();
         let legs = self.rx.legs.all().iter();
@@ -198,7 +198,7 @@ impl Ends<'_> {
         self.omitted.power += power;
     }
 
-    /// Upper bound of what the strengths of a front and a last step are to be multiplied with: no path is shorter than the line.
+    /// Factor that turns the strengths of a front and a last step into an upper bound: no path is shorter than the line.
     fn of_strengths(&self) -> f64 {
         let distance_m = self.tx.place.distance(self.rx.place);
         self.map.friis.amplitude(1.0) / (distance_m.sqrt() * SLACK)
@@ -390,7 +390,7 @@ impl Ends<'_> {
         if search.found.is_empty() {
             return;
         }
-        // Records are large, what they are made of is not: sort that.
+        // Records are large: sort the small parts that they are made from.
         search
             .found
             .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));

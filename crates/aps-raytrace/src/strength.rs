@@ -62,7 +62,7 @@ impl Rows {
         }
     }
 
-    /// All rows together, place by place.
+    /// Strengths of all rows together, place by place.
     pub fn by_place(&self) -> impl Iterator<Item = Strength> {
         let columns = self.max[..self.count].iter().zip(&self.power);
         columns.map(|(&max, &power)| Strength {

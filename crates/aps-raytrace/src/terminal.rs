@@ -1,4 +1,4 @@
-//! Terminals: what is done once for all links of a transmitter or a receiver.
+//! Terminals: the work done once for all links of a transmitter or a receiver.
 
 use std::sync::OnceLock;
 
@@ -67,25 +67,25 @@ impl Transmitter {
         })
     }
 
-    /// Where it is \[m\].
+    /// Position of the transmitter \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
         self.position
     }
 
-    /// How many images it has, over all orders.
+    /// Number of its images, over all orders.
     #[must_use]
     pub fn image_count(&self) -> usize {
         self.images.images.len()
     }
 
-    /// How many of them light no further wall: branches left out for want of geometry.
+    /// Number of images that light no further wall: branches left out for want of geometry.
     #[must_use]
     pub fn empty_beam_count(&self) -> usize {
         self.images.empty_beams
     }
 
-    /// How many waves arrive at corners.
+    /// Number of waves that arrive at corners.
     #[must_use]
     pub fn front_count(&self) -> usize {
         self.fronts.len()
@@ -104,7 +104,7 @@ impl Receiver {
         } else {
             sights(&map.local, place, &mut TreeScratch::default(), |_| false)
         };
-        // Legs need the receiver's own images; without corners nobody asks for them.
+        // Legs need the receiver's own images; without corners there are no legs.
         let legs = if map.may_reach_corners(courtyard) {
             legs(map, given, courtyard, &map.images(place)?)?
         } else {
@@ -127,7 +127,7 @@ impl Receiver {
         })
     }
 
-    /// Where it is \[m\].
+    /// Position of the receiver \[m\].
     #[must_use]
     pub fn position(&self) -> DVec2 {
         self.position

@@ -1,4 +1,4 @@
-//! Text of files from elsewhere: its encoding, and what stands where it is no JSON.
+//! Text of files from elsewhere: its encoding, and errors for text that is not JSON.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use std::borrow::Cow;
 /// JSON text can hold.
 ///
 /// # Errors
-/// What is wrong with it and what to do: no text at all, UTF-16, other bytes that are not UTF-8.
+/// A description of the fault and its remedy: no text at all, UTF-16, other bytes that are not UTF-8.
 pub(crate) fn of_json(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
     if bytes.starts_with(&[0x1f, 0x8b]) {
         return Err("it is compressed; unpack it: gunzip".into());

@@ -54,7 +54,7 @@ impl<'s> Tracer<'s> {
         &self.map.config
     }
 
-    /// How many corners can diffract; none are set up when the limits allow no diffraction.
+    /// Number of corners that can diffract; none are set up when the limits allow no diffraction.
     #[must_use]
     pub fn corner_count(&self) -> usize {
         self.map.corners.wedges.len()
@@ -91,7 +91,7 @@ impl<'s> Tracer<'s> {
         link::trace(&self.map, tx, rx, link)
     }
 
-    /// All paths between two points.
+    /// Finds all paths between two points.
     ///
     /// ```
     /// use aps_raytrace::{Scene, TraceConfig, Tracer, glam::DVec2};

@@ -86,7 +86,7 @@ pub fn incidence_cosines(n: f64, phi_1: f64, phi_2: f64) -> [f64; 2] {
     [low.sin().abs(), (n * PI - high).sin().abs()]
 }
 
-/// What D has in front of the brackets: -e^{-j pi/4} / (2 n sqrt(2 pi k)) \[sqrt(m)\].
+/// Factor of D in front of the brackets: -e^{-j pi/4} / (2 n sqrt(2 pi k)) \[sqrt(m)\].
 #[inline]
 #[must_use]
 pub(crate) fn factor(n: f64, wavenumber_per_m: f64) -> Complex64 {
@@ -94,7 +94,7 @@ pub(crate) fn factor(n: f64, wavenumber_per_m: f64) -> Complex64 {
     Complex64::new(-FRAC_1_SQRT_2, FRAC_1_SQRT_2) * magnitude
 }
 
-/// How far a pair of rays is from the four directions in which a cotangent of D has its pole
+/// Angles of a pair of rays from the four directions in which a cotangent of D has its pole
 /// \[rad\], each in [-n pi, n pi]. The sign tells the side, and is never lost: no value is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Boundaries {

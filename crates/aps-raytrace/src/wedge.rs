@@ -97,8 +97,8 @@ impl Wedge {
         }
     }
 
-    /// Whether a direction points strictly between the faces, away from the street: into the
-    /// building, or into the gap between two that touch here.
+    /// Returns true when a direction points strictly between the faces, away from the street: into
+    /// the building, or into the gap between two buildings that touch here.
     pub fn is_inside(&self, direction: DVec2) -> bool {
         let inward = |face: (DVec2, DVec2)| direction.dot(face.1) < 0.0;
         inward(self.face_0) && inward(self.face_n)
@@ -194,7 +194,7 @@ fn settle(delta: f64, exact: impl FnOnce() -> f64, tie: f64) -> f64 {
 }
 
 impl Scene {
-    /// All corners that diffract.
+    /// Builds the wedges of all corners that diffract.
     pub(crate) fn wedges(&self, reflectors: &[Reflector], wavenumber_per_m: f64) -> Vec<Wedge> {
         (0..self.walls().len() as u32)
             .filter_map(|id| Some([id, self.other_face(id)?]))

@@ -1,4 +1,4 @@
-//! What every type of the face can do: checked by the compiler.
+//! Checks the traits of every public type, at compile time.
 
 use std::fmt::Debug;
 

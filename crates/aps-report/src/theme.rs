@@ -70,13 +70,13 @@ const PICTURE_CSS: &str = "\
 /// A colour by its part in a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Colour {
-    /// That of text: the truth, the main thing.
+    /// Colour of text: for the truth and the main thing.
     Ink,
-    /// That of secondary text: what is there for comparison.
+    /// Colour of secondary text: for things to compare with.
     Soft,
-    /// Series number 0, 1, ...; repeats after [`SERIES_COLOURS`].
+    /// Colour of series 0, 1, ...; repeats after [`SERIES_COLOURS`].
     Series(usize),
-    /// Step of the scale of strengths, 0 the weakest; beyond [`STRENGTH_STEPS`] the strongest.
+    /// Colour of a step of the scale of strengths, 0 the weakest; beyond [`STRENGTH_STEPS`] the strongest.
     Strength(usize),
 }
 

@@ -1,9 +1,9 @@
-//! Error against time: the front that nothing beats, and what is off it.
+//! Error against time: the front of settings that no other beats, and the settings behind it.
 
 use crate::chart::{Axis, Chart, Mark, Series, Spot, pareto_front};
 use crate::theme::Colour;
 
-/// One setting: what it costs and how far off it is.
+/// One setting, with its time and its error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// Kind of setting: a colour in the chart.
@@ -19,9 +19,9 @@ pub struct Choice {
 /// The settings that a chart names besides those on the front.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Marked<'n> {
-    /// All of them.
+    /// Every setting.
     All,
-    /// The ones with these names.
+    /// The settings with these names.
     Only(&'n [&'n str]),
 }
 

@@ -28,8 +28,8 @@ pub fn open(root: &Path) -> Result<Dataset> {
     Ok(dataset)
 }
 
-/// What labels are made into, as `cargo xtask metrics` makes them: by the labels' own protocol and the statistics of the
-/// training maps of the data set's split, whichever of them are then trained on.
+/// Reads the target that labels are made into, as in `cargo xtask metrics`: by the labels' own protocol and the statistics of
+/// the training maps of the data set's split, whichever of them are then trained on.
 pub fn target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Normalization)> {
     let protocol = xtask::targets::protocol_of(dataset).unwrap_or(Protocol::Released);
     let train = xtask::targets::training_statistics(dataset)?;
@@ -110,7 +110,7 @@ pub fn negated_bins(configuration: &Value, axis: Axis) -> Result<Vec<usize>> {
     );
     let angles: Vec<f64> = axis.values().collect();
     let at = |angle: f64| angles.iter().position(|x| (x - angle).abs() < 1e-9);
-    // Of 180 and -180 degrees both may be there, or one.
+    // The axis may hold 180 and -180 degrees, or one of them.
     let negated = |&angle: &f64| {
         let turns = [0.0, 360.0, -360.0];
         turns.iter().find_map(|turn| at(turn - angle))

@@ -1,11 +1,11 @@
-//! Where to compute.
+//! Devices to compute on.
 
 use anyhow::{Context, Result};
 use aps_model::candle_core;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
-/// Where tensors live.
+/// Device that holds the tensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Device {

@@ -37,7 +37,7 @@ impl Journal {
         written.with_context(|| format!("log '{}'", self.path.display()))
     }
 
-    /// Hands what was appended to the system.
+    /// Hands the appended rows to the system.
     pub fn flush(&mut self) -> Result<()> {
         let flushed = self.writer.flush();
         flushed.with_context(|| format!("log '{}'", self.path.display()))

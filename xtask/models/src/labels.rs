@@ -13,7 +13,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use xtask::targets::{self, Target};
 
-/// Which row of which map a link is.
+/// Place of a link in the data set: its map and its rows there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
     /// Number of the map.
@@ -104,7 +104,7 @@ impl Labels {
         Ok(())
     }
 
-    /// Where each link comes from.
+    /// Place of each link in the data set.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }

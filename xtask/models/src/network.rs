@@ -10,7 +10,7 @@ use aps_model::train::{Regularize, Trainees};
 use aps_model::weights::{self, Label, LoadReport};
 use aps_model::{Error, Model, ModelKind, Parameters, Preset};
 
-/// What the weights of a training are before its first step.
+/// Initial weights of a training.
 #[derive(Debug, Clone)]
 pub enum Beginning {
     /// Drawn by the seed.
@@ -61,8 +61,8 @@ pub fn trainees(
     })
 }
 
-/// Which model weights are of: what is asked for, or what the file says; both, if there, must agree. What somebody else says
-/// in a file does not count where the model is named.
+/// Finds the model and preset of weights: `kind` and `preset`, or those that the file names; where both are there they must
+/// agree. A label that another program wrote into the file is ignored where `kind` is given.
 pub fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) -> Result<Label> {
     let place = path.display();
     let stored = match weights::read_label(path) {

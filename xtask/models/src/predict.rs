@@ -31,7 +31,7 @@ pub enum Split {
     Test,
 }
 
-/// What the options' one line each leaves open.
+/// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
 With --data the links with a label (status 0) of the split's maps are predicted: maps in ascending order, links in the
 order of their rows. This is what the metrics expect:
@@ -47,10 +47,10 @@ transmitter heatmap, receiver heatmap, of the size the model was trained on.";
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Which model the weights are of [default: what their file says].
+    /// Model of the weights [default: as their file says].
     #[arg(long)]
     model: Option<ModelKind>,
-    /// Its sizes: paper or small [default: what the file of weights says].
+    /// Its sizes: paper or small [default: as the file of weights says].
     #[arg(long)]
     preset: Option<Preset>,
     /// Weights: .safetensors, or .pt of PyTorch.
@@ -245,7 +245,7 @@ impl Args {
     }
 }
 
-/// Tells of what a prediction can be given for, but hardly a good one.
+/// Warns of differences between training and data set with which predictions are possible but hardly good.
 fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
     let here = dataset.manifest().configuration.get("label");
     if trained.data_configuration.get("label") != here {

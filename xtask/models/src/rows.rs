@@ -1,4 +1,4 @@
-//! What the logs of a run say in each row: `steps.csv` and `scores.csv`.
+//! Rows of the logs of a run: `steps.csv` and `scores.csv`.
 
 use aps_metrics::{GroupReport, Metric};
 use aps_model::train::StepReport;
@@ -20,7 +20,7 @@ pub fn step_columns() -> Vec<String> {
     .into()
 }
 
-/// What a step did.
+/// Cells of the row of a step.
 pub fn step_cells(report: &StepReport) -> [String; 7] {
     let optional = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
     [
@@ -46,7 +46,7 @@ pub fn score_columns() -> Vec<String> {
         .collect()
 }
 
-/// What the development links say after so many steps; `loss` is the mean since the row before.
+/// Cells of the row of scores of the development links after so many steps; `loss` is the mean since the row before.
 pub fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> Vec<String> {
     let metrics = Metric::ALL
         .iter()

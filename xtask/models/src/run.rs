@@ -27,10 +27,10 @@ use xtask::{note, say};
 /// Steps between two checkpoints within an epoch.
 const STEPS_BETWEEN_CHECKPOINTS: NonZeroU64 = NonZeroU64::new(1000).unwrap();
 
-/// What to train on what, and how.
+/// Model, data and settings of a training.
 #[derive(Debug, Clone)]
 pub struct TrainingPlan {
-    /// Which model.
+    /// The model to train.
     pub model: ModelKind,
     /// Its sizes.
     pub preset: Preset,
@@ -48,11 +48,11 @@ pub struct TrainingPlan {
     pub score_every: Option<NonZeroU64>,
     /// Links to train on, drawn by the seed; none for all.
     pub limit: Option<usize>,
-    /// Whether to learn from each link in its mirror images too.
+    /// If true, the model learns from each link in its mirror images too.
     pub mirror: bool,
-    /// Where to compute.
+    /// Device to compute on.
     pub device: Device,
-    /// Weights of another training to begin with.
+    /// Initial weights.
     pub begin: Beginning,
 }
 
@@ -76,7 +76,7 @@ pub fn training_config(model: ModelKind, preset: Preset) -> TrainConfig {
     }
 }
 
-/// What a run knows beside the training itself; kept in its checkpoints.
+/// State of a run beside the training itself; kept in its checkpoints.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Progress {
     /// Scores that are written.
@@ -309,7 +309,7 @@ impl Run {
     }
 
     fn save(&mut self) -> Result<()> {
-        // What a checkpoint has seen must be in the log when it is continued.
+        // Steps before a checkpoint must be in the log when the run is continued from it.
         self.steps.flush()?;
         let notes = serde_json::to_string(&self.progress)?;
         Ok(self.trainer.save(self.folder.checkpoint(), &notes)?)
@@ -323,7 +323,7 @@ impl Run {
         }
     }
 
-    /// What the best weights have learnt, beside what can be had without learning.
+    /// Prints the scores of the best weights beside those of the mean training spectrum, which needs no learning.
     pub fn close(&self) -> Result<()> {
         let Some((steps, _)) = self.progress.best else {
             bail!("no epoch has ended");

@@ -1,4 +1,4 @@
-//! How good predictions of the development links are.
+//! Scores of predictions of the development links.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! The folder of a run, and what its `config.json` says.
+//! The folder of a run, and the settings in its `config.json`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ pub struct Settings {
     pub sigma_px: f64,
     /// Where the weights began: `random`, the file of the backbone, or that of the whole model.
     pub initial_weights: String,
-    /// Where it was computed.
+    /// Device that the training ran on.
     pub device: Device,
     /// The data set's folder.
     pub data: PathBuf,
@@ -40,7 +40,7 @@ pub struct Settings {
     pub dev_maps: Vec<u32>,
     /// Links learnt from.
     pub train_links: usize,
-    /// Whether each was learnt from in its mirror images too.
+    /// True when each link was learnt from in its mirror images too.
     #[serde(default)]
     pub mirrored: bool,
     /// Links the best weights are chosen by.
@@ -50,7 +50,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Those of the run a file of weights lies in, if it lies in one.
+    /// Reads the settings of the run whose folder a file of weights lies in; `None` if it lies in no run's folder.
     pub fn beside(weights: &Path) -> Result<Option<Self>> {
         let path = weights.with_file_name("config.json");
         if !path.is_file() {

@@ -15,7 +15,7 @@ use crate::network::{self, Beginning};
 use crate::run::{TrainingPlan, training_config};
 use crate::settings::RunFolder;
 
-/// What the options' one line each leaves open.
+/// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
 What is written into --out:
   best.safetensors   weights with the least error on the development maps, of those scored: mean absolute error for
@@ -33,7 +33,7 @@ Test maps are never looked at: score them with `predict --split test` and `metri
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Which model: ms_areg, ms_mlp, adv_mlp, resnet_mlp, radiounet, vit_reg or resnet_conv1d.
+    /// Model: ms_areg, ms_mlp, adv_mlp, resnet_mlp, radiounet, vit_reg or resnet_conv1d.
     #[arg(long)]
     model: ModelKind,
     /// Folder of the data set.

@@ -118,7 +118,7 @@ fn is_whole(results: &Results, out: &Path) {
                 .all(|l| l.p95_ms_per_link >= l.median_ms_per_link)
         );
     }
-    // What the labels are made of is worth more the more there is of it.
+    // The tracer scores better with more of the interactions that the labels are made of.
     let cosine = |name| mean_cosine(results, out, name);
     assert!(cosine("tracer R1 D1") > cosine("tracer R0 D0"));
     assert!(cosine("tracer R1 D1") > cosine("mean spectrum"));

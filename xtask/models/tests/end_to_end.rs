@@ -194,7 +194,7 @@ fn stopped_run_continues_to_the_same_bytes() {
         while !out.join("best.safetensors").is_file() && child.try_wait().unwrap().is_none() {
             std::thread::yield_now();
         }
-        // Whether it has ended by now or not, what is there must be continued.
+        // The run may have ended by now: in either case it must be continued from its files.
         let _ = child.kill();
         child.wait().unwrap();
     };

@@ -44,7 +44,7 @@ fn study_of_models_is_whole_and_joins_the_report() {
         singles.iter().all(|e| (1e-9..1e-5).contains(e)),
         "{singles:?}"
     );
-    // What a processor cannot do is said instead.
+    // The report says so where a processor cannot compute in bf16.
     let halves = rows("models-precision.csv").len() > singles.len();
     assert!(halves || text.contains("in bf16 does not run here"));
     let pixels: Vec<String> = rows("models-images.csv")

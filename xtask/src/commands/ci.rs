@@ -1,4 +1,4 @@
-//! `cargo xtask ci`: what every change must pass.
+//! `cargo xtask ci`: the checks that every change must pass.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -28,7 +28,7 @@ pub enum Profile {
     Smoke,
     /// 10 maps, 20 x 100 links: a minute or less.
     Quick,
-    /// All maps (51 synthetic ones), 100 x 500 links: the size of the paper.
+    /// Every map (51 synthetic ones), 100 x 500 links: the size of the paper.
     Full,
 }
 
@@ -49,14 +49,14 @@ pub struct Args {
     shard: Option<Shard>,
 }
 
-/// Which data set to make, and where; whoever makes it.
+/// Data set to make, and its folder: for every command that makes one.
 #[derive(Debug, clap::Args)]
 pub struct Order {
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., a FILE with a city in GeoJSON, or
     /// synthetic[:N] for N made-up cities.
     #[arg(long, default_value = "synthetic")]
     pub maps: MapSource,
-    /// Which of them, like 0-4,7 [default: by profile].
+    /// Maps to use, like 0-4,7 [default: by profile].
     #[arg(long)]
     map_ids: Option<IdList>,
     /// Size of the run where nothing else is said.
@@ -68,13 +68,13 @@ pub struct Order {
     /// Receivers of each transmitter [default: by profile].
     #[arg(long)]
     rx_per_map: Option<usize>,
-    /// Which points they are.
+    /// Choice of the points of receivers.
     #[arg(long, value_enum, default_value_t = Receivers::Reached)]
     receivers: Receivers,
     /// Definition of the label: released (what the published code computes) or paper.
     #[arg(long, default_value = "released")]
     protocol: Protocol,
-    /// What to store: any of aps,pdp,paths.
+    /// Data to store: any of aps,pdp,paths.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "aps")]
     store: Vec<Store>,
     /// Seed of terminals, synthetic cities and split.
@@ -91,7 +91,7 @@ pub struct Order {
     pub tiles: TileArgs,
 }
 
-/// What else can be done to a data set in the making.
+/// Other actions on a data set in the making.
 #[derive(Debug, Subcommand)]
 enum Action {
     /// Join what shards made into what one run would have made.
@@ -161,7 +161,7 @@ impl Order {
         Ok(self)
     }
 
-    /// What decides the data set.
+    /// Settings that decide the data set.
     pub fn plan(&self) -> DatasetPlan {
         let (_, tx_per_map, rx_per_map) = self.sizes();
         let stored = args::stored(&self.store);

@@ -71,7 +71,7 @@ pub struct Args {
     threads: Option<usize>,
 }
 
-/// What makes the files of one map's links.
+/// Writes the files of one map's links.
 trait Exporter: Sync {
     /// Buffers of one thread.
     type Scratch: Default;

@@ -40,7 +40,7 @@ enum From {
     Samples(samples::Args),
 }
 
-/// What all imports take.
+/// Options that all imports take.
 #[derive(Debug, clap::Args)]
 struct Target {
     /// Folder of the data set; an unfinished one is continued.
@@ -126,7 +126,7 @@ struct Ends {
 }
 
 impl Ends {
-    /// Those of sorted names.
+    /// Collects the ends of the links with these sorted names.
     fn of(names: &[LinkName]) -> Self {
         let unique = |place: fn(&LinkName) -> [i32; 2]| {
             let mut places: Vec<[i32; 2]> = names.iter().map(place).collect();

@@ -1,4 +1,4 @@
-//! `cargo xtask info`: what a data set holds, as a person wants to read it.
+//! `cargo xtask info`: the contents of a data set, as a person wants to read them.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -51,7 +51,7 @@ impl Args {
         Ok(())
     }
 
-    /// What continues an unfinished data set, if it left word.
+    /// Command that continues an unfinished data set, if its folder holds the plan.
     fn command(&self, survey: &Survey) -> Option<String> {
         let plan = survey.plan.as_ref().filter(|_| survey.manifest.is_none())?;
         let out = ["--out".into(), self.dataset.display().to_string()];
@@ -69,7 +69,7 @@ struct Facts {
     status: BTreeMap<String, u64>,
     dominant_peaks: BTreeMap<u64, u64>,
     traced_paths: Option<u64>,
-    /// Of the training maps: mean and deviation of power relative to the link's largest.
+    /// Mean and deviation of power relative to the link's largest, over the training maps.
     training: Option<[f64; 2]>,
 }
 

@@ -30,7 +30,7 @@ pub enum Split {
     Test,
 }
 
-/// What a data set's labels are turned into before a prediction is compared with them.
+/// Form that a data set's labels are turned into before a prediction is compared with them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Domain {
     /// The protocol's learning target, on which the benchmark's metrics are defined.
@@ -61,7 +61,7 @@ pub enum Format {
     Markdown,
 }
 
-/// What the options' one line each leaves open.
+/// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_COMPARED: &str = "\
 What is compared:
   Two files are compared as they are: .npy, shape (samples, bins), float16, float32 or float64.
@@ -96,7 +96,7 @@ pub struct Args {
     /// Definition of the metrics: released or paper [default: the data set's; released for files].
     #[arg(long)]
     protocol: Option<Protocol>,
-    /// What a data set's labels are compared as [default: normalised].
+    /// Form in which a data set's labels are compared [default: normalised].
     #[arg(long, value_enum)]
     domain: Option<Domain>,
     /// Range of the truth that PSNR is relative to [default: largest minus smallest true value].

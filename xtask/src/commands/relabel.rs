@@ -26,7 +26,7 @@ pub enum Form {
 
 /// Label the stored paths of a data set anew: another array, bandwidth, delay grid or protocol, without a trace.
 ///
-/// What is not given is as in the data set's own labels.
+/// Settings that are not given are as in the data set's own labels.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder of a finished data set that stores paths.
@@ -55,7 +55,7 @@ pub struct Args {
     /// Last delay of the axis [s].
     #[arg(long)]
     last_delay_s: Option<f64>,
-    /// What to store: any of aps,pdp,paths [default: as the data set does].
+    /// Data to store: any of aps,pdp,paths [default: as the data set does].
     #[arg(long, value_enum, value_delimiter = ',')]
     store: Option<Vec<Store>>,
     /// Threads [default: all cores]. The result does not depend on it.

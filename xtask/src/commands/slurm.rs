@@ -38,9 +38,9 @@ const OWN_OPTIONS: [&str; 8] = [
 
 /// Make a data set on a Slurm cluster: a job array with a shard a task, and a job that joins and checks them.
 ///
-/// All options of `dataset` are there, but --shard and --threads, which every task sets for itself. The folders of maps,
-/// result and scripts must be reachable from all nodes by the same names. Once more, the same command asks only for
-/// those shards that still lack maps.
+/// Takes the options of `dataset` but --shard and --threads, which every task sets for itself. The folders of maps,
+/// result and scripts must be reachable from all nodes by the same names. Given once more, the same command asks
+/// only for the shards that still lack maps.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Most tasks at once, one a node.
@@ -53,7 +53,7 @@ pub struct Args {
     /// Cores of a task, which may then share its node with others [default: the whole node].
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     cpus: Option<u32>,
-    /// How often a task that fails or runs out of time goes back into the queue by itself.
+    /// Times that a task that fails or runs out of time goes back into the queue by itself.
     #[arg(long, default_value_t = 3)]
     retries: u32,
     /// An option for sbatch, for all jobs, like --sbatch=--partition=long; as many as are needed.
@@ -76,7 +76,7 @@ impl Args {
         let folder = here.join(self.folder());
         let order = self.order.read()?;
         let plan = order.plan();
-        // What every task would refuse is refused here.
+        // Settings that every task would refuse are refused here.
         plan.trace.validate()?;
         cautions::tell_carrier(&plan.trace);
         Labeler::new(&plan.label)?;
@@ -144,7 +144,7 @@ impl Args {
         Ok(())
     }
 
-    /// Where scripts go.
+    /// Folder of the scripts.
     fn folder(&self) -> PathBuf {
         self.scripts.clone().unwrap_or_else(|| {
             let mut folder = self.order.out.clone().into_os_string();
@@ -164,7 +164,7 @@ fn text(path: &Path) -> Result<&str> {
 
 /// The arguments of this process that make the data set, without its folder.
 ///
-/// All maps are named, so that no task takes one that came later for a part, or does without one that went.
+/// Names every map, so that no task takes a map that came later for a part, or does without one that went.
 fn dataset_words(ids: &[u32]) -> Vec<String> {
     let mut words = command_line::own_without(&OWN_OPTIONS);
     words.retain(|word| word != "--submit");
@@ -173,7 +173,7 @@ fn dataset_words(ids: &[u32]) -> Vec<String> {
     words
 }
 
-/// What tells `verify` the maps: nothing where it makes them itself.
+/// Words that tell `verify` the maps: none where it makes them itself.
 fn maps_words(order: &Order) -> Vec<String> {
     let TileSettings {
         tile_m,

@@ -1,4 +1,4 @@
-//! `cargo xtask verify`: is a data set what it says it is?
+//! `cargo xtask verify`: checks that a data set is as its manifest says.
 
 use std::path::PathBuf;
 
@@ -44,7 +44,7 @@ pub struct Args {
     tiles: TileArgs,
 }
 
-/// Where findings go.
+/// Prints and counts findings.
 pub struct Findings {
     progress: ProgressBar,
     count: usize,
@@ -102,7 +102,7 @@ impl Args {
             findings.progress.set_message(format!("map {}", entry.id));
             let links = chosen.remove(&entry.id).unwrap_or_default();
             let problems = dataset.verify_map(entry.id);
-            // What is computed from damaged files would only repeat the news.
+            // Findings computed from damaged files would only repeat the news.
             if problems.is_empty() {
                 let map = dataset.map(entry.id)?;
                 contents::check(&dataset, entry, &map, source.is_some(), &mut findings)?;

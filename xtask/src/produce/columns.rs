@@ -73,7 +73,7 @@ impl PathColumns {
             .append(&mut other.interaction_point_m);
     }
 
-    /// Whether every number has the same bits.
+    /// Returns true when every number has the same bits.
     pub fn is_same(&self, other: &Self) -> bool {
         let bits = |columns: &Self| -> Vec<u64> {
             let values = columns

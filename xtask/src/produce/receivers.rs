@@ -7,14 +7,14 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Receiver, Tracer};
 use rayon::prelude::*;
 
-/// Which receivers of the map the transmitters are linked with.
+/// Choice of the receivers of a map that each transmitter is linked with.
 #[derive(Clone, Copy)]
 pub enum Choice<'a> {
-    /// Every transmitter with all of them.
+    /// Links every transmitter with all receivers.
     All,
-    /// Each transmitter with the first of them that it reaches inside the limits, so many at most.
+    /// Links each transmitter with the first receivers that it reaches inside the limits, so many at most.
     FirstReached(usize),
-    /// Each transmitter with those listed for it.
+    /// Links each transmitter with the receivers listed for it.
     Listed(&'a [Vec<u32>]),
 }
 

@@ -1,4 +1,4 @@
-//! The rows of some links as the writer takes them, and what they say about the data set.
+//! The rows of some links as the writer takes them, and their share of the data set's statistics.
 
 use std::time::Instant;
 
@@ -46,7 +46,7 @@ impl Rows {
         }
     }
 
-    /// What of them a layout stores.
+    /// Rows of the arrays that a layout stores.
     pub fn link_rows(&self, layout: &Layout) -> LinkRows<'_> {
         LinkRows {
             links: Some(&self.ends),
@@ -58,7 +58,7 @@ impl Rows {
         }
     }
 
-    /// The spectra as stored, whether they are or not.
+    /// Encodes the spectra as the data set stores them, or would store them.
     pub fn stored_aps(&self, labeler: &Labeler, layout: &Layout) -> Result<Profile> {
         let aps = layout.aps.unwrap_or_else(|| default_aps(labeler, layout));
         Ok(Profile::encode(

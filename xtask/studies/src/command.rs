@@ -51,14 +51,14 @@ pub struct Args {
 /// A study that can be asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Asked {
-    /// One of this program's own.
+    /// A study of this program.
     Own(StudyName),
-    /// That of the program that links candle.
+    /// The study of models, in the program that links candle.
     Models,
 }
 
 impl Asked {
-    /// All of them, in the order they run in.
+    /// Every study, in the order in which they run.
     const ALL: [Self; StudyName::ALL.len() + 1] = {
         let mut all = [Self::Models; StudyName::ALL.len() + 1];
         let mut i = 0;

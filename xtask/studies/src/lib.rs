@@ -108,7 +108,7 @@ pub struct Setup {
 }
 
 impl StudyName {
-    /// All of them.
+    /// Every study of this crate.
     pub const ALL: [Self; 5] = [
         Self::Tracer,
         Self::Label,

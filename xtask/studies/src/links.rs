@@ -107,7 +107,7 @@ impl<'s> Links<'s> {
         let rx: Vec<Receiver> = prepare(&self.rx, |p| tracer.receiver(p))?;
         let mut all: Vec<(Option<Vec<f64>>, bool, usize)> = Vec::with_capacity(self.len());
         for &p in &self.tx {
-            // One transmitter at a time: its waves at the corners are what takes memory.
+            // One transmitter at a time: its waves at the corners take the most memory.
             let tx = tracer.transmitter(p)?;
             let of_link = |rx: &Receiver| {
                 let mut link = Link::default();

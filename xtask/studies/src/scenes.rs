@@ -8,7 +8,7 @@ use xtask::{IdList, MapSource, SceneSettings, choose_maps};
 
 use crate::Profile;
 
-/// A scene and what to call it.
+/// A scene and its name.
 #[derive(Debug, Clone)]
 pub struct NamedScene {
     /// In words.

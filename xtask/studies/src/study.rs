@@ -95,7 +95,7 @@ impl Study {
         file
     }
 
-    /// Writes its files, then its JSON, and removes what an earlier run of it left behind.
+    /// Writes the study's files, then its JSON, and removes files that an earlier run left behind.
     ///
     /// # Errors
     /// The file that cannot be written, and why.
@@ -105,7 +105,7 @@ impl Study {
             .with_context(|| format!("cannot make the folder '{}'", folder.display()))?;
         let path = folder.join(format!("{}.json", self.name));
         let before = match path.exists() {
-            // What cannot be read anew is written anew, and leaves its files.
+            // A study that cannot be read is written anew; its old files stay.
             true => Self::read(&path).map_or_else(|_| BTreeSet::new(), |study| study.files),
             false => BTreeSet::new(),
         };

@@ -103,7 +103,7 @@ fn every_study_is_written_whole_and_joined() {
             _ => {}
         }
     }
-    // What the document links to is there, and what is there is linked to.
+    // Every file that the document links to exists, and every file there has a link.
     let links: BTreeSet<&str> = text
         .split("](numerics/")
         .skip(1)

@@ -1,4 +1,4 @@
-//! What several test files need: the tolerance, and links to try.
+//! Helpers that several test files share: the tolerance, and links to try.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use aps_label::{PathSample, Protocol};
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 const ROOT_ERROR: f64 = 2e-14;
 /// Relative error elsewhere; 1e-9 dB is 2.3e-10.
 const RELATIVE_ERROR: f64 = 1e-10;
-/// What a continuous maximum may be off by in addition: 1e-6 dB.
+/// Additional error allowed in a continuous maximum: 1e-6 dB.
 pub const MAXIMUM_ERROR: f64 = 2.3e-7;
 
 pub fn linear(db: f64) -> f64 {

@@ -10,7 +10,7 @@ use crate::error::ConfigError;
 /// Layout of a synthetic city: blocks between streets, filled with rows of touching houses,
 /// perimeter blocks around a courtyard, L-shapes, parallel bars and slanted buildings.
 ///
-/// All coordinates are whole metres, as in RadioMapSeer. One seed is one city, on every machine.
+/// Coordinates are whole metres, as in RadioMapSeer. One seed gives one city, on every machine.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CityConfig {
@@ -90,7 +90,7 @@ impl CityConfig {
             strips.push((at, length));
             at += length + rng.random_range(street * 7 / 10..=street * 16 / 10);
         }
-        // What is left over at the far side widens the streets.
+        // The space left over at the far side widens the streets.
         let end = strips.last().map_or(0, |&(start, length)| start + length);
         let spare = (size - end - street / 2).max(0);
         let count = strips.len() as i32;

@@ -50,12 +50,12 @@ fn key(p: DVec2) -> [u64; 2] {
     [(p.x + 0.0).to_bits(), (p.y + 0.0).to_bits()]
 }
 
-/// Of the walls that start at the end of `wall`, the first one met when turning from it through the
-/// street, counter-clockwise.
+/// Finds the first wall met when turning from `wall` at its end through the street,
+/// counter-clockwise, among the walls that start there (`starting`).
 fn across_the_street(walls: &[Wall], wall: &Wall, starting: &[u32]) -> u32 {
     let (corner, back) = (wall.b, wall.a);
     let to = |id: u32| walls[id as usize].b;
-    // Whether less than half a turn from the way back, half a turn, or more.
+    // Sorts by the turn from the way back: less than half a turn, half a turn, more.
     let half = |id: u32| {
         orient(corner, back, to(id))
             .partial_cmp(&0.0)

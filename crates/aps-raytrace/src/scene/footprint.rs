@@ -16,7 +16,7 @@ pub struct Footprint {
     pub outer: Vec<DVec2>,
     /// Courtyards \[m\].
     pub holes: Vec<Vec<DVec2>>,
-    /// What its walls are made of; the tracer's default when none is given.
+    /// Material of its walls; the tracer's default when none is given.
     pub material: Option<Material>,
 }
 

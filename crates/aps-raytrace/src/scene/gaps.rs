@@ -1,4 +1,4 @@
-//! Slits between walls, too narrow to be meant, and what closes them.
+//! Slits between walls, too narrow to be meant, and the polygons that fill them.
 //!
 //! Houses in a row are often digitised with some millimetres between them. A wave whose field is parallel to the walls
 //! does not pass a slit below half a wavelength (a parallel-plate guide below cut-off), a ray does. Such a slit is filled

@@ -147,8 +147,8 @@ impl Scene {
     }
 }
 
-/// What a wall adds to the winding number around `p`: 1 where it crosses the ray to the right of
-/// `p` upwards, -1 downwards. Half-open in y, so that a corner at p's height counts once.
+/// Contribution of a wall to the winding number around `p`: 1 where it crosses the ray to the right
+/// of `p` upwards, -1 downwards. Half-open in y, so that a corner at p's height counts once.
 fn winding_step(wall: &Wall, p: DVec2) -> i32 {
     let (a, b) = (wall.a, wall.b);
     match (a.y <= p.y, b.y <= p.y) {

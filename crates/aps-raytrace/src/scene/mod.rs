@@ -51,7 +51,7 @@ pub struct Wall {
     pub next: u32,
     /// Index of its building among the footprints given.
     pub building: usize,
-    /// What it is made of, where the footprint says so.
+    /// Material, where the footprint names one.
     pub material: Option<Material>,
 }
 
@@ -116,14 +116,14 @@ impl Area {
         max: DVec2::splat(256.0),
     };
 
-    /// Whether `p` is inside or on the border.
+    /// Returns true when `p` is inside or on the border.
     #[must_use]
     pub fn contains(&self, p: DVec2) -> bool {
         p.cmpge(self.min).all() && p.cmple(self.max).all()
     }
 }
 
-/// How a scene is made from footprints.
+/// Settings for making a scene from footprints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SceneConfig {
     /// The area that terminals are confined to; none for the whole plane.
@@ -261,7 +261,7 @@ impl Scene {
         Self::new(&parse_radiomapseer(text)?, Some(Area::RADIOMAPSEER))
     }
 
-    /// All walls, by id.
+    /// Walls, indexed by id.
     #[must_use]
     pub fn walls(&self) -> &[Wall] {
         &self.walls
@@ -284,20 +284,20 @@ impl Scene {
         self.area
     }
 
-    /// How many footprints were given.
+    /// Number of footprints given.
     #[must_use]
     pub fn building_count(&self) -> usize {
         self.buildings
     }
 
-    /// What was found and repaired.
+    /// Faults found in the footprints, and their repairs.
     #[must_use]
     pub fn report(&self) -> &RepairReport {
         &self.report
     }
 
-    /// Whether corner `id` (the start of wall `id`) points outwards, so that it diffracts unless
-    /// another building touches it.
+    /// Returns true when corner `id` (the start of wall `id`) points outwards, so that it diffracts
+    /// unless another building touches it.
     #[must_use]
     pub fn is_convex(&self, id: u32) -> bool {
         let wall = &self.walls[id as usize];
@@ -305,7 +305,7 @@ impl Scene {
         orient(before.a, wall.a, wall.b) > 0.0
     }
 
-    /// Whether the open segment from `p` to `q` meets the inside of a building.
+    /// Returns true when the open segment from `p` to `q` meets the inside of a building.
     ///
     /// Grazing a wall or passing a corner on one side leaves it free; slipping through between
     /// two corners that leave a gap of width zero does not. Decided exactly, and the same in
@@ -377,7 +377,7 @@ fn extent_m(footprints: &[Footprint]) -> f64 {
     let (min, max) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| {
         (min.min(p), max.max(p))
     });
-    // What is not finite is refused when its ring is cleaned.
+    // Points that are not finite are refused when their ring is cleaned.
     (max - min).max_element()
 }
 

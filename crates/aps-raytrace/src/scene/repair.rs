@@ -1,4 +1,4 @@
-//! What was wrong with the footprints and what was done about it.
+//! Faults found in footprints, and their repairs.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use std::fmt;
 pub struct Repair {
     /// The building.
     pub building: usize,
-    /// What was found and done.
+    /// Kind of the finding, with its repair.
     pub kind: RepairKind,
 }
 
@@ -60,7 +60,7 @@ pub enum RepairKind {
     },
 }
 
-/// All findings of one scene, in the order of the buildings.
+/// Findings of one scene, in the order of the buildings.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RepairReport {
     /// The findings.
@@ -68,13 +68,13 @@ pub struct RepairReport {
 }
 
 impl RepairReport {
-    /// Whether the footprints were used as they came.
+    /// Returns true when the footprints were used as they came.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         self.repairs.is_empty()
     }
 
-    /// How many findings a predicate selects.
+    /// Counts the findings that a predicate selects.
     #[must_use]
     pub fn count(&self, select: impl Fn(&RepairKind) -> bool) -> usize {
         self.repairs.iter().filter(|r| select(&r.kind)).count()

@@ -25,9 +25,9 @@ type Contour = Vec<IntPoint<i64>>;
 
 /// Cells along the scene's longer side, as a power of two.
 const GRID_BITS: i32 = 40;
-/// How far, in cells, rounding of crossings may bend an edge.
+/// Largest distance, in cells, by which rounding of crossings may bend an edge.
 const TOLERANCE_CELLS: f64 = 8.0;
-/// How far, in cells, the filling of a slit reaches into the walls on its sides.
+/// Depth, in cells, to which the filling of a slit reaches into the walls on its sides.
 const OVERLAP_CELLS: f64 = 4096.0;
 /// Largest courtyard, in squares of the width of slits, that is dropped where slits were filled.
 const VOID_WIDTHS: f64 = 4.0;
@@ -97,7 +97,7 @@ pub(super) fn unite(
     }
     let contours = united(contours.iter().chain(&filled));
     let mut outlines = grid.outlines(&contours, &InputEdges::new(edges), &same_material);
-    // What fillings leave open between them is no yard.
+    // A small hole that fillings leave open between them is no courtyard.
     let void_m2 = VOID_WIDTHS * close_gaps_m * close_gaps_m;
     outlines.retain(|o| {
         let area_m2 = ring::doubled_area(&o.points) / 2.0;
@@ -323,7 +323,7 @@ impl Grid {
     }
 }
 
-/// All edges of the input, to find out whose wall an edge of the union is.
+/// Edges of the input, by which the building of each edge of the union is found.
 struct InputEdges {
     edges: Vec<Edge>,
     bvh: Bvh,

@@ -30,7 +30,7 @@ struct Scored {
     means: Vec<(Metric, Estimate)>,
 }
 
-/// Some of the links, with what it takes to average over them.
+/// A group of links, with their places in the results.
 pub struct Group {
     /// In words: `50 to 100 m`.
     pub name: String,
@@ -233,7 +233,7 @@ impl<'a> Analysis<'a> {
         best.map(|b| b.0)
     }
 
-    /// Links that share what `of` tells of them, a place on an axis and a name, by rising place.
+    /// Groups links for which `of` returns the same place on an axis and name; by rising place.
     pub fn groups(&self, of: impl Fn(&TestLink) -> (f64, String)) -> Vec<Group> {
         let mut found: Vec<(f64, String, Vec<usize>)> = Vec::new();
         for (i, link) in self.results.links.iter().enumerate() {
@@ -266,7 +266,7 @@ pub fn is_better(metric: Metric, value: f64, other: f64) -> bool {
     }
 }
 
-/// The run time of an entry with a batch; of what was timed with one size alone, that.
+/// Run time of an entry for a batch; for entries timed with one batch size alone, the time for that one.
 pub fn latency_at(entry: &Entry, batch: usize) -> Option<&Latency> {
     let exact = entry.latency.iter().find(|l| l.batch == batch);
     exact.or(match &entry.latency[..] {

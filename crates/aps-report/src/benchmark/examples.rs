@@ -1,4 +1,4 @@
-//! Single links: the map, the truth and what is predicted.
+//! Single links: the map, the truth and the predictions.
 
 use aps_metrics::Metric;
 use aps_raytrace::glam::DVec2;
@@ -14,7 +14,7 @@ use crate::numbers;
 use crate::picture::{self, Outlines};
 use crate::theme::Colour;
 
-/// The paper's two zones: what is compared with the truth in each.
+/// The paper's two zones, with the entries compared with the truth in each.
 const ZONES: [(&str, &str, [&str; 4]); 2] = [
     (
         "main",

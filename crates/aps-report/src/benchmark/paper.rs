@@ -25,7 +25,7 @@ pub struct Published {
 
 const NONE: f64 = f64::NAN;
 
-/// All rows, those of Table I first.
+/// Rows of the tables, the rows of Table I first.
 pub const PUBLISHED: [Published; 7] = [
     Published {
         name: "MS-AReg",

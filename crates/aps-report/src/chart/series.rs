@@ -83,7 +83,7 @@ pub struct Spot {
 }
 
 impl Mark {
-    /// All points that the axes must show.
+    /// Points that the axes must show.
     pub(super) fn extent(&self) -> Vec<[f64; 2]> {
         match self {
             Self::Line { points, .. }

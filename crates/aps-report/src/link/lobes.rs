@@ -118,7 +118,7 @@ pub enum Fate {
         /// The loss \[dB\].
         lost_db: f64,
     },
-    /// Its loss is outside of what is counted.
+    /// Its loss is outside of the range that the protocol counts.
     Dropped {
         /// The loss of the path \[dB\].
         loss_db: f64,

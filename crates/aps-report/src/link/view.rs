@@ -7,11 +7,11 @@ use aps_raytrace::{PathRecord, SPEED_OF_LIGHT_M_PER_S};
 /// The event where a path bends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BendKind {
-    /// At a wall.
+    /// Reflection at a wall.
     Reflection,
-    /// At a corner.
+    /// Diffraction at a corner.
     Diffraction,
-    /// Not told by whoever wrote the path.
+    /// Unknown: the source of the path does not tell.
     Unknown,
 }
 

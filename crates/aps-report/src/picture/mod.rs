@@ -22,7 +22,7 @@ use crate::theme::Colour;
 /// Side of the map in a picture \[px\].
 const SIDE: f64 = 520.0;
 
-/// All paths of a link, coloured by their gain, weak ones below.
+/// Makes rays of all paths of a link, coloured by their gain, weak ones below.
 pub fn rays_by_gain<'a>(link: &'a LinkView, scale: &GainScale) -> Vec<Ray<'a>> {
     let mut rays: Vec<Ray<'a>> = link
         .paths

@@ -79,7 +79,7 @@ fn everything_is_written_and_well_formed() {
     let outside = html.replace("http://www.w3.org/2000/svg", "");
     assert!(!outside.contains("http") && !outside.contains("<script") && !outside.contains("src="));
     assert!(html.contains("Someone's &lt;model&gt; &amp; co") && !html.contains("<model>"));
-    // What the Markdown links to is there.
+    // Files that the Markdown links to exist.
     let text = fs::read_to_string(folder.join("report.md")).unwrap();
     for link in text.split("](").skip(1).filter_map(|t| t.split(')').next()) {
         assert!(folder.join(link).is_file(), "{link}");
@@ -177,7 +177,7 @@ fn equal_models_leave_the_question_open() {
         }
     }
     let mut results = results(folder.path(), &entries);
-    // Of a single entry's scores all models are made: differences are exactly 0.
+    // Every model gets the scores of one entry: differences are exactly 0.
     let scores = results.entries[0].scores.clone();
     for entry in &mut results.entries[1..7] {
         entry.scores = scores.clone();

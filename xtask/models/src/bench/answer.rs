@@ -1,4 +1,4 @@
-//! What something predicts for the test links, and how it is kept.
+//! Predictions of the test links, and the files that keep them.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ pub struct Answer {
     pub substituted: Vec<usize>,
     /// Number of parameters.
     pub parameters: Option<u64>,
-    /// How it was trained.
+    /// Training of the model, for trained ones.
     pub training: Option<Training>,
     /// Measured run times.
     pub latency: Vec<Latency>,
@@ -62,7 +62,7 @@ pub fn keep(
     Ok(entry)
 }
 
-/// What [`keep`] made of an answer.
+/// Reads the entry that [`keep`] made of an answer.
 pub fn entry(folder: &Path) -> Result<Entry> {
     read_json(&folder.join(ENTRY))
 }

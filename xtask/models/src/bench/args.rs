@@ -10,7 +10,7 @@ use super::Bench;
 use super::config::{Config, Profile};
 use crate::device::Device;
 
-/// What the options' one line each leaves open.
+/// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
 What is written into --out:
   report.html, report.md    the report, with tables/*.csv and figures/*.svg

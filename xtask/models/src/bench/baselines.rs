@@ -17,7 +17,7 @@ use super::dataset::trace;
 use super::latency::{ms_per_link, of_times};
 use super::test_set::TestSet;
 
-/// The same for every link.
+/// Predicts the mean spectrum for every link.
 pub fn mean(test: &TestSet, mean: &[f64]) -> Answer {
     Answer {
         predictions: as_f32(mean).collect::<Vec<_>>().repeat(test.len()),
@@ -25,7 +25,7 @@ pub fn mean(test: &TestSet, mean: &[f64]) -> Answer {
     }
 }
 
-/// The label of a single straight path, whatever stands in its way. Timed link by link on one thread.
+/// Predicts the label of a single straight path, also through buildings. Timed link by link on one thread.
 pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result<Answer> {
     let labeler = Labeler::new(&plan.label)?;
     let wavelength_m = SPEED_OF_LIGHT_M_PER_S / plan.trace.frequency_hz;

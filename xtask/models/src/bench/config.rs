@@ -19,7 +19,7 @@ use crate::run::training_config;
 pub enum Profile {
     /// Under a minute: does it run?
     Smoke,
-    /// All models, small; some minutes on two cores.
+    /// Every model, small; some minutes on two cores.
     Quick,
     /// A night on a CPU.
     Standard,
@@ -56,7 +56,7 @@ pub struct Config {
     pub external: BTreeMap<String, PathBuf>,
 }
 
-/// What is learnt from and scored on.
+/// Data that models learn from and are scored on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataConfig {
@@ -83,7 +83,7 @@ pub struct DataConfig {
     pub test_links: Option<usize>,
 }
 
-/// How models are trained.
+/// Settings of the training of models.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingConfig {
@@ -135,7 +135,7 @@ pub struct TracerConfig {
     pub diffractions: Vec<usize>,
 }
 
-/// How run times are measured.
+/// Settings of the measurement of run times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LatencyConfig {
@@ -157,7 +157,7 @@ pub struct Pretrained {
     pub vit_b_16: Option<PathBuf>,
 }
 
-/// What flags say of every model, against what a profile says of single ones.
+/// Settings whose flags hold for every model and replace the settings of single models in a profile.
 const FOR_ALL_MODELS: [&str; 4] = ["epochs", "links", "batch", "image_size"];
 
 impl Profile {
@@ -270,7 +270,7 @@ impl Config {
         Ok(self.training.preset.parse()?)
     }
 
-    /// What is said of one model.
+    /// Settings of one model; empty if there are none.
     pub fn model(&self, kind: ModelKind) -> ModelConfig {
         self.model.get(kind.name()).cloned().unwrap_or_default()
     }

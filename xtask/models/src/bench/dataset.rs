@@ -10,7 +10,7 @@ use xtask::{DatasetPlan, MapSource, Receivers, SceneSettings, Stored};
 
 use super::config::{Config, DataConfig};
 
-/// What has to be made, and which maps are for what.
+/// Plans the data set, and splits its maps into maps for training, development and test.
 pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let data = &config.data;
     let maps = MapSource::from_str(&data.maps).map_err(|e| anyhow!("maps: {e}"))?;

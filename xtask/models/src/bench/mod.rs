@@ -72,13 +72,13 @@ struct Bench {
     profile: &'static str,
     config: Config,
     out: PathBuf,
-    /// Whether what earlier runs finished is made anew.
+    /// If true, parts that earlier runs finished are made anew.
     fresh: bool,
     interrupted: Arc<AtomicBool>,
     device: candle_core::Device,
 }
 
-/// What all jobs are given.
+/// Data that all jobs are given.
 struct Ground {
     plan: DatasetPlan,
     data: Part,
@@ -269,7 +269,7 @@ impl Bench {
                 "test_links": self.config.data.test_links,
                 "seed": self.config.seed,
                 "latency": self.config.latency,
-                // Times are of so many.
+                // Run times depend on it.
                 "threads": rayon::current_num_threads(),
                 "made_of": made_of,
             }),
@@ -382,7 +382,7 @@ impl Bench {
     }
 }
 
-/// What decides predictions from elsewhere: the bytes of their file.
+/// Settings that decide predictions from elsewhere: the digest of their file.
 fn external_settings(file: &Path) -> Result<Value> {
     let place = || format!("predictions '{}'", file.display());
     let mut digest = stamp::Digest::default();

@@ -87,7 +87,7 @@ struct Clock {
     seconds: f64,
 }
 
-/// Trains a model into the part's folder, or goes on with what is there.
+/// Trains a model into the part's folder, or continues the training that is there.
 pub fn train(
     part: &Part,
     plan: &TrainingPlan,
@@ -153,21 +153,21 @@ fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
     Ok(curve)
 }
 
-/// What a trained model is asked, and where.
+/// Test links, device and timing by which a trained model is measured.
 pub struct Question<'a> {
     /// The data set.
     pub dataset: &'a Dataset,
     /// Its test links.
     pub test: &'a TestSet,
-    /// How times are taken.
+    /// Settings of the measurement of run times.
     pub latency: &'a LatencyConfig,
-    /// Where to compute.
+    /// Device to compute on.
     pub device: &'a candle_core::Device,
     /// Set by Ctrl-C.
     pub interrupted: &'a AtomicBool,
 }
 
-/// The test links as the best weights predict them, and the time that takes.
+/// Predicts the test links with the best weights, and measures the time that takes.
 pub fn ask(
     plan: &TrainingPlan,
     training: Training,

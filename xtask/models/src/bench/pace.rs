@@ -1,4 +1,4 @@
-//! How far a benchmark is, and how long it will take.
+//! Progress of a benchmark, and the time that is left.
 
 use std::time::{Duration, Instant};
 use xtask::note;

@@ -1,4 +1,4 @@
-//! Which settings a finished part of a benchmark belongs to, so that it is reused with the same and made anew with others.
+//! Stamps parts of a benchmark with their settings: a part is reused with the same settings and made anew with others.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -22,14 +22,14 @@ pub struct Part {
     settings: Value,
 }
 
-/// What the folder of a part holds.
+/// State of the folder of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// Nothing that could be used: the folder is empty now.
     New,
     /// A beginning made with the same settings.
     Begun,
-    /// All of it, made with the same settings.
+    /// The whole part, made with the same settings.
     Finished,
 }
 
@@ -50,7 +50,7 @@ impl Part {
         }
     }
 
-    /// Where it lies.
+    /// The folder of the part.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -67,7 +67,7 @@ impl Part {
         (stamp.hash == self.hash).then_some(stamp)
     }
 
-    /// Opens the folder; what does not belong to these settings, or all if `fresh`, is removed.
+    /// Opens the folder; removes its content unless that was made with these settings, or always if `fresh`.
     pub fn open(&self, fresh: bool) -> Result<State> {
         let place = || format!("folder '{}'", self.folder.display());
         if let Some(stamp) = self.stamp().filter(|_| !fresh) {
@@ -84,7 +84,7 @@ impl Part {
         Ok(State::New)
     }
 
-    /// Says that all of it is there.
+    /// Marks the part as finished.
     pub fn finish(&self) -> Result<()> {
         self.write(true)
     }

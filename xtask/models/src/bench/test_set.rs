@@ -76,12 +76,12 @@ impl TestSet {
         &self.labels
     }
 
-    /// How labels are made into targets.
+    /// Method by which labels are made into targets.
     pub fn normalization(&self) -> Normalization {
         self.normalization
     }
 
-    /// What another data set of the same terminals has as labels: a spectrum a link, none where it has no label.
+    /// Targets from the labels of another data set of the same terminals: a spectrum a link, none where it has no label.
     pub fn targets_of(&self, other: &Dataset) -> Result<Vec<Option<[f64; ANGLE_BINS]>>> {
         let labels = Labels::load(
             other,
@@ -145,7 +145,7 @@ impl TestSet {
         Ok(ScoreTable::of_rows(&rows)?)
     }
 
-    /// What a report knows of each link.
+    /// Facts about each link for the report.
     pub fn links(&self, line_of_sight: &[bool]) -> Result<Vec<TestLink>> {
         let definition = aps_metrics::Protocol::Paper.definition();
         let describe = |i: usize| -> Result<TestLink> {

@@ -1,4 +1,4 @@
-//! `cargo xtask dataset merge`: what shards made, as one run would have made it.
+//! `cargo xtask dataset merge`: joins shards into the data set that one run would have made.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ pub struct Args {
     out: PathBuf,
 }
 
-/// A folder with shards, and what is in it.
+/// A folder with shards, and its contents.
 struct Part {
     folder: PathBuf,
     survey: Survey,
@@ -114,7 +114,7 @@ impl Part {
         self.ids().any(|id| shard.access().covers(id))
     }
 
-    /// Whether maps of several shards are here.
+    /// Returns true when maps of several shards are here.
     fn is_shared(&self, count: u32) -> bool {
         let shards = (1..=count).map(|number| Shard { number, count });
         shards.filter(|&shard| self.holds(shard)).count() > 1

@@ -67,7 +67,7 @@ impl Exporter for Samples<'_> {
     }
 }
 
-/// Whether a file ends as a zip archive without a comment does.
+/// Returns true when a file ends as a zip archive without a comment does.
 fn is_whole_archive(path: &Path) -> bool {
     let end = || -> std::io::Result<[u8; 4]> {
         let mut file = File::open(path)?;

@@ -38,7 +38,7 @@ impl<'a> Statistics<'a> {
         }
     }
 
-    /// Counts some links with labels: their rows and what is known of their paths.
+    /// Counts some links with labels, given by their rows and the paths known of them.
     pub fn add(&mut self, map: &SourceMap, rows: &[usize], links: &[LinkView]) -> Result<()> {
         let v = &mut self.values;
         let protocol = self.source.label().protocol;

@@ -54,7 +54,7 @@ pub struct Args {
     rx_per_map: Option<usize>,
     #[command(flatten)]
     label: LabelArgs,
-    /// What to store: any of aps,pdp,paths.
+    /// Data to store: any of aps,pdp,paths.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "aps,paths")]
     store: Vec<Store>,
     #[command(flatten)]
@@ -66,7 +66,7 @@ pub struct Args {
 /// A place in the plane by the bits of its coordinates [m].
 type Place = (u32, u32);
 
-/// What is left out, and why.
+/// Counts of entries that are left out, by the reason.
 #[derive(Debug, Default)]
 struct LeftOut {
     not_finite: usize,
@@ -254,7 +254,7 @@ impl Args {
         Ok(())
     }
 
-    /// All places of receivers, or some of them, from the south up.
+    /// Returns all places of receivers, from the south up, or some of them in a drawn order.
     fn choose(&self, id: u32, places: BTreeSet<Place>) -> Result<Vec<Place>> {
         let mut places: Vec<Place> = places.into_iter().collect();
         let key = |&(x, y): &Place| [y, x].map(f32::from_bits);

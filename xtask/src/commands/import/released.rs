@@ -54,7 +54,7 @@ impl Args {
             .is_some_and(|name| self.folder.join(name.pdp_file()).exists());
         let exact = |axis| ProfileLayout {
             axis,
-            // What came in half precision must leave as it came: the stored values are relative to the maximum.
+            // Values that came in half precision must leave as they came: the stored values are relative to the maximum.
             dtype: Precision::F32,
             argmax: true,
         };

@@ -21,7 +21,7 @@ const MIRROR_COLUMNS: [Metric; 3] = [
     Metric::MirrorHit4Deg,
 ];
 
-/// All there is to say about a prediction.
+/// Scores of a prediction, with everything that is printed or written about it.
 pub struct Scores<'a> {
     pub protocol: Protocol,
     pub truth: &'a Truth,

@@ -113,7 +113,7 @@ impl ArrayFile {
     }
 }
 
-/// Header and element type of a file whose length is what they say.
+/// Header and element type of a file whose length agrees with them.
 fn open(path: &Path) -> Result<(Header, Number, BufReader<File>)> {
     let place = || format!("'{}'", path.display());
     let file = File::open(path).with_context(place)?;

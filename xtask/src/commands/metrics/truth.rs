@@ -13,7 +13,7 @@ use super::Domain;
 use super::rows::ArrayFile;
 use crate::targets::{self, Target};
 
-/// Where true spectra come from.
+/// Source of the true spectra.
 pub enum Truth {
     File(ArrayFile),
     Dataset(Box<Labels>),
@@ -106,7 +106,7 @@ impl Truth {
         }
     }
 
-    /// What the labels of a data set were made into.
+    /// Describes the form in which the labels of a data set are compared; `None` for a file.
     pub fn target(&self) -> Option<String> {
         let Truth::Dataset(labels) = self else {
             return None;
@@ -119,7 +119,7 @@ impl Truth {
         })
     }
 
-    /// What the report says about where the truth comes from.
+    /// Describes the source of the truth for the report.
     pub fn describe(&self) -> Value {
         match self {
             Truth::File(_) => json!({ "source": self.to_string() }),

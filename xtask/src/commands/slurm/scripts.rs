@@ -11,7 +11,7 @@ pub const SUBMIT: &str = "submit.sh";
 /// The program that they run.
 pub const PROGRAM: &str = "xtask";
 
-/// All that the scripts say.
+/// Values that the scripts are made from.
 pub struct Job<'a> {
     /// Folder in which the command was given, and in which relative paths hold.
     pub here: &'a str,
@@ -25,15 +25,15 @@ pub struct Job<'a> {
     pub maps: Vec<String>,
     /// Number of shards.
     pub tasks: u32,
-    /// Those to make, like `1-4,7`; empty if all is made.
+    /// Numbers of the shards to make, like `1-4,7`; empty if every map is made.
     pub shards: String,
-    /// The highest number among them.
+    /// Highest number of a shard to make.
     pub last_shard: Option<u32>,
-    /// Most of them at once.
+    /// Most tasks at once.
     pub at_once: u32,
     /// Cores of a task; all of its node if not given.
     pub cpus: Option<u32>,
-    /// How often a failing task comes again.
+    /// Times that a failing task is queued again.
     pub retries: u32,
     /// Further options for sbatch.
     pub sbatch: &'a [String],
@@ -162,7 +162,7 @@ set -eu
         )
     }
 
-    /// What all jobs ask of Slurm, with a log of this name.
+    /// Lines with the options of Slurm that all jobs have and the job's `own`, with a log of this name.
     fn options(&self, log: &str, own: &[String]) -> String {
         // A percent sign in the name of a folder is not one of Slurm's.
         let log = format!("{}/log/{log}.log", self.folder.replace('%', "%%"));

@@ -1,4 +1,4 @@
-//! What can be said about a map's arrays: by themselves, and beside the map they were made of.
+//! Checks a map's arrays: by themselves, and beside the map they were made from.
 
 use anyhow::Result;
 use aps_data::{Dataset, MapData, MapEntry};
@@ -12,13 +12,13 @@ use crate::maps;
 use crate::settings;
 use crate::summary::Tally;
 
-/// How far outside of the map an end may be: positions from elsewhere are rounded \[m\].
+/// Largest distance of an end outside of the map: positions from elsewhere are rounded \[m\].
 const MARGIN_M: f64 = 1e-3;
 
 /// Ends of valid links that are named; more of them are only counted.
 const NAMED: usize = 10;
 
-/// Checks that need the data set alone. `is_exact`: ends are looked at beside the map instead.
+/// Runs the checks that need the data set alone. `is_exact`: ends are checked beside the map instead.
 pub fn check(
     dataset: &Dataset,
     entry: &MapEntry,

@@ -14,7 +14,7 @@ use crate::sampling::{self, Receivers, Sampling};
 use crate::settings;
 use crate::summary::Tally;
 
-/// All that a data set says about how its links were made.
+/// Settings of a data set by which its links are computed anew.
 pub struct Recomputation<'d> {
     dataset: &'d Dataset,
     trace: TraceConfig,
@@ -22,7 +22,7 @@ pub struct Recomputation<'d> {
     labeler: Labeler,
 }
 
-/// What is stored of a map.
+/// Arrays that are stored of a map.
 struct Stored<'m> {
     map: &'m MapData,
     pdp: Option<Profile>,

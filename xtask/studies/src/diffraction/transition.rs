@@ -52,7 +52,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     }
     study.section.heading("The transition function");
     let of = |way: &str| -> Vec<[f64; 2]> {
-        // What no double could do better is drawn at its resolution.
+        // Errors below a double's resolution are drawn at that resolution.
         let own = rows.iter().filter(|r| r.way == way);
         own.map(|r| [r.x, r.relative_error.max(1e-17)]).collect()
     };

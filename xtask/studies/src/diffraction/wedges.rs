@@ -1,4 +1,4 @@
-//! Errors over distance and wedge angle, and what each method costs.
+//! Errors over distance and wedge angle, and the cost of each method.
 
 use std::f64::consts::PI;
 

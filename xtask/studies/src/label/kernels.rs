@@ -29,7 +29,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// That of a labeler whose angles are the direction of travel.
+    /// Takes the grid of a labeler whose angles are the direction of travel.
     pub fn of(labeler: &Labeler) -> Self {
         let towards_source = |deg: &f64| deg.to_radians() - std::f64::consts::PI;
         Self {
@@ -40,10 +40,10 @@ impl Grid {
 }
 
 impl Kernel {
-    /// All of them.
+    /// Every kernel.
     pub const ALL: [Self; 3] = [Self::Direct, Self::Product, Self::Recurrence];
 
-    /// In a word.
+    /// Name in a word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Direct => "direct",

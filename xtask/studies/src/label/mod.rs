@@ -1,4 +1,4 @@
-//! The label: what its delay axis, its precision and its kernels cost in error and in time.
+//! Study of the label: errors and times of its delay axis, its precision and its kernels.
 
 mod axis;
 mod kernels;

@@ -13,7 +13,7 @@ use super::links::{LinkTime, Links};
 use super::{Setup, Stopwatch, Study};
 use settings::Setting;
 
-/// A setting on one map: what it costs and how far off it is.
+/// Cost and errors of a setting on one map.
 #[derive(Debug, Clone, Serialize)]
 struct Row {
     map: String,

@@ -1,4 +1,4 @@
-//! What is swept, and what it is compared with.
+//! Settings that are swept, and the setting that they are compared with.
 
 use aps_raytrace::TraceConfig;
 
@@ -7,14 +7,14 @@ use crate::Profile;
 /// One setting of the tracer.
 #[derive(Debug, Clone)]
 pub struct Setting {
-    /// What is varied.
+    /// Group in the sweep, like `dynamic range`.
     pub group: &'static str,
-    /// In words, unique in the sweep.
+    /// Name in words, unique in the sweep.
     pub name: String,
     pub config: TraceConfig,
 }
 
-/// The setting that the commands take if they are told nothing else.
+/// Name of the setting that the commands take by default.
 pub const DEFAULT: &str = "R2 D1";
 
 pub const LIMITS: [&str; 3] = ["D0", "D1", "D2"];

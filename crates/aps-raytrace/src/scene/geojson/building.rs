@@ -1,4 +1,4 @@
-//! Which features are buildings with walls.
+//! Decides which features are buildings with walls.
 
 use super::document::Feature;
 
@@ -21,7 +21,7 @@ const NOT_STANDING: [&str; 10] = [
     "removed",
 ];
 
-/// What a feature is by its tags.
+/// Kind of a feature, by its tags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A building with walls.

@@ -1,4 +1,4 @@
-//! The `crs` member: what the numbers of a file are.
+//! The `crs` member: the reference system of a file's numbers.
 //!
 //! RFC 7946 has no such member, its numbers are longitude and latitude of WGS 84; the format of 2008 has, and GIS programs
 //! still write it. It is read wherever it stands: at a collection, a feature or a geometry. Whatever it says, the order is
@@ -28,7 +28,7 @@ impl Crs {
     /// The one that RFC 7946 has.
     pub(super) const CRS84: Self = Self::Degrees("OGC:CRS84");
 
-    /// What the `crs` member of an object says; `None` without one.
+    /// Reads the `crs` member of an object; `None` without one.
     pub(super) fn of(object: &Map<String, Value>) -> Result<Option<Self>, GeoJsonError> {
         let Some(member) = object.get("crs") else {
             return Ok(None);
@@ -62,7 +62,7 @@ impl Crs {
         }
         let has = |authority| parts.iter().any(|part| part.starts_with(authority));
         match code.parse().ok()? {
-            // What ESRI and others called it before it had a number at EPSG.
+            // Numbers that ESRI and others gave it before EPSG did.
             102_100 | 900_913 => Some(Self::WebMercator),
             _ if !has("EPSG") => None,
             4326 => Some(Self::Degrees("EPSG:4326")),
@@ -76,7 +76,7 @@ impl Crs {
         }
     }
 
-    /// Whether numbers of both mean the same.
+    /// Returns true when coordinates in both systems mean the same.
     pub(super) fn agrees(self, other: Self) -> bool {
         self == other || matches!((self, other), (Self::Degrees(_), Self::Degrees(_)))
     }

@@ -12,7 +12,7 @@ pub(super) struct Feature {
     properties: Value,
     /// An object, or null.
     pub(super) geometry: Value,
-    /// As it says itself, or what holds it.
+    /// Reference system that the feature names, or the object that holds it.
     pub(super) crs: Option<Crs>,
 }
 

@@ -9,7 +9,7 @@ pub enum GeoJsonError {
     /// The text is not GeoJSON.
     #[error("not valid GeoJSON: {reason}")]
     Syntax {
-        /// What is wrong, with line and column or feature where they are known.
+        /// Description of the fault, with line and column or feature where they are known.
         reason: String,
     },
     /// The text holds no feature at all.
@@ -40,7 +40,7 @@ pub enum GeoJsonError {
         "its `crs` is {crs}, which is not read (degrees of WGS 84, EPSG:3857 and UTM are); convert it: ogr2ogr -t_srs EPSG:4326 NEW.geojson OLD.geojson"
     )]
     Crs {
-        /// What the member says.
+        /// Name of the system in the member, or the member's text if it has none.
         crs: String,
     },
     /// A reference system that is said to be unknown, by `"crs": null`.
@@ -55,7 +55,7 @@ pub enum GeoJsonError {
         feature: usize,
         /// Its reference system.
         crs: String,
-        /// That of the others.
+        /// Reference system of the features before it.
         first: String,
     },
     /// Metres asked for, and a reference system whose numbers are none.
@@ -73,7 +73,7 @@ pub enum GeoJsonError {
         x: f64,
         /// Second coordinate.
         y: f64,
-        /// What it should be.
+        /// Description of a valid position.
         expected: String,
     },
     /// A second coordinate that can only be a longitude, if it is an angle at all.
@@ -93,7 +93,7 @@ pub enum GeoJsonError {
     Pole {
         /// Index of the feature.
         feature: usize,
-        /// How near is too near \[deg\].
+        /// Smallest distance from a pole that is read \[deg\].
         limit_deg: f64,
     },
     /// The buildings are too far apart for one plane.
@@ -107,9 +107,9 @@ pub enum GeoJsonError {
         x: f64,
         /// Second coordinate.
         y: f64,
-        /// How far \[deg\].
+        /// Distance from the middle of all buildings \[deg\].
         distance_deg: f64,
-        /// How far is allowed \[deg\].
+        /// Largest distance that fits one plane \[deg\].
         limit_deg: f64,
     },
     /// No building is as large as a metre.

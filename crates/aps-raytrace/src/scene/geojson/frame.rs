@@ -1,4 +1,4 @@
-//! From the numbers of a file to metres.
+//! Conversion of a file's numbers to metres.
 
 use glam::DVec2;
 
@@ -15,7 +15,7 @@ const MAX_METRES: f64 = 1e8;
 /// Nearest that a building comes to a pole \[deg\].
 const FROM_POLE_DEG: f64 = 1.0;
 
-/// How the numbers of a file become metres.
+/// Conversion of a file's numbers to metres.
 pub(super) enum Frame {
     /// Degrees: by a projection about their middle.
     Plane(LocalPlane),
@@ -47,7 +47,7 @@ impl Frame {
         Self::Shift(((min + max) / 2.0).floor())
     }
 
-    /// Where (0, 0) is, in the unit of the numbers.
+    /// Position of (0, 0), in the unit of the file's numbers.
     pub(super) fn origin(&self) -> [f64; 2] {
         match self {
             Self::Plane(plane) => plane.origin_deg(),
@@ -91,7 +91,7 @@ impl Frame {
     }
 }
 
-/// A coordinate that is not what it should be.
+/// Makes the error of a coordinate that is not the `expected` kind of position.
 pub(super) fn coordinate(
     feature: usize,
     x: f64,

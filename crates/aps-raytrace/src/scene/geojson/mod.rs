@@ -47,7 +47,7 @@ pub enum Coordinates {
     Metres,
 }
 
-/// How a file is read.
+/// Settings for reading a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GeoJsonConfig {
     /// Unit of its numbers.
@@ -67,7 +67,7 @@ pub struct GeoJsonCity {
     pub crs: Option<String>,
     /// Where (0, 0) is: longitude and latitude \[deg\], or easting and northing \[m\] where metres were asked for.
     pub origin: [f64; 2],
-    /// What was passed over.
+    /// Features and rings that were passed over.
     pub skipped: Skipped,
 }
 

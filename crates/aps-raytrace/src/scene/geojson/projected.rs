@@ -5,7 +5,8 @@ const EQUATOR_M: f64 = 6_378_137.0;
 /// Third flattening of WGS 84, f / (2 - f) with f = 1 / 298.257223563.
 const N: f64 = 1.0 / (2.0 * 298.257_223_563 - 1.0);
 
-/// Of EPSG:3857 \[m\]: the sphere's formulas give latitudes of the ellipsoid, by definition.
+/// Converts a point in EPSG:3857 \[m\] to longitude and latitude \[deg\]; `None` far beyond the edges of the map. The sphere's
+/// formulas give latitudes of the ellipsoid, by definition.
 pub(super) fn from_web_mercator(x: f64, y: f64) -> Option<[f64; 2]> {
     // Half around the equator, and a hundredth more for files that run on over the date line.
     const REACH_M: f64 = 1.01 * std::f64::consts::PI * EQUATOR_M;
@@ -15,10 +16,13 @@ pub(super) fn from_web_mercator(x: f64, y: f64) -> Option<[f64; 2]> {
     })
 }
 
-/// Of UTM \[m\], by Kruger's series up to the fourth power of the third flattening: C. F. F. Karney, Transverse Mercator
-/// with an accuracy of a few nanometers, J. Geodesy 85, 2011, equations 11, 15, 26 and 36 and its table of inverse series
-/// as given by K. Engsager and K. Poder. Off by less than 10 um up to 1000 km from the central meridian. The ellipsoid is that
-/// of WGS 84; that of ETRS89 moves a point by 0.1 mm.
+/// Converts a point in UTM \[m\] to longitude and latitude \[deg\]; `None` more than 1000 km from the central meridian or
+/// 10,000 km from the equator.
+///
+/// Kruger's series up to the fourth power of the third flattening: C. F. F. Karney, Transverse Mercator with an accuracy of a
+/// few nanometers, J. Geodesy 85, 2011, equations 11, 15, 26 and 36 and its table of inverse series as given by K. Engsager
+/// and K. Poder. The error is less than 10 um up to 1000 km from the central meridian. The ellipsoid is that of WGS 84; the
+/// one of ETRS89 moves a point by 0.1 mm.
 pub(super) fn from_utm(zone: u32, is_south: bool, easting: f64, northing: f64) -> Option<[f64; 2]> {
     const REACH_M: f64 = 1e6;
     let x = easting - 500_000.0;
