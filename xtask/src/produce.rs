@@ -103,23 +103,21 @@ impl Run<'_> {
         let mut rows = Rows::default();
         rows.tally.prepare = started.elapsed();
         rows.tally.empty_beams = tx.empty_beam_count() as u64;
-        let all: Vec<u32>;
-        let (candidates, wanted) = match choice {
-            Choice::Listed(lists) => (&lists[id as usize], usize::MAX),
-            Choice::All | Choice::FirstReached(_) => {
-                all = (0..rx.len() as u32).collect();
-                let wanted = match choice {
-                    Choice::FirstReached(wanted) => wanted,
-                    _ => usize::MAX,
-                };
-                (&all, wanted)
-            }
+        let listed = match choice {
+            Choice::Listed(lists) => Some(&lists[id as usize]),
+            Choice::All | Choice::FirstReached(_) => None,
+        };
+        // Links wanted, where only points that are reached count.
+        let wanted = match choice {
+            Choice::FirstReached(wanted) => Some(wanted),
+            Choice::All | Choice::Listed(_) => None,
         };
         let mut maker = LinkMaker::default();
-        for &candidate in candidates {
-            if rows.status.len() >= wanted {
+        for place in 0..listed.map_or(rx.len(), Vec::len) {
+            if wanted.is_some_and(|wanted| rows.status.len() >= wanted) {
                 break;
             }
+            let candidate = listed.map_or(place as u32, |list| list[place]);
             if self.is_interrupted() {
                 bail!("interrupted");
             }
@@ -127,7 +125,7 @@ impl Run<'_> {
             let receiver = rx.get(tracer, candidate)?;
             rows.tally.prepare += started.elapsed();
             let is_reached = maker.trace(tracer, &tx, receiver, &mut rows.tally);
-            if is_reached || !matches!(choice, Choice::FirstReached(_)) {
+            if is_reached || wanted.is_none() {
                 maker.label(self.labeler, [id, candidate], &mut rows)?;
                 let ends = (position, rx.point(candidate));
                 rows.tally.near_links += cautions::count_near(tracer.config(), [ends]);
@@ -136,7 +134,7 @@ impl Run<'_> {
                 rows.tally.pass_over(maker.status_without_label());
             }
         }
-        if let Choice::FirstReached(wanted) = choice {
+        if let Some(wanted) = wanted {
             let missing = wanted.saturating_sub(rows.status.len()) as u64;
             rows.tally.missing_links += missing;
             self.progress.inc(missing);

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::ring::MAX_COORDINATE_M;
+use super::ring::{MAX_COORDINATE_M, is_on_edge, winding_step};
 use super::{Scene, Wall};
 use crate::error::TerminalError;
 use crate::predicates::{orient, strictly_between};
@@ -47,11 +47,10 @@ impl Scene {
         self.index.for_each(right_of_p, |id| {
             let wall = &self.walls[id as usize];
             let (a, b) = (wall.a, wall.b);
-            let in_box = p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all();
-            if in_box && orient(a, b, p) == 0.0 {
+            if is_on_edge(a, b, p) {
                 on_wall = Some(on_wall.map_or(id, |w| w.min(id)));
             }
-            let step = winding_step(wall, p);
+            let step = winding_step(a, b, p);
             if step != 0 {
                 winding += step;
                 let x = a.x + (p.y - a.y) * (b.x - a.x) / (b.y - a.y);
@@ -97,7 +96,8 @@ impl Scene {
         self.courtyards.iter().position(|ring| {
             let steps = ring
                 .iter()
-                .map(|&id| winding_step(&self.walls[id as usize], p));
+                .map(|&id| &self.walls[id as usize])
+                .map(|wall| winding_step(wall.a, wall.b, p));
             steps.sum::<i32>() != 0
         })
     }
@@ -106,12 +106,9 @@ impl Scene {
     /// meets any of them.
     pub(crate) fn courtyards_with(&self, points: impl Iterator<Item = DVec2> + Clone) -> Vec<bool> {
         let holds = |ring: &[u32], p: DVec2| {
-            let on_wall = |w: &Wall| {
-                let in_box = p.cmpge(w.a.min(w.b)).all() && p.cmple(w.a.max(w.b)).all();
-                in_box && orient(w.a, w.b, p) == 0.0
-            };
             let walls = || ring.iter().map(|&id| &self.walls[id as usize]);
-            walls().map(|w| winding_step(w, p)).sum::<i32>() != 0 || walls().any(on_wall)
+            walls().map(|w| winding_step(w.a, w.b, p)).sum::<i32>() != 0
+                || walls().any(|w| is_on_edge(w.a, w.b, p))
         };
         let rings = self.courtyards.iter();
         rings
@@ -144,17 +141,6 @@ impl Scene {
                 })
             }
         }
-    }
-}
-
-/// Contribution of a wall to the winding number around `p`: 1 where it crosses the ray to the right
-/// of `p` upwards, -1 downwards. Half-open in y, so that a corner at p's height counts once.
-fn winding_step(wall: &Wall, p: DVec2) -> i32 {
-    let (a, b) = (wall.a, wall.b);
-    match (a.y <= p.y, b.y <= p.y) {
-        (true, false) if orient(a, b, p) > 0.0 => 1,
-        (false, true) if orient(a, b, p) < 0.0 => -1,
-        _ => 0,
     }
 }
 

@@ -31,20 +31,28 @@ pub(super) fn doubled_area(points: &[DVec2]) -> f64 {
 
 /// Tells if a ring, taken as closed, winds around a point or runs through it. Exact.
 pub(super) fn holds(ring: &[DVec2], p: DVec2) -> bool {
-    let following = ring.iter().cycle().skip(1);
-    let mut winding = 0;
-    for (&a, &b) in ring.iter().zip(following) {
-        let side = orient(a, b, p);
-        if side == 0.0 && p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all() {
-            return true;
-        }
-        match (a.y <= p.y, b.y <= p.y) {
-            (true, false) if side > 0.0 => winding += 1,
-            (false, true) if side < 0.0 => winding -= 1,
-            _ => {}
-        }
+    let edges = || {
+        let following = ring.iter().copied().cycle().skip(1);
+        ring.iter().copied().zip(following)
+    };
+    let winding: i32 = edges().map(|(a, b)| winding_step(a, b, p)).sum();
+    winding != 0 || edges().any(|(a, b)| is_on_edge(a, b, p))
+}
+
+/// Tells if a point lies on the closed edge from `a` to `b`. Exact.
+pub(super) fn is_on_edge(a: DVec2, b: DVec2, p: DVec2) -> bool {
+    let in_box = p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all();
+    in_box && orient(a, b, p) == 0.0
+}
+
+/// Contribution of the edge from `a` to `b` to the winding number around `p`: 1 where it crosses the ray to the right of `p`
+/// upwards, -1 downwards. Half-open in y, so that a corner at p's height counts once.
+pub(super) fn winding_step(a: DVec2, b: DVec2, p: DVec2) -> i32 {
+    match (a.y <= p.y, b.y <= p.y) {
+        (true, false) if orient(a, b, p) > 0.0 => 1,
+        (false, true) if orient(a, b, p) < 0.0 => -1,
+        _ => 0,
     }
-    winding != 0
 }
 
 /// Removes the closing vertex, duplicates and collinear vertices and turns the ring
