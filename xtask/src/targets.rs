@@ -15,7 +15,7 @@ pub fn protocol_of(dataset: &Dataset) -> Option<Protocol> {
 pub fn normalization(protocol: Protocol, train: MeanStd) -> Normalization {
     match protocol {
         Protocol::Released => Normalization::Released(train),
-        _ => Normalization::Paper(train),
+        Protocol::Paper => Normalization::Paper(train),
     }
 }
 

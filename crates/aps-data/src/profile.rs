@@ -305,7 +305,7 @@ fn encode_places(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::Axis;
+    use aps_label::Axis;
 
     fn layout(dtype: Precision, bins: usize) -> ProfileLayout {
         let axis = Axis {

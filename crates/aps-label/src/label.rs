@@ -122,7 +122,11 @@ impl Labeler {
     /// The first field of `config` that is out of range.
     pub fn new(config: &LabelConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let angles_deg = config.protocol.angles_deg();
+        let angles_deg = config
+            .protocol
+            .angle_axis_deg()
+            .values()
+            .collect::<Vec<_>>();
         let delays_s = config.delay_axis.delays_s();
         let mut delay_lanes = Vec::new();
         in_lanes(delays_s.iter().copied(), &mut delay_lanes);

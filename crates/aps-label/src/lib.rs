@@ -75,6 +75,7 @@
 #![forbid(unsafe_code)]
 
 mod array;
+mod axis;
 mod config;
 mod continuous;
 mod cover;
@@ -92,6 +93,7 @@ mod select;
 mod trig;
 
 pub use array::Array;
+pub use axis::Axis;
 pub use config::{DelayAxis, LabelConfig};
 pub use error::{ConfigError, PathError};
 pub use label::{Label, Labeler, Scratch, Status, Work};

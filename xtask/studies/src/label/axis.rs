@@ -146,7 +146,7 @@ fn reference(labeler: &Labeler, paths: &[PathSample]) -> Vec<f64> {
     let rate = config.sampling_rate_hz;
     let sense = match config.protocol {
         aps_label::Protocol::Released => std::f64::consts::PI,
-        _ => 0.0,
+        aps_label::Protocol::Paper => 0.0,
     };
     let ends = paths.iter().map(|p| rate * p.delay_s);
     let first = ends.clone().fold(f64::INFINITY, f64::min) - 1.0;

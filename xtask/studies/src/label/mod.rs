@@ -7,10 +7,11 @@ mod precision;
 mod pulse;
 
 use anyhow::{Result, ensure};
+use aps_data::sample_of;
 use aps_label::PathSample;
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
-use xtask::{draw_terminals, progress, sample_of};
+use xtask::{draw_terminals, progress};
 
 use super::{Setup, Study, StudyName};
 
