@@ -98,9 +98,7 @@ pub use config::{DelayAxis, LabelConfig};
 pub use error::{ConfigError, PathError};
 pub use label::{Label, Labeler, Scratch, Status, Work};
 pub use moments::{MeanStd, Moments};
-pub use normalize::{
-    Normalization, NormalizationError, SAMPLE_EPSILON, SampleScale, relative_db, relative_power,
-};
+pub use normalize::{Normalization, NormalizationError, SAMPLE_EPSILON, relative_power};
 pub use paths::PathSample;
 pub use protocol::{ParseProtocolError, Protocol};
 

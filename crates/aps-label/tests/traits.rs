@@ -20,7 +20,6 @@ fn types_can_be_shown_copied_and_shared() {
     is_shared::<Work>();
     is_shared::<PathSample>();
     is_shared::<Normalization>();
-    is_shared::<SampleScale>();
     is_shared::<Moments>();
     is_shared::<MeanStd>();
     is_error::<ConfigError>();
