@@ -11,7 +11,7 @@ use crate::error::{Error, at, in_array};
 use crate::layout::{Precision, ProfileLayout};
 use crate::npy::{Element, Writer};
 use crate::paths::{InteractionKind, PathTable};
-use crate::profile::{EncodedRows, Samples};
+use crate::profile::{Profile, Samples};
 
 /// An array file under construction.
 #[derive(Debug)]
@@ -87,7 +87,7 @@ impl ProfileArrays {
         })
     }
 
-    pub fn push(&mut self, rows: &EncodedRows) -> Result<(), Error> {
+    pub fn push(&mut self, rows: &Profile) -> Result<(), Error> {
         match (&mut self.db, &rows.db) {
             (SampleFile::F16(file), Samples::F16(values)) => file.push(values)?,
             (SampleFile::F32(file), Samples::F32(values)) => file.push(values)?,

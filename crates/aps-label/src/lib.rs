@@ -96,7 +96,7 @@ pub use array::Array;
 pub use axis::Axis;
 pub use config::{DelayAxis, LabelConfig};
 pub use error::{ConfigError, PathError};
-pub use label::{Label, Labeler, Scratch, Status, Work};
+pub use label::{Label, Labeler, Scratch, Status};
 pub use moments::{MeanStd, Moments};
 pub use normalize::{Normalization, NormalizationError, SAMPLE_EPSILON, relative_power};
 pub use paths::PathSample;

@@ -76,7 +76,7 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     let claim = "error of the continuous maximum, against one refined by golden section";
     study
         .section
-        .verdict(Verdict::bound(claim, worst_db, 1e-10, "dB"));
+        .verdict(Verdict::bound(claim, worst_db, 1e-6, "dB"));
     let cells = |row: &Row| {
         vec![
             row.axis.clone(),
