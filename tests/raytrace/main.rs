@@ -7,7 +7,7 @@ mod corners;
 mod dynamic_range;
 mod enclosure;
 mod exact_wedge;
-mod foreign_maps;
+mod fuzz;
 mod laws;
 mod mirror;
 mod mixed_sequences;

@@ -1,6 +1,5 @@
-//! Readers fed with 100,000 array files, 200,000 .propbin files and 40,000 samples a run, random ones and valid ones
-//! with bytes changed, and whole data sets opened by 4,000 such manifests (100,000 more are read in
-//! `src/manifest/fuzz.rs`).
+//! Readers fed with array files, .propbin files and samples, random ones and valid ones with bytes changed, and whole data
+//! sets opened by such manifests (more are read in `src/manifest/fuzz.rs`).
 
 use std::fs;
 
@@ -36,7 +35,7 @@ fn npy_file(dictionary: &str, claimed: u16, data: &[u8]) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(25_000))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
 
     #[test]
     fn npy_of_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
@@ -106,7 +105,7 @@ fn changed(bytes: &[u8], changes: &[(Index, u8)]) -> Vec<u8> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100_000))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
 
     #[test]
     fn propbin_with_bytes_changed(
@@ -139,7 +138,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40_000))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
 
     #[test]
     fn sample_with_bytes_changed(
@@ -160,7 +159,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2_000))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
 
     #[test]
     fn manifest_with_bytes_changed(

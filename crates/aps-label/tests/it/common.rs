@@ -1,5 +1,4 @@
 //! Helpers that several test files share: the tolerance, and links to try.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 use aps_label::{PathSample, Protocol};
 use proptest::prelude::*;

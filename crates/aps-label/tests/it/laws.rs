@@ -1,9 +1,7 @@
 //! Laws every label obeys, for links drawn at random.
 
-mod common;
-
+use crate::common::{MAXIMUM_ERROR, assert_power_db, linear, link, path, tolerance, total_power};
 use aps_label::{Array, Label, LabelConfig, Labeler, PathSample, Protocol, Scratch, Status};
-use common::{MAXIMUM_ERROR, assert_power_db, linear, link, path, tolerance, total_power};
 use proptest::prelude::*;
 
 const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];

@@ -37,7 +37,7 @@ fn types_can_be_shown_copied_and_shared() {
     is_error::<TilingError>();
 }
 
-/// With `--features serde`.
+/// Feature `serde` is on in the workspace: package `aps-tests` asks for it.
 #[cfg(feature = "serde")]
 #[test]
 fn records_and_settings_survive_json() {

@@ -1,13 +1,11 @@
 //! Against values made by `tests/golden/label.py`: NumPy's straightforward formula, and single
 //! elements of Q in 60 digits.
 
-mod common;
-
+use crate::common::{MAXIMUM_ERROR, assert_power, assert_power_db, linear, tolerance, total_power};
 use aps_label::{LabelConfig, Labeler, PathSample, Protocol};
-use common::{MAXIMUM_ERROR, assert_power, assert_power_db, linear, tolerance, total_power};
 use serde_json::Value;
 
-const GOLDEN: &str = include_str!("../../../tests/golden/label.json");
+const GOLDEN: &str = include_str!("../../../../tests/golden/label.json");
 
 fn golden() -> Value {
     serde_json::from_str(GOLDEN).expect("label.json is JSON")
