@@ -92,6 +92,22 @@ pub(crate) struct Group {
     rows: Rows,
 }
 
+/// The fronts of a block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BlockFronts {
+    pub block: u32,
+    pub strength: Strength,
+    /// Upper bound of the sum of squares of these and all weaker ones at the corner.
+    pub rest_power: f32,
+}
+
+/// The fronts at one corner but for the transmitter's own legs.
+#[derive(Debug, Clone)]
+struct Arriving {
+    strength: Strength,
+    blocks: Range<u32>,
+}
+
 /// Numbers of fronts by corner and reflections.
 #[derive(Debug, Clone)]
 struct Counts {
@@ -144,9 +160,9 @@ pub(crate) struct Fronts {
     table: Table,
     /// By wave and place.
     amplitudes: Vec<OnceLock<Complex64>>,
-    /// By block, and by the corner where it ends.
-    blocks: Vec<Strength>,
-    corners: Vec<Strength>,
+    /// Blocks of fronts by the corner where they end, the strongest first.
+    blocks: Vec<BlockFronts>,
+    corners: Vec<Arriving>,
     /// By number of diffractions before the corner where they arrive.
     counts: Vec<Counts>,
 }
@@ -201,14 +217,14 @@ impl Fronts {
         let Some(between) = of.between else {
             return Some(fronts);
         };
-        fronts.blocks = vec![Strength::default(); between.blocks().len()];
+        let mut blocks = vec![Strength::default(); between.blocks().len()];
         let mut places = Places::default();
         for diffractions in 1..limits.diffractions {
             reflections = (reflections + between.most_reflections()).min(limits.reflections);
             let mut counts = Counts::new(corners, reflections);
             let mut next = Vec::new();
             for waves in level.chunk_by(|p, q| p.corner == q.corner) {
-                fronts.add(of, limits, waves, &mut counts, &mut places)?;
+                fronts.add(of, limits, waves, (&mut counts, &mut blocks), &mut places)?;
                 if diffractions + 1 < limits.diffractions {
                     fronts.go_on(of, limits, &mut next)?;
                 }
@@ -219,11 +235,38 @@ impl Fronts {
             level = next;
         }
         fronts.sort(corners);
-        fronts.corners = vec![Strength::default(); corners];
-        for (block, strength) in between.blocks().iter().zip(&fronts.blocks) {
-            fronts.corners[block.to as usize].add(strength);
+        for corner in 0..corners as u32 {
+            let ids = between.blocks_to(corner);
+            let strengths = &blocks[ids.start as usize..ids.end as usize];
+            fronts.add_blocks(ids.zip(strengths));
         }
         Some(fronts)
+    }
+
+    /// Adds the blocks that end at the next corner.
+    fn add_blocks<'b>(&mut self, strengths: impl Iterator<Item = (u32, &'b Strength)>) {
+        let first = self.blocks.len();
+        for (block, &strength) in strengths.filter(|(_, strength)| strength.max > 0.0) {
+            self.blocks.push(BlockFronts {
+                block,
+                strength,
+                rest_power: 0.0,
+            });
+        }
+        let blocks = &mut self.blocks[first..];
+        blocks.sort_unstable_by(|p, q| {
+            let by_max = q.strength.max.total_cmp(&p.strength.max);
+            by_max.then(p.block.cmp(&q.block))
+        });
+        let mut strength = Strength::default();
+        for fronts in blocks.iter_mut().rev() {
+            strength.add(&fronts.strength);
+            fronts.rest_power = strength.power;
+        }
+        self.corners.push(Arriving {
+            strength,
+            blocks: first as u32..self.blocks.len() as u32,
+        });
     }
 
     /// Adds waves at one corner and the fronts that continue them.
@@ -232,7 +275,7 @@ impl Fronts {
         of: &Sources<'_>,
         limits: &Limits,
         waves: &[Wave],
-        counts: &mut Counts,
+        (counts, blocks): (&mut Counts, &mut [Strength]),
         places: &mut Places,
     ) -> Option<()> {
         let corner = waves[0].corner;
@@ -271,7 +314,6 @@ impl Fronts {
             waves: first_wave..self.waves.len() as u32,
             rows,
         });
-        let blocks = &mut self.blocks;
         places.finish(ends, (&mut self.table, rows), |place, strength| {
             blocks[ends.blocks[place] as usize].add(&strength);
         });
@@ -373,12 +415,13 @@ impl Fronts {
 
     /// Strength of the fronts at a corner but for the transmitter's own legs.
     pub fn corner(&self, corner: u32) -> &Strength {
-        &self.corners[corner as usize]
+        &self.corners[corner as usize].strength
     }
 
-    /// Strength of the fronts of a block.
-    pub fn block(&self, id: u32) -> &Strength {
-        &self.blocks[id as usize]
+    /// The same by block, the strongest first.
+    pub fn blocks(&self, corner: u32) -> &[BlockFronts] {
+        let Range { start, end } = self.corners[corner as usize].blocks;
+        &self.blocks[start as usize..end as usize]
     }
 
     /// Groups of waves at a corner that go on to further ones.

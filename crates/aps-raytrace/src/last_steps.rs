@@ -11,22 +11,13 @@ use crate::fronts::Limits;
 use crate::legs::{Corners, Leg, Legs};
 use crate::strength::{Bound, Places, Row, Rows, Strength, Table};
 
-/// The steps along the legs of a block.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BlockSteps {
-    pub block: u32,
-    pub strength: Strength,
-    /// Upper bound of the sum of squares of these and all weaker ones at the corner.
-    pub rest_power: f32,
-}
-
 /// The steps at one corner.
 #[derive(Debug, Clone)]
 pub(crate) struct CornerSteps {
     pub corner: u32,
     pub strength: Strength,
-    /// The strongest first.
-    blocks: Range<u32>,
+    /// The block that `blocks` begins with for it, and its place there.
+    first_block: [u32; 2],
     /// The receiver's own legs to it.
     pub legs: Range<u32>,
     /// By slot of the legs that arrive there, by own leg: |D| times the strength of the own leg, or more; 0 beyond the limits.
@@ -40,7 +31,8 @@ pub(crate) struct LastSteps {
     own: Vec<Direction>,
     table: Table,
     corners: Vec<CornerSteps>,
-    blocks: Vec<BlockSteps>,
+    /// By corner and by block that arrives there: largest and sum of squares.
+    blocks: Vec<[Bound; 2]>,
 }
 
 impl LastSteps {
@@ -95,46 +87,20 @@ impl LastSteps {
             places.finish(ends, (&mut steps.table, rows), |place, strength| {
                 blocks[(ends.blocks[place] - ids.start) as usize].add(&strength);
             });
-            let mut at = CornerSteps {
+            let mut strength = Strength::default();
+            blocks.iter().for_each(|block| strength.add(block));
+            steps.corners.push(CornerSteps {
                 corner: at.corner,
-                strength: Strength::default(),
-                blocks: 0..0,
+                strength,
+                first_block: [ids.start, steps.blocks.len() as u32],
                 legs: at.legs.clone(),
                 rows,
-            };
-            steps.add_blocks(&mut at, ids.zip(&blocks));
-            steps.corners.push(at);
+            });
+            let rounded = blocks.iter().map(Strength::rounded);
+            steps.blocks.extend(rounded);
         }
         steps.blocks.shrink_to_fit();
         Some(steps)
-    }
-
-    /// Adds the steps along blocks to a corner.
-    fn add_blocks<'b>(
-        &mut self,
-        at: &mut CornerSteps,
-        strengths: impl Iterator<Item = (u32, &'b Strength)>,
-    ) {
-        let first = self.blocks.len();
-        for (block, &strength) in strengths.filter(|(_, strength)| strength.max > 0.0) {
-            self.blocks.push(BlockSteps {
-                block,
-                strength,
-                rest_power: 0.0,
-            });
-        }
-        let blocks = &mut self.blocks[first..];
-        blocks.sort_unstable_by(|p, q| {
-            let by_max = q.strength.max.total_cmp(&p.strength.max);
-            by_max.then(p.block.cmp(&q.block))
-        });
-        let mut all = Strength::default();
-        for steps in blocks.iter_mut().rev() {
-            all.add(&steps.strength);
-            steps.rest_power = all.power;
-        }
-        at.strength = all;
-        at.blocks = first as u32..self.blocks.len() as u32;
     }
 
     /// The receiver's own leg as seen at its corner.
@@ -147,9 +113,11 @@ impl LastSteps {
         &self.corners
     }
 
-    /// The steps at one of them, by block, the strongest first.
-    pub fn blocks(&self, at: &CornerSteps) -> &[BlockSteps] {
-        &self.blocks[at.blocks.start as usize..at.blocks.end as usize]
+    /// Largest and sum of squares of the steps at a corner along the legs of a block.
+    #[inline]
+    pub fn block(&self, at: &CornerSteps, block: u32) -> [f64; 2] {
+        let [first, place] = at.first_block;
+        self.blocks[(place + block - first) as usize].map(Bound::get)
     }
 
     /// Strengths of the steps at a corner that begin with each of the legs of a block; all 0 beyond the limits.

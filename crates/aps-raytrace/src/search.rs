@@ -8,7 +8,7 @@
 use num_complex::Complex64;
 
 use crate::fronts::{FrontId, Sources};
-use crate::last_steps::{BlockSteps, CornerSteps};
+use crate::last_steps::CornerSteps;
 use crate::legs::{AtCorner, Legs, Short};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
@@ -53,8 +53,8 @@ pub(crate) struct Search {
     /// Corners that both ends reach.
     common: Vec<(AtCorner, AtCorner)>,
     candidates: Vec<Candidate>,
-    /// Steps of a block, with the receiver's corner.
-    blocks: Vec<(usize, BlockSteps)>,
+    /// Blocks, with the receiver's corner.
+    blocks: Vec<(usize, u32)>,
     parts: Vec<Part>,
     found: Vec<Found>,
     reflected: Vec<PathRecord>,
@@ -208,10 +208,10 @@ impl Ends<'_> {
             self.look_for_a_floor(search);
         }
         self.select_blocks(&mut search.blocks);
-        for &(at, steps) in &search.blocks {
+        for &(at, block) in &search.blocks {
             self.over_block(
                 &self.rx.steps.corners()[at],
-                &steps,
+                block,
                 &mut search.candidates,
                 &mut search.parts,
             );
@@ -219,30 +219,31 @@ impl Ends<'_> {
     }
 
     /// Picks the blocks of which some path may reach the floor.
-    fn select_blocks(&mut self, selected: &mut Vec<(usize, BlockSteps)>) {
+    fn select_blocks(&mut self, selected: &mut Vec<(usize, u32)>) {
         selected.clear();
         let of_square = self.of_strengths().powi(2);
         let floor = self.floor / self.of_strengths();
-        let is_below = |p: f32, q: f32| f64::from(p) * f64::from(q) < floor;
         let mut power = 0.0;
-        let mut omit = |p: f32, q: f32| power += f64::from(p) * f64::from(q) * of_square;
+        let mut omit = |p: f32, q: f64| power += f64::from(p) * q * of_square;
         let steps = &self.rx.steps;
+        let fronts = &self.tx.fronts;
         for (i, at) in steps.corners().iter().enumerate() {
-            let arriving = self.tx.fronts.corner(at.corner);
-            if is_below(arriving.max, at.strength.max) {
-                omit(arriving.power, at.strength.power);
+            let (arriving, leaving) = (fronts.corner(at.corner), &at.strength);
+            if f64::from(arriving.max) * f64::from(leaving.max) < floor {
+                omit(arriving.power, leaving.power.into());
                 continue;
             }
-            for steps in steps.blocks(at) {
-                if is_below(arriving.max, steps.strength.max) {
-                    omit(arriving.power, steps.rest_power);
+            for fronts in fronts.blocks(at.corner) {
+                let most = f64::from(fronts.strength.max);
+                if most * f64::from(leaving.max) < floor {
+                    omit(fronts.rest_power, leaving.power.into());
                     break;
                 }
-                let fronts = self.tx.fronts.block(steps.block);
-                if is_below(fronts.max, steps.strength.max) {
-                    omit(fronts.power, steps.strength.power);
-                } else if fronts.max > 0.0 {
-                    selected.push((i, *steps));
+                let [max, power] = steps.block(at, fronts.block);
+                if most * max < floor {
+                    omit(fronts.strength.power, power);
+                } else if max > 0.0 {
+                    selected.push((i, fronts.block));
                 }
             }
         }
@@ -258,11 +259,14 @@ impl Ends<'_> {
     /// Computes one promising path, where nothing is known of the link.
     fn look_for_a_floor(&mut self, search: &mut Search) {
         let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
-        let all = steps.corners().iter();
-        let all = all.flat_map(|at| steps.blocks(at).iter().map(move |s| (at, s)));
-        let product =
-            |s: &BlockSteps| f64::from(fronts.block(s.block).max) * f64::from(s.strength.max);
-        let Some((at, best)) = all.max_by(|p, q| product(p.1).total_cmp(&product(q.1))) else {
+        let all = steps.corners().iter().flat_map(|at| {
+            let blocks = fronts.blocks(at.corner).iter();
+            blocks.map(move |f| {
+                let [max, _] = steps.block(at, f.block);
+                (f64::from(f.strength.max) * max, at, f.block)
+            })
+        });
+        let Some((_, at, best)) = all.max_by(|p, q| p.0.total_cmp(&q.0)) else {
             return;
         };
         self.over_block(at, best, &mut search.candidates, &mut search.parts);
@@ -274,13 +278,13 @@ impl Ends<'_> {
     fn over_block(
         &mut self,
         at: &CornerSteps,
-        steps: &BlockSteps,
+        block: u32,
         candidates: &mut Vec<Candidate>,
         parts: &mut Vec<Part>,
     ) {
         let limits = self.map.config.limits();
         let between = self.sources.between.expect("blocks are of it");
-        let block = &between.blocks()[steps.block as usize];
+        let block = &between.blocks()[block as usize];
         let spread = self.map.friis.amplitude(1.0);
         let at_most = self.of_strengths();
         let fronts = &self.tx.fronts;

@@ -23,6 +23,11 @@ impl Strength {
         }
     }
 
+    /// The two in 16 bits each.
+    pub fn rounded(&self) -> [Bound; 2] {
+        [self.max, self.power].map(|bound| Bound::up(bound.into()))
+    }
+
     /// Adds other waves.
     #[inline]
     pub fn add(&mut self, other: &Self) {
