@@ -7,6 +7,7 @@ mod corners;
 mod dynamic_range;
 mod enclosure;
 mod exact_wedge;
+mod field_links;
 mod fields;
 mod foreign_maps;
 mod laws;

@@ -21,6 +21,9 @@ use crate::scene::{Scene, Wall};
 /// Largest memory for the views and pairs of a map's corners.
 const MAX_BYTES: usize = 1 << 30;
 
+/// Nearer to a wall's direction than this \[rad\] a ray is along it: far above rounding, far below what pixels tell apart.
+const ALONG_RAD: f64 = 1e-9;
+
 /// A corner that ways bend around: more than half of the plane around it is street.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corner {
@@ -66,9 +69,15 @@ impl Corner {
     /// Tells if some of a piece of the view is where a tight string may go on to.
     fn may_go_on_to(&self, piece: &Piece) -> bool {
         let rays = piece.far.map(|p| self.sides(p));
-        let all = |sign: f64| rays.iter().flatten().all(|side| side * sign > 0.0);
-        // A string does not bend towards what lies before both walls, and nothing is seen behind both.
-        !all(1.0) && !all(-1.0)
+        // A string does not bend towards what lies before both walls.
+        let is_before = rays.iter().flatten().all(|&side| side > 0.0);
+        // Behind both, where the view is of the building's inside, a piece may end along one of them.
+        let [first, last] = [self.first, self.last].map(|end| end.distance(self.point));
+        let is_behind = piece.far.iter().zip(rays).all(|(p, sides)| {
+            let slack = ALONG_RAD * p.distance(self.point);
+            sides[0] <= slack * first && sides[1] <= slack * last
+        });
+        !is_before && !is_behind
     }
 }
 

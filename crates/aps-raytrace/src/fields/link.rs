@@ -10,8 +10,8 @@ use super::error::FieldError;
 use super::exponential::exp_of_negative;
 use super::map::FieldMap;
 use super::mirror::Mirror;
-use super::receiver::{ENDED, NEAR_CORNER, ReceiverRays};
-use super::transmitter::{NO_SOURCE, STRAIGHT, TransmitterFields};
+use super::receiver::{NEAR_CORNER, ReceiverRays};
+use super::transmitter::{STRAIGHT, TransmitterFields};
 
 /// Planes of a link: see [`FieldLink`].
 pub const PLANES: usize = 12;
@@ -115,12 +115,12 @@ impl FieldLink<'_> {
             },
         };
         let plane = fan.positions();
+        let mut gathered = Gathered::default();
+        let mut out = [[0.0; LANES]; PLANES];
         for (row, &range_m) in fan.ranges_m.iter().enumerate() {
             for from in (0..fan.directions).step_by(LANES) {
                 let lanes = LANES.min(fan.directions - from);
-                let mut gathered = Gathered::default();
                 gather.collect(row, from, lanes, &mut gathered);
-                let mut out = [[0.0; LANES]; PLANES];
                 compute(
                     &gathered,
                     gather.geodesic_m,
@@ -220,11 +220,10 @@ struct Gather<'a> {
 struct Gathered {
     x_m: [f32; LANES],
     y_m: [f32; LANES],
-    /// For each field: place and offset of the source, and 1 where there is one.
+    /// For each field: the source's place and offset \[m\], and 1 if there is one.
     sources: [[[f32; LANES]; 4]; 3],
-    bounces: [[f32; LANES]; 3],
     in_sight: [f32; LANES],
-    near_corner: [f32; LANES],
+    marks: [u8; LANES],
 }
 
 impl Default for Gathered {
@@ -233,9 +232,8 @@ impl Default for Gathered {
             x_m: [0.0; LANES],
             y_m: [0.0; LANES],
             sources: [[[0.0; LANES]; 4]; 3],
-            bounces: [[0.0; LANES]; 3],
             in_sight: [0.0; LANES],
-            near_corner: [0.0; LANES],
+            marks: [0; LANES],
         }
     }
 }
@@ -248,21 +246,14 @@ impl Gather<'_> {
             let pixel = self.tx.pixels[self.rx.pixels[at] as usize];
             out.x_m[lane] = self.rx.x_m[at];
             out.y_m[lane] = self.rx.y_m[at];
-            for (sources, source) in out.sources.iter_mut().zip(pixel) {
-                let [x, y, offset_m] = self.tx.sources[source as usize];
-                sources[0][lane] = x;
-                sources[1][lane] = y;
-                sources[2][lane] = offset_m;
-                sources[3][lane] = f32::from(u8::from(source != NO_SOURCE));
-            }
+            out.marks[lane] = self.rx.marks[at];
             out.in_sight[lane] = f32::from(u8::from(pixel[0] == STRAIGHT));
-            let marks = self.rx.marks[at];
-            let bounces = marks & !NEAR_CORNER;
-            for (count, is_so) in (0..).zip(&mut out.bounces) {
-                is_so[lane] = f32::from(u8::from(bounces == count));
+            for (columns, source) in out.sources.iter_mut().zip(pixel) {
+                let source = self.tx.sources[source as usize];
+                for (column, value) in columns.iter_mut().zip(source) {
+                    column[lane] = value;
+                }
             }
-            let is_near = marks != ENDED && marks & NEAR_CORNER != 0;
-            out.near_corner[lane] = f32::from(u8::from(is_near));
         }
     }
 }
@@ -276,23 +267,29 @@ fn compute(
     range_m: f32,
     out: &mut [[f32; LANES]; PLANES],
 ) {
-    out[..3].copy_from_slice(&of.bounces);
+    for (bounces, plane) in (0..3).zip(&mut *out) {
+        for (value, marks) in plane.iter_mut().zip(of.marks) {
+            *value = f32::from(u8::from(marks & !NEAR_CORNER == bounces));
+        }
+    }
     out[3] = of.in_sight;
-    out[10] = of.near_corner;
+    for (value, marks) in out[10].iter_mut().zip(of.marks) {
+        *value = f32::from(u8::from(marks & NEAR_CORNER != 0));
+    }
     out[11] = [range_m.ln() / 3.0 - 1.0; LANES];
     let [geodesic, reflected @ ..] = &of.sources;
     for lane in 0..LANES {
         let length_m = length_m(of, geodesic, lane);
         let detour_m = (length_m + range_m - geodesic_m).max(0.0);
         let is_reached = geodesic[3][lane];
-        out[4][lane] = is_reached * exp_of_negative(-detour_m / DETOUR_M[0]);
-        out[5][lane] = is_reached * exp_of_negative(-detour_m / DETOUR_M[1]);
+        out[4][lane] = is_reached * exp_of_negative(detour_m * (-1.0 / DETOUR_M[0]));
+        out[5][lane] = is_reached * exp_of_negative(detour_m * (-1.0 / DETOUR_M[1]));
     }
     for (field, plane) in reflected.iter().zip([6, 8]) {
         for lane in 0..LANES {
             let excess_m = (length_m(of, field, lane) + range_m - distance_m).max(0.0);
             out[plane][lane] = field[3][lane];
-            out[plane + 1][lane] = field[3][lane] * exp_of_negative(-excess_m / EXCESS_M);
+            out[plane + 1][lane] = field[3][lane] * exp_of_negative(excess_m * (-1.0 / EXCESS_M));
         }
     }
 }

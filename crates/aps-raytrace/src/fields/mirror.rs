@@ -33,7 +33,8 @@ impl Mirror {
     #[must_use]
     pub fn direction(self, direction: usize, directions: usize) -> usize {
         let turned = match self.x {
-            true => (directions + directions / 2 - 1 - direction) % directions,
+            true if direction < directions / 2 => directions / 2 - 1 - direction,
+            true => directions + directions / 2 - 1 - direction,
             false => direction,
         };
         match self.y {

@@ -32,7 +32,7 @@ pub(super) const STRAIGHT: u16 = 1;
 /// Largest number of sources: their numbers take two bytes.
 const MAX_SOURCES: usize = u16::MAX as usize;
 
-/// The fields of one transmitter: 6 bytes a pixel, and 12 a source.
+/// The fields of one transmitter: 6 bytes a pixel, and 16 a source.
 ///
 /// A pixel holds no lengths but the source of the shortest way: the transmitter, an image of it, or a corner with the length
 /// of the way to it. So the length at any position within the pixel is exact, as far as the way to its centre is open.
@@ -45,8 +45,8 @@ pub struct TransmitterFields {
     pub(super) ways: Ways,
     /// Sources by pixel in the order of [`Field::ALL`], and one pixel without any.
     pub(super) pixels: Vec<[u16; 3]>,
-    /// Place from the first pixel and offset of each source \[m\].
-    pub(super) sources: Vec<[f32; 3]>,
+    /// Of each source its place, counted from the first pixel, the length of the way to it \[m\], and 1; of none, zeros.
+    pub(super) sources: Vec<[f32; 4]>,
 }
 
 impl TransmitterFields {
@@ -125,7 +125,7 @@ impl TransmitterFields {
             match pixel[field as usize] {
                 NO_SOURCE => f32::INFINITY,
                 source => {
-                    let [x, y, offset_m] = self.sources[source as usize];
+                    let [x, y, offset_m, _] = self.sources[source as usize];
                     offset_m + at.distance(glam::Vec2::new(x, y))
                 }
             }
@@ -181,30 +181,27 @@ fn number(
     canvases: &[Canvas; 3],
     sources: &[Source],
     first_m: DVec2,
-) -> Result<(Vec<[u16; 3]>, Vec<[f32; 3]>), usize> {
-    let mut numbers = vec![u32::from(NO_SOURCE); sources.len()];
-    let mut places = vec![[0.0; 3]];
-    let mut name = |source: u32, places: &mut Vec<[f32; 3]>| {
-        let number = &mut numbers[source as usize];
-        if *number == u32::from(NO_SOURCE) {
-            *number = places.len() as u32;
-            let Source { point, offset_m } = sources[source as usize];
+) -> Result<(Vec<[u16; 3]>, Vec<[f32; 4]>), usize> {
+    let mut numbers = vec![None; sources.len()];
+    let mut places = vec![[0.0; 4]];
+    let mut number = |source: usize| {
+        *numbers[source].get_or_insert_with(|| {
+            let Source { point, offset_m } = sources[source];
             let place = point - first_m;
-            places.push([place.x, place.y, offset_m].map(|v| v as f32));
-        }
-        *number
+            places.push([place.x, place.y, offset_m, 1.0].map(|value| value as f32));
+            // Too many are counted, but not kept.
+            (places.len() - 1) as u16
+        })
     };
-    name(0, &mut places);
-    let mut pixels = Vec::with_capacity(canvases[0].sources.len() + 1);
-    for pixel in 0..canvases[0].sources.len() {
-        pixels.push(
-            [0, 1, 2].map(|field: usize| match canvases[field].sources[pixel] {
-                DARK => NO_SOURCE,
-                source => name(source, &mut places) as u16,
-            }),
-        );
+    number(0);
+    let mut pixels = vec![[NO_SOURCE; 3]; canvases[0].sources.len() + 1];
+    for (field, canvas) in canvases.iter().enumerate() {
+        for (pixel, &source) in pixels.iter_mut().zip(&canvas.sources) {
+            if source != DARK {
+                pixel[field] = number(source as usize);
+            }
+        }
     }
-    pixels.push([NO_SOURCE; 3]);
     match places.len() - 1 {
         count if count > MAX_SOURCES => Err(count),
         _ => Ok((pixels, places)),
