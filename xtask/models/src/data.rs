@@ -33,11 +33,7 @@ pub fn open(root: &Path) -> Result<Dataset> {
 pub fn target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Normalization)> {
     let protocol = xtask::targets::protocol_of(dataset).unwrap_or(Protocol::Released);
     let train = xtask::targets::training_statistics(dataset)?;
-    Ok((
-        protocol,
-        train,
-        xtask::targets::normalization(protocol, train),
-    ))
+    Ok((protocol, train, Normalization::of(protocol, train)))
 }
 
 /// Rasters of some maps, with the place of each map among them.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, DatasetConfig, DatasetWriter, Plan};
+use aps_data::{Dataset, DatasetConfig, DatasetWriter, Layout, Plan, Stored};
 use aps_label::{Array, DelayAxis, LabelConfig, Labeler, Protocol};
 use clap::ValueEnum;
 
@@ -12,7 +12,7 @@ use crate::command_line;
 use crate::production;
 use crate::progress;
 use crate::say;
-use crate::settings::{self, Stored};
+use crate::settings;
 use crate::summary::Summary;
 
 /// Forms of the receiving array.
@@ -114,7 +114,7 @@ impl Args {
         );
         let label = self.label(&own, stored.pdp);
         label.validate()?;
-        let mut layout = settings::layout(&label, manifest.layout.raster, stored);
+        let mut layout = Layout::of_labels(&label, manifest.layout.raster, stored);
         for (new, old) in [
             (&mut layout.aps, manifest.layout.aps),
             (&mut layout.pdp, manifest.layout.pdp),
