@@ -9,7 +9,7 @@ use aps_data::{Dataset, Part, npy};
 use aps_model::candle_core::{self, Tensor};
 use aps_model::train::predict;
 use aps_model::weights::Label;
-use aps_model::{ANGLE_BINS, Mode, Model, ModelKind, Preset};
+use aps_model::{ANGLE_BINS, Model, ModelKind, Preset};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -90,7 +90,7 @@ impl Args {
         ensure!(self.batch > 0, "--batch must be at least 1");
         let device = self.device.open()?;
         let label = network::label_of(&self.weights, self.model, self.preset)?;
-        let model = network::load(&self.weights, label, &device)?;
+        let (model, _) = network::load(&self.weights, label, &device)?;
         match (&self.data, &self.input) {
             (Some(root), _) => self.of_dataset(root, label, &*model, &device),
             (None, Some(images)) => self.of_images(images, &*model, &device),
@@ -132,7 +132,7 @@ impl Args {
         // A map at a time: its labels are not needed, but its links and buildings are.
         for &id in maps {
             let buildings = Buildings::load(&dataset, [id])?;
-            let conditions = buildings.conditions(false, image_size, device)?;
+            let input = buildings.input(label.kind, false, image_size, device)?;
             let any = aps_label::Normalization::Paper(aps_label::MeanStd {
                 mean: 0.0,
                 std: 1.0,
@@ -160,7 +160,7 @@ impl Args {
                 names.write_record(cells)?;
             }
             let links = labels.links().iter().copied();
-            predict(model, &conditions, links, self.batch, |_, spectra| {
+            predict(model, &*input, links, self.batch, |_, spectra| {
                 output.push(spectra)
             })?;
         }
@@ -209,7 +209,7 @@ impl Args {
         let image = 3 * height * width;
         for batch in images.data.chunks(self.batch * image.max(1)) {
             let shape = (batch.len() / image, 3, height, width);
-            let spectra = model.forward(&Tensor::from_slice(batch, shape, device)?, Mode::Eval);
+            let spectra = model.forward_t(&Tensor::from_slice(batch, shape, device)?, false);
             let spectra = spectra
                 .with_context(place)?
                 .flatten_all()?
