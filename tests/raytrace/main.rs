@@ -9,7 +9,7 @@ mod enclosure;
 mod exact_wedge;
 mod field_links;
 mod fields;
-mod foreign_maps;
+mod fuzz;
 mod laws;
 mod mirror;
 mod mixed_sequences;

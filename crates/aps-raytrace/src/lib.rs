@@ -92,6 +92,7 @@ mod text;
 mod tracer;
 pub mod transition;
 pub mod utd;
+mod wall_index;
 mod wedge;
 pub use config::{MAX_INTERACTIONS, TraceConfig};
 pub use error::{ConfigError, SceneError, TerminalError, TraceError};
