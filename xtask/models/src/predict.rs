@@ -5,7 +5,8 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, Part, npy};
+use aps_data::npy::{self, Element};
+use aps_data::{Dataset, Part};
 use aps_model::candle_core::{self, Tensor};
 use aps_model::train::predict;
 use aps_model::weights::Label;
@@ -258,7 +259,7 @@ fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
 
 /// A growing array of spectra.
 struct Output {
-    writer: npy::Writer<f32, BufWriter<File>>,
+    writer: npy::Writer<BufWriter<File>>,
     path: PathBuf,
     rows: usize,
     bar: ProgressBar,
@@ -274,7 +275,7 @@ impl Output {
         .expect("the template is well formed")
         .progress_chars("=> ");
         Ok(Self {
-            writer: npy::Writer::new(BufWriter::new(file), &[ANGLE_BINS])?,
+            writer: npy::Writer::new(BufWriter::new(file), f32::DTYPE, &[ANGLE_BINS])?,
             path: path.into(),
             rows: 0,
             bar: ProgressBar::new(rows as u64).with_style(style),

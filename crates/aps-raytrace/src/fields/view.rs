@@ -133,7 +133,7 @@ impl View {
             active,
         } = scratch;
         windows.clear();
-        visible_walls(scene.walls(), scene.index(), &self.beam, sweep, windows);
+        visible_walls(scene, &self.beam, sweep, windows, |_, _| {});
         seen.clear();
         events.clear();
         active.clear();
