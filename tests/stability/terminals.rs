@@ -235,7 +235,7 @@ fn coincident_terminals_are_an_error() {
     let tx = DVec2::new(-1.0, -1.0);
     let is_coincident = |link: &_| matches!(link, Err(TraceError::Coincident { .. }));
     assert!(is_coincident(&tracer.trace(tx, tx)));
-    let empty = aps_tests::shapes::scene(&[]);
+    let empty = scene(&[]);
     let tracer = Tracer::new(&empty, with_chains()).unwrap();
     for d in [1e-110, 1e-160, 1e-200, f64::MIN_POSITIVE] {
         let link = tracer.trace(DVec2::ZERO, DVec2::new(d, 0.0));
