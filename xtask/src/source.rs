@@ -12,10 +12,10 @@ use aps_report::link::{Bend, BendKind, LinkView, PathView};
 use aps_report::picture::Outlines;
 use rayon::prelude::*;
 
-use crate::maps::{self, MapSource, SceneSettings};
-use crate::samples;
-use crate::settings;
-use crate::tiles::TileArgs;
+use map2aps::{MapSource, maps, path_sample, settings};
+use serde_json::Value;
+
+use crate::args::{MapsArg, TileArgs};
 
 /// A data set, and the maps it was made from where they are at hand.
 pub struct Source {
@@ -36,7 +36,7 @@ pub struct SourceMap {
 
 impl Source {
     /// Opens a data set. Without `maps` its own are used if they were synthetic; a city is cut as it was.
-    pub fn open(folder: &Path, maps: Option<MapSource>, tiles: &TileArgs) -> Result<Self> {
+    pub fn open(folder: &Path, maps: Option<&MapsArg>, tiles: &TileArgs) -> Result<Self> {
         let place = || format!("data set '{}'", folder.display());
         let dataset = Dataset::open(folder).with_context(place)?;
         let configuration = &dataset.manifest().configuration;
@@ -46,17 +46,9 @@ impl Source {
             true => settings::label_of(configuration).with_context(place)?,
             false => LabelConfig::default(),
         };
-        let is_synthetic = configuration
-            .get("maps")
-            .is_some_and(|maps| maps == "synthetic");
-        let maps = maps
-            .map(|maps| match maps {
-                MapSource::City { .. } => maps.cut_for(folder, configuration, tiles),
-                // Maps of other sources are compared by their buildings, map by map.
-                _ => Ok(maps),
-            })
-            .transpose()?;
-        let own = is_synthetic.then_some((MapSource::Synthetic { count: None }, false));
+        let maps = maps.map(|maps| maps.open_for(configuration, tiles));
+        let maps = maps.transpose().with_context(place)?;
+        let own = MapSource::of_dataset(configuration).map(|maps| (maps, false));
         Ok(Self {
             maps: maps.map(|maps| (maps, true)).or(own),
             label,
@@ -99,7 +91,7 @@ impl Source {
         ensure!(
             map.has_paths(),
             "the data set stores no paths; give {}, or make it with --store aps,paths",
-            maps::wanted(&self.dataset.manifest().configuration)
+            wanted_maps(&self.dataset.manifest().configuration)
         );
         let status = map.data.status[row];
         ensure!(
@@ -116,11 +108,11 @@ impl Source {
             return Ok(None);
         };
         let manifest = self.dataset.manifest();
-        let settings = SceneSettings::of_dataset(&manifest.configuration)?;
+        let settings = settings::scene_of(&manifest.configuration)?;
         let scene = match maps.load(id, manifest.seed, settings) {
             Ok(scene) => scene,
             Err(_) if !is_asked_for => return Ok(None),
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         };
         let raster = maps::raster(&scene, buildings.grid())?;
         match (raster == *buildings, is_asked_for) {
@@ -192,7 +184,7 @@ fn stored_paths(table: &PathTable, link: usize) -> Vec<PathView> {
         point: DVec2::from(table.interaction_point_m[i]),
     };
     let path = |p: usize| {
-        let sample = samples::of_stored(table, p);
+        let sample = path_sample::of_stored(table, p);
         PathView {
             bends: table.interactions_of(p).map(bend).collect(),
             delay_s: sample.delay_s,
@@ -245,6 +237,14 @@ fn trace_again(
     let mut links: Vec<(usize, LinkView)> = groups.into_iter().flatten().collect();
     links.sort_by_key(|(place, _)| *place);
     Ok(links.into_iter().map(|(_, link)| link).collect())
+}
+
+/// Names the option by which the maps of a data set are given, for messages that ask for them.
+pub fn wanted_maps(configuration: &Value) -> &'static str {
+    match configuration["maps"]["kind"] == "geojson" {
+        true => "--maps FILE.geojson, the city it was made from",
+        false => "--maps DIR, the maps it was made from",
+    }
 }
 
 /// A link of a data set, `MAP,TX,RX`: map number, rows of transmitter and receiver.

@@ -8,11 +8,10 @@ use aps_report::document::{Block, Document, Section};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::maps::MapSource;
+use crate::args::{MapsArg, TileArgs};
 use crate::progress;
 use crate::say;
 use crate::source::{LinkId, Source};
-use crate::tiles::TileArgs;
 
 mod charts;
 mod links;
@@ -45,7 +44,7 @@ pub struct Args {
     /// the city, which is cut as it was. Gives paths where none are stored, and exact walls.
     /// Synthetic ones are found without.
     #[arg(long)]
-    maps: Option<MapSource>,
+    maps: Option<MapsArg>,
     /// Seed of the random choices.
     #[arg(long, default_value_t = 42)]
     seed: u64,
@@ -63,7 +62,7 @@ struct Wanted {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        let source = Source::open(&self.dataset, self.maps.clone(), &self.tiles)?;
+        let source = Source::open(&self.dataset, self.maps.as_ref(), &self.tiles)?;
         let manifest = source.dataset().manifest();
         let valid = |map: &aps_data::MapEntry| map.status.get("valid").copied().unwrap_or(0);
         let counts: Vec<(u32, u64)> = manifest.maps.iter().map(|m| (m.id, valid(m))).collect();

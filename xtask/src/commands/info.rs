@@ -7,10 +7,10 @@ use std::path::PathBuf;
 use anyhow::Result;
 use aps_data::{Axis, Layout, MapEntry, Part, Precision, ProfileLayout, Survey};
 use indicatif::{DecimalBytes, HumanCount};
+use map2aps::maps::ranges;
 use serde_json::{Value, json};
 
 use crate::command_line;
-use crate::maps::ranges;
 use crate::output;
 
 /// Tell what a data set holds, and what an unfinished one lacks.

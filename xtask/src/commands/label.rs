@@ -8,10 +8,11 @@ use anyhow::{Context, Result, ensure};
 use aps_label::{DelayAxis, LabelConfig, Labeler, PathSample};
 use npyz::WriterBuilder;
 
+use map2aps::path_list::LinkList;
+use map2aps::path_sample;
+
 use crate::args::LabelArgs;
 use crate::note;
-use crate::samples;
-use crate::wire::LinkList;
 
 /// Make labels for path lists from anywhere: one row a link, dB, f64.
 #[derive(Debug, clap::Args)]
@@ -49,7 +50,7 @@ impl Args {
             let place = || format!("{}: link {i}", place());
             let paths = link.paths.iter().enumerate();
             let samples: Vec<PathSample> = paths
-                .map(|(k, path)| samples::of_entry(path).with_context(|| format!("path {k}")))
+                .map(|(k, path)| path_sample::of_entry(path).with_context(|| format!("path {k}")))
                 .collect::<Result<_>>()
                 .with_context(place)?;
             let label = labeler.label(&samples).with_context(place)?;

@@ -10,7 +10,9 @@ use anyhow::{Result, ensure};
 use aps_label::PathSample;
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
-use xtask::{draw_terminals, progress, sample_of};
+use map2aps::path_sample::of_traced as sample_of;
+use map2aps::sampling::draw as draw_terminals;
+use xtask::progress;
 
 use super::{Setup, Study, StudyName};
 

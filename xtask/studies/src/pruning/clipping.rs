@@ -8,8 +8,8 @@ use aps_raytrace::{Link, TraceConfig, Tracer};
 use aps_report::numbers::{count, three_digits};
 use aps_tests::brute_force::candidates;
 use indicatif::ProgressBar;
+use map2aps::sampling::draw as draw_terminals;
 use serde::Serialize;
-use xtask::draw_terminals;
 
 use super::ends;
 use crate::scenes::NamedScene;

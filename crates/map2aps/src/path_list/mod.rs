@@ -1,0 +1,157 @@
+//! Lists of links and their paths as JSON.
+
+use std::io::Read;
+
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::{Interaction, InteractionKind, PathRecord};
+use serde::{Deserialize, Serialize};
+
+#[cfg(test)]
+mod fuzz;
+
+/// Fault of a list of paths.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PathListError {
+    /// Text of another form; the message names the link, the path and the field.
+    #[error(
+        "{fault}; expected {{\"links\": [{{\"paths\": [{{\"delay_s\": 2e-7, \"arrival_azimuth_rad\": 0.5, \
+         \"gain_db\": -90}}]}}]}}, all numbers finite: leave out a path that has no gain, as NaN, null and \
+         -Infinity say"
+    )]
+    Form {
+        /// Fault and place of the text.
+        fault: String,
+    },
+    /// Text after the list.
+    #[error("more text follows the list; give one list a file")]
+    MoreText(#[source] serde_json::Error),
+    /// An azimuth that must be meant in degrees.
+    #[error("{field} = {azimuth_rad} is more than a turn, 2 pi; are the units radians?")]
+    Azimuth {
+        /// Name of the angle.
+        field: &'static str,
+        /// Its value \[rad\].
+        azimuth_rad: f64,
+    },
+}
+
+/// A list of links with their paths.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct LinkList {
+    /// The links.
+    pub links: Vec<LinkEntry>,
+}
+
+/// One link. Labels need only the paths.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct LinkEntry {
+    /// Transmitter \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tx: Option<[f64; 2]>,
+    /// Receiver \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rx: Option<[f64; 2]>,
+    /// Its paths.
+    pub paths: Vec<PathEntry>,
+}
+
+/// One path. Labels need delay, arrival azimuth and gain only.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct PathEntry {
+    /// Interactions in the order from transmitter to receiver.
+    #[serde(default)]
+    pub interactions: Vec<InteractionEntry>,
+    /// Length \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_m: Option<f64>,
+    /// Delay \[s\].
+    pub delay_s: f64,
+    /// Direction from the transmitter to the first interaction \[rad\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub departure_azimuth_rad: Option<f64>,
+    /// Direction from the receiver towards the last interaction, counter-clockwise from +x \[rad\].
+    pub arrival_azimuth_rad: f64,
+    /// Minus the path loss \[dB\].
+    pub gain_db: f64,
+}
+
+/// One interaction: a reflection at a wall or a diffraction at a corner.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct InteractionEntry {
+    /// Kind of the interaction.
+    pub kind: Kind,
+    /// Wall of a reflection.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall: Option<u32>,
+    /// Corner of a diffraction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub corner: Option<u32>,
+    /// Place of the interaction \[m\].
+    pub point: [f64; 2],
+}
+
+/// Kinds of interactions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Reflection at a wall.
+    Reflection,
+    /// Diffraction at a corner.
+    Diffraction,
+}
+
+impl LinkList {
+    /// Reads a list.
+    ///
+    /// # Errors
+    /// [`PathListError::Form`] and [`PathListError::MoreText`].
+    pub fn read(reader: impl Read) -> Result<Self, PathListError> {
+        let mut json = serde_json::Deserializer::from_reader(reader);
+        let list =
+            serde_path_to_error::deserialize(&mut json).map_err(|error| PathListError::Form {
+                fault: error.to_string(),
+            })?;
+        json.end().map_err(PathListError::MoreText)?;
+        Ok(list)
+    }
+}
+
+impl LinkEntry {
+    /// The entry of a traced link.
+    pub fn new(tx: DVec2, rx: DVec2, paths: &[PathRecord]) -> Self {
+        Self {
+            tx: Some(tx.to_array()),
+            rx: Some(rx.to_array()),
+            paths: paths.iter().map(PathEntry::from).collect(),
+        }
+    }
+}
+
+impl From<&PathRecord> for PathEntry {
+    fn from(p: &PathRecord) -> Self {
+        Self {
+            interactions: p.interactions.iter().map(InteractionEntry::from).collect(),
+            length_m: Some(p.length_m),
+            delay_s: p.delay_s,
+            departure_azimuth_rad: Some(p.departure_azimuth_rad),
+            arrival_azimuth_rad: p.arrival_azimuth_rad,
+            gain_db: p.gain_db(),
+        }
+    }
+}
+
+impl From<&Interaction> for InteractionEntry {
+    fn from(i: &Interaction) -> Self {
+        let (kind, wall, corner) = match i.kind {
+            InteractionKind::Reflection => (Kind::Reflection, Some(i.id), None),
+            InteractionKind::Diffraction => (Kind::Diffraction, None, Some(i.id)),
+        };
+        Self {
+            kind,
+            wall,
+            corner,
+            point: i.point.to_array(),
+        }
+    }
+}
