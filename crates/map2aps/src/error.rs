@@ -251,3 +251,25 @@ impl<T, E: Into<Error>> At<T> for Result<T, E> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As zip's and csv's errors, which repeat their cause.
+    #[derive(Debug, thiserror::Error)]
+    #[error("i/o error: {0}")]
+    struct Repeats(#[from] io::Error);
+
+    #[test]
+    fn causes_are_told_once() {
+        let repeated = Repeats(io::Error::other("the disk is full"));
+        assert_eq!(chain(&repeated), "i/o error: the disk is full");
+        let error = Err::<(), _>(MapError::NoArea)
+            .at(Place::Map(3))
+            .unwrap_err();
+        let no_area = "the map has no area to draw terminals from";
+        assert_eq!(error.chain(), format!("map 3: {no_area}"));
+        assert_eq!(error.to_string(), "map 3");
+    }
+}

@@ -103,6 +103,20 @@ impl Examples {
         written.at(Place::Link(self.list[example].link))
     }
 
+    /// The targets of all examples; shape (examples, bins).
+    ///
+    /// # Errors
+    /// A label that cannot be normalised.
+    pub fn targets(&self) -> Result<Vec<f32>> {
+        let mut targets = Vec::with_capacity(self.list.len() * self.bins);
+        let mut row = vec![0.0; self.bins];
+        for example in 0..self.list.len() {
+            self.write_target(example, &mut row)?;
+            targets.extend(row.iter().map(|&value| value as f32));
+        }
+        Ok(targets)
+    }
+
     /// Writes the condition image of an example, of [`Examples::image_len`] values: buildings, transmitter, receiver.
     ///
     /// # Panics

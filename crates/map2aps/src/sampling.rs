@@ -51,7 +51,7 @@ impl FromStr for Receivers {
         match text {
             "reached" => Ok(Self::Reached),
             "outdoor" => Ok(Self::Outdoor),
-            _ => Err(MapError::Receivers { text: text.into() }),
+            _ => Err(MapError::Receivers(text.into())),
         }
     }
 }

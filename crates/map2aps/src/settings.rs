@@ -19,11 +19,8 @@ use crate::sampling::Sampling;
 #[non_exhaustive]
 pub enum SettingsError {
     /// Settings that are not there.
-    #[error("its manifest has no {name} settings")]
-    None {
-        /// Name of the settings.
-        name: &'static str,
-    },
+    #[error("its manifest has no {0} settings")]
+    None(&'static str),
     /// Settings that this version does not know.
     #[error("its manifest has unknown {name} settings")]
     Unknown {
@@ -49,19 +46,11 @@ pub enum SettingsError {
     )]
     NotTraced,
     /// A material that this version does not know.
-    #[error("its manifest names the unknown material '{name}'")]
-    Material {
-        /// Name of the material.
-        name: String,
-    },
+    #[error("its manifest names the unknown material '{0}'")]
+    Material(String),
     /// A setting of earlier versions that this one does not repeat.
-    #[error(
-        "it was traced with --accuracy {accuracy_db}, which is gone: its links cannot be computed anew"
-    )]
-    Accuracy {
-        /// Value of the setting \[dB\].
-        accuracy_db: f64,
-    },
+    #[error("it was traced with --accuracy {0}, which is gone: its links cannot be computed anew")]
+    Accuracy(f64),
 }
 
 /// Kinds of data that are stored of each link.
@@ -148,7 +137,7 @@ fn read<T: DeserializeOwned>(
 /// # Errors
 /// Settings that are not there, and unknown ones.
 pub fn label_of(configuration: &Value) -> Result<LabelConfig, SettingsError> {
-    read(configuration, "label")?.ok_or(SettingsError::None { name: "label" })
+    read(configuration, "label")?.ok_or(SettingsError::None("label"))
 }
 
 /// Reads the scene settings in a `configuration`; before format version 2 no slit was filled.
@@ -227,13 +216,13 @@ impl TraceSettings {
 
     fn config(self) -> Result<TraceConfig> {
         if let Some(accuracy_db) = self.accuracy_db {
-            return Err(SettingsError::Accuracy { accuracy_db }.into());
+            return Err(SettingsError::Accuracy(accuracy_db).into());
         }
         let material = match self.material {
             MaterialSetting::Named(name) => match name.as_str() {
                 "concrete" => Material::Concrete,
                 "pec" => Material::PerfectConductor,
-                _ => return Err(SettingsError::Material { name }.into()),
+                _ => return Err(SettingsError::Material(name).into()),
             },
             MaterialSetting::Values([relative_permittivity, conductivity_s_per_m]) => {
                 Material::Dielectric {

@@ -4,20 +4,18 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
+use aps_data::Profile;
+use aps_label::Labeler;
 use aps_report::document::{Block, Document, Section};
+use aps_report::gallery::{Exhibit, LEGEND, Statistics};
+use aps_report::link::{LinkView, Spectrum, dominant_peaks};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::args::{MapsArg, TileArgs};
 use crate::progress;
 use crate::say;
-use crate::source::{LinkId, Source};
-
-mod charts;
-mod links;
-mod statistics;
-
-use statistics::Statistics;
+use crate::source::{LinkId, Source, SourceMap};
 
 /// Random streams of the two choices, so that one does not depend on the size of the other.
 const LINK_STREAM: u64 = 0;
@@ -73,9 +71,12 @@ impl Args {
         };
 
         let progress = progress::bar(counts.len() as u64, "maps");
-        let mut statistics = Statistics::new(&source);
+        let totals = &manifest.totals;
+        let (maps, status) = (totals.maps, totals.status.clone());
+        let mut statistics = Statistics::new(source.label().protocol, maps, totals.links, status);
+        let labeler = Labeler::new(source.label())?;
         let mut gallery = Section::new("Links");
-        gallery.text(links::LEGEND);
+        gallery.text(LEGEND);
         let mut exhibits = 0;
         for &(id, _) in &counts {
             progress.set_message(format!("map {id}"));
@@ -100,10 +101,13 @@ impl Args {
                 wanted.shown.push(map.row_of(link.tx, link.rx)?);
             }
             let views = map.links(&wanted.sampled)?;
-            statistics.add(&map, &wanted.sampled, &views)?;
+            for (&row, view) in wanted.sampled.iter().zip(&views) {
+                let peaks = peaks(&labeler, &map, row, view)?;
+                statistics.add(view, peaks, map.has_paths());
+            }
             let views = map.links(&wanted.shown)?;
             for (&row, view) in wanted.shown.iter().zip(&views) {
-                links::exhibit(&mut gallery, &source, &map, row, view)?;
+                exhibit(&source, &map, row, view)?.show(&mut gallery)?;
                 exhibits += 1;
             }
             progress.inc(1);
@@ -140,6 +144,72 @@ impl Args {
         rng.set_stream(stream);
         rng
     }
+}
+
+/// Dominant peaks of a link: of its stored spectrum, or of the one that its paths make.
+fn peaks(labeler: &Labeler, map: &SourceMap, row: usize, link: &LinkView) -> Result<Option<usize>> {
+    let protocol = labeler.config().protocol;
+    let peaks = match &map.data.aps {
+        Some(aps) => Some(dominant_peaks(&relative_db(aps, row), protocol)),
+        None => Spectrum::of(labeler, &link.samples())?.map(|s| s.dominant_peaks()),
+    };
+    Ok(peaks.map(|peaks| peaks.dominant().len()))
+}
+
+fn relative_db(profile: &Profile, row: usize) -> Vec<f64> {
+    let mut relative = vec![0.0; profile.bins()];
+    profile.read_relative_db(row, &mut relative);
+    relative.into_iter().map(f64::from).collect()
+}
+
+fn exhibit<'a>(
+    source: &'a Source,
+    map: &'a SourceMap,
+    row: usize,
+    link: &'a LinkView,
+) -> Result<Exhibit<'a>> {
+    let [tx, rx] = map.data.links[row];
+    let status = map.data.status[row];
+    Ok(Exhibit {
+        title: format!("Map {}, transmitter {tx}, receiver {rx}", map.data.id),
+        outlines: &map.outlines,
+        link,
+        label: source.label(),
+        no_label: (!status.is_valid()).then(|| status.to_string()),
+        has_paths: map.has_paths(),
+        fallback: map.data.fallback[row],
+        stored: match status.is_valid() && link.paths.is_empty() {
+            true => Some(stored(source, map, row)?),
+            false => None,
+        },
+    })
+}
+
+/// The stored spectrum of a link, over the power sent.
+fn stored(source: &Source, map: &SourceMap, row: usize) -> Result<Spectrum> {
+    let layout = source.dataset().manifest().layout;
+    let protocol = source.label().protocol;
+    let absolute = |profile: &Profile| {
+        let top_db = f64::from(profile.max_db()[row]) - protocol.sent_power_db();
+        let relative = relative_db(profile, row).into_iter();
+        relative.map(move |db| top_db + db)
+    };
+    let aps = map.data.aps.as_ref().zip(layout.aps);
+    let pdp = match layout.pdp {
+        None => Vec::new(),
+        Some(layout) => {
+            let powers = source.dataset().pdp(map.data.id)?;
+            let points = layout.axis.values().zip(absolute(&powers));
+            points.map(|(ns, db)| [ns, db]).collect()
+        }
+    };
+    Ok(Spectrum {
+        protocol,
+        angles_deg: aps.map_or(Vec::new(), |(_, aps)| aps.axis.values().collect()),
+        aps_db: aps.map_or(Vec::new(), |(aps, _)| absolute(aps).collect()),
+        delay_s: Vec::new(),
+        pdp,
+    })
 }
 
 /// Numbers of `n` links, drawn without replacement, that fall on each map that has some.

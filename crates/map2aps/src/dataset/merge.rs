@@ -16,11 +16,8 @@ pub enum MergeError {
     #[error("give the folders of the shards")]
     NoFolder,
     /// Folders without a whole map.
-    #[error("no map is finished in {}", names(folders))]
-    NoMap {
-        /// The folders.
-        folders: Vec<PathBuf>,
-    },
+    #[error("no map is finished in {}", names(.0))]
+    NoMap(Vec<PathBuf>),
     /// Maps that were planned and are in none of the folders.
     #[error("maps {maps:?} are in none of {}; make them first", names(folders))]
     Missing {
@@ -52,9 +49,7 @@ pub struct MissingPart {
 pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<Totals> {
     let parts = parts(folders, out)?;
     let config = parts.iter().find_map(|part| part.survey.config.clone());
-    let config = config.ok_or_else(|| MergeError::NoMap {
-        folders: names_of(&parts),
-    })?;
+    let config = config.ok_or_else(|| MergeError::NoMap(names_of(&parts)))?;
     // Each whole map and one of the folders that have it.
     let of_part = |part| Part::ids(part).map(move |id| (id, part));
     let sources: BTreeMap<u32, &Part> = parts.iter().rev().flat_map(of_part).collect();

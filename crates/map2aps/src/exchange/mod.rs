@@ -18,18 +18,12 @@ pub enum ExchangeError {
     /// Labels of another protocol than the published data's.
     #[error(
         "the labels follow the protocol {}, the published data `released`; make labels of that protocol",
-        found.as_ref().map_or("of nobody knows what".into(), |name| format!("`{name}`"))
+        .0.as_ref().map_or("of nobody knows what".into(), |name| format!("`{name}`"))
     )]
-    Protocol {
-        /// Protocol of the labels, if the manifest tells it.
-        found: Option<String>,
-    },
+    Protocol(Option<String>),
     /// A folder with another export.
-    #[error("'{}' is of another export; give another folder", record.display())]
-    OtherExport {
-        /// Record of the export in the folder.
-        record: PathBuf,
-    },
+    #[error("'{}' is of another export; give another folder", .0.display())]
+    OtherExport(PathBuf),
     /// A link whose places make no file name.
     #[error("map {map}, link {link} from {tx_m:?} to {rx_m:?} m: too far away for a name")]
     TooFar {
@@ -74,12 +68,9 @@ pub enum ExchangeError {
     /// Two files of one transmitter.
     #[error(
         "'{}' and '{}' are the same transmitter of the same map; import one of them",
-        files[0].display(), files[1].display()
+        .0[0].display(), .0[1].display()
     )]
-    SameTransmitter {
-        /// The files.
-        files: [PathBuf; 2],
-    },
+    SameTransmitter([PathBuf; 2]),
     /// More receivers asked for than there are.
     #[error("it has only {found} receivers, {asked} were asked for")]
     Receivers {

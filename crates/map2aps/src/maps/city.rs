@@ -78,7 +78,7 @@ impl City {
     /// Cuts the city in the bytes of a file.
     pub(super) fn of_bytes(bytes: &[u8], file: &Path, settings: TileSettings) -> Result<Self> {
         if is_list(bytes) {
-            return Err(Error::Map(MapError::NotGeoJson { file: file.into() }));
+            return Err(Error::Map(MapError::NotGeoJson(file.into())));
         }
         let config = GeoJsonConfig {
             coordinates: match settings.metric {
@@ -103,10 +103,7 @@ impl City {
             skipped: city.skipped,
         };
         match city.ids.is_empty() {
-            true => Err(MapError::NoTile {
-                min_buildings: settings.min_buildings,
-            })
-            .at_file(Place::City, file),
+            true => Err(MapError::NoTile(settings.min_buildings)).at_file(Place::City, file),
             false => Ok(city),
         }
     }

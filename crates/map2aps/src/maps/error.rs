@@ -12,11 +12,8 @@ use super::ranges;
 #[non_exhaustive]
 pub enum MapError {
     /// Text that is no list of ids.
-    #[error("'{part}' is not a map id or a range like 0-4")]
-    IdList {
-        /// Part of the list.
-        part: String,
-    },
+    #[error("'{0}' is not a map id or a range like 0-4")]
+    IdList(String),
     /// Maps that are not there.
     #[error("maps {missing:?} are not there; available are {available:?}")]
     Missing {
@@ -26,11 +23,8 @@ pub enum MapError {
         available: Vec<u32>,
     },
     /// A folder without maps.
-    #[error("no map in '{}': expected files named 0.json, 1.json, ...", folder.display())]
-    NoMap {
-        /// The folder.
-        folder: PathBuf,
-    },
+    #[error("no map in '{}': expected files named 0.json, 1.json, ...", .0.display())]
+    NoMap(PathBuf),
     /// Two files of one map.
     #[error("'{}' has two files of map {id}, {a} and {b}; remove one", folder.display(), a = files[0], b = files[1])]
     TwoFiles {
@@ -70,18 +64,12 @@ pub enum MapError {
     /// A RadioMapSeer map where a city was expected.
     #[error(
         "'{}' holds a list, as RadioMapSeer's maps do, and no GeoJSON; give the folder that it is in, and its number",
-        file.display()
+        .0.display()
     )]
-    NotGeoJson {
-        /// The file.
-        file: PathBuf,
-    },
+    NotGeoJson(PathBuf),
     /// A city without maps.
-    #[error("no tile has {min_buildings} buildings and less than 95 % of its area built over")]
-    NoTile {
-        /// Fewest buildings of a map.
-        min_buildings: usize,
-    },
+    #[error("no tile has {0} buildings and less than 95 % of its area built over")]
+    NoTile(usize),
     /// A tile without buildings.
     #[error("tile {tile} has no buildings; those with some are {}", ranges(maps))]
     EmptyTile {
@@ -99,11 +87,8 @@ pub enum MapError {
         given: Value,
     },
     /// Text that names no choice of receivers.
-    #[error("'{text}' is none of reached, outdoor")]
-    Receivers {
-        /// The text.
-        text: String,
-    },
+    #[error("'{0}' is none of reached, outdoor")]
+    Receivers(String),
     /// A scene without an area.
     #[error("the map has no area to draw terminals from")]
     NoArea,

@@ -9,7 +9,7 @@ use super::MapError;
 pub fn parse_ids(text: &str) -> Result<Vec<u32>, MapError> {
     let mut ids = Vec::new();
     for part in text.split(',') {
-        let wrong = || MapError::IdList { part: part.into() };
+        let wrong = || MapError::IdList(part.into());
         let (from, to) = part.split_once('-').unwrap_or((part, part));
         let from: u32 = from.trim().parse().map_err(|_| wrong())?;
         let to: u32 = to.trim().parse().map_err(|_| wrong())?;

@@ -25,9 +25,7 @@ pub fn ids(folder: &Path) -> Result<Vec<u32>> {
         file_of(folder, twice[0])?;
     }
     match ids.is_empty() {
-        true => Err(Error::Map(MapError::NoMap {
-            folder: folder.into(),
-        })),
+        true => Err(Error::Map(MapError::NoMap(folder.into()))),
         false => Ok(ids),
     }
 }

@@ -15,14 +15,11 @@ mod fuzz;
 pub enum PathListError {
     /// Text of another form; the message names the link, the path and the field.
     #[error(
-        "{fault}; expected {{\"links\": [{{\"paths\": [{{\"delay_s\": 2e-7, \"arrival_azimuth_rad\": 0.5, \
+        "{0}; expected {{\"links\": [{{\"paths\": [{{\"delay_s\": 2e-7, \"arrival_azimuth_rad\": 0.5, \
          \"gain_db\": -90}}]}}]}}, all numbers finite: leave out a path that has no gain, as NaN, null and \
          -Infinity say"
     )]
-    Form {
-        /// Fault and place of the text.
-        fault: String,
-    },
+    Form(String),
     /// Text after the list.
     #[error("more text follows the list; give one list a file")]
     MoreText(#[source] serde_json::Error),
@@ -108,10 +105,8 @@ impl LinkList {
     /// [`PathListError::Form`] and [`PathListError::MoreText`].
     pub fn read(reader: impl Read) -> Result<Self, PathListError> {
         let mut json = serde_json::Deserializer::from_reader(reader);
-        let list =
-            serde_path_to_error::deserialize(&mut json).map_err(|error| PathListError::Form {
-                fault: error.to_string(),
-            })?;
+        let list = serde_path_to_error::deserialize(&mut json)
+            .map_err(|error| PathListError::Form(error.to_string()))?;
         json.end().map_err(PathListError::MoreText)?;
         Ok(list)
     }

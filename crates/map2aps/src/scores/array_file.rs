@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use aps_data::npy::{Element, Header, NpyError};
+use aps_data::npy::{Header, NpyError};
 use aps_metrics::Shape;
 use half::f16;
 
@@ -21,7 +21,7 @@ pub struct ArrayFile {
     bytes: Vec<u8>,
 }
 
-/// The type of the elements, with their size [bytes].
+/// The type of the elements, with their size \[bytes\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Number {
     Float(usize),
@@ -157,20 +157,14 @@ fn of_shape(path: &Path, found: Vec<usize>, expected: &'static str) -> ScoreErro
 
 impl Number {
     fn of(dtype: &str) -> Option<Self> {
-        Some(match dtype {
-            "<f2" => Number::Float(2),
-            "<f4" => Number::Float(4),
-            "<f8" => Number::Float(8),
-            "|i1" => Number::Signed(1),
-            "<i2" => Number::Signed(2),
-            "<i4" => Number::Signed(4),
-            "<i8" => Number::Signed(8),
-            "|u1" => Number::Unsigned(1),
-            "<u2" => Number::Unsigned(2),
-            "<u4" => Number::Unsigned(4),
-            "<u8" => Number::Unsigned(8),
-            _ => return None,
-        })
+        let (kind, size) = dtype.split_at_checked(2)?;
+        let size = size.parse().ok()?;
+        match (kind, size) {
+            ("<f", 2 | 4 | 8) => Some(Number::Float(size)),
+            ("|i", 1) | ("<i", 2 | 4 | 8) => Some(Number::Signed(size)),
+            ("|u", 1) | ("<u", 2 | 4 | 8) => Some(Number::Unsigned(size)),
+            _ => None,
+        }
     }
 
     fn size(self) -> usize {
@@ -180,26 +174,19 @@ impl Number {
 
     /// Appends the elements in `bytes` to `values`.
     fn decode(self, bytes: &[u8], values: &mut Vec<f64>) {
-        match self {
-            Number::Float(2) => decode_floats::<f16>(bytes, values),
-            Number::Float(4) => decode_floats::<f32>(bytes, values),
-            Number::Float(_) => f64::decode(bytes, values),
-            Number::Unsigned(size) => {
-                values.extend(bytes.chunks_exact(size).map(|b| unsigned(b) as f64));
-            }
-            Number::Signed(size) => values.extend(bytes.chunks_exact(size).map(|b| {
+        let value = |b: &[u8]| match self {
+            Number::Float(2) => f16::from_bits(unsigned(b) as u16).to_f64(),
+            Number::Float(4) => f64::from(f32::from_bits(unsigned(b) as u32)),
+            Number::Float(_) => f64::from_bits(unsigned(b)),
+            Number::Unsigned(_) => unsigned(b) as f64,
+            Number::Signed(size) => {
                 // The sign bit moves to the top, and back with copies of itself.
                 let unused = 64 - 8 * size as u32;
                 ((unsigned(b) << unused) as i64 >> unused) as f64
-            })),
-        }
+            }
+        };
+        values.extend(bytes.chunks_exact(self.size()).map(value));
     }
-}
-
-fn decode_floats<T: Element + Into<f64>>(bytes: &[u8], values: &mut Vec<f64>) {
-    let mut floats: Vec<T> = Vec::new();
-    T::decode(bytes, &mut floats);
-    values.extend(floats.into_iter().map(Into::into));
 }
 
 fn unsigned(bytes: &[u8]) -> u64 {

@@ -45,11 +45,8 @@ pub enum ScoreError {
     #[error("the data set has no label in its training maps to normalise by")]
     NoTrainingLabel,
     /// Truth without a spectrum.
-    #[error("{truth} holds no sample")]
-    NoSample {
-        /// Description of the truth.
-        truth: String,
-    },
+    #[error("{0} holds no sample")]
+    NoSample(String),
     /// A data set with another number of labels than its manifest says.
     #[error("'{folder}' has not the {samples} valid links of its manifest: it is damaged")]
     Damaged {
@@ -188,8 +185,7 @@ impl Scoring {
         let protocol = self.protocol(truth);
         let shape = truth.shape();
         if shape.samples == 0 {
-            let truth = truth.to_string();
-            return Err(ScoreError::NoSample { truth }.into());
+            return Err(ScoreError::NoSample(truth.to_string()).into());
         }
         if prediction.shape() != shape {
             let what = format!("{truth}, prediction {}", prediction.name());

@@ -5,7 +5,7 @@ mod samples;
 
 use std::collections::HashSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use aps_data::released::LinkName;
 use aps_data::{Dataset, MapData, Part};
@@ -56,24 +56,6 @@ pub struct Exported {
     pub bytes: u64,
 }
 
-/// Writer of the files of one map's links.
-trait Exporter: Sync {
-    /// Buffers of one thread.
-    type Scratch: Default;
-
-    /// Folders that must be there.
-    fn folders(&self, map: u32) -> Vec<PathBuf>;
-
-    /// Writes the files of one link that are not there; returns the bytes written.
-    fn link(
-        &self,
-        link: usize,
-        name: &LinkName,
-        out: &Path,
-        scratch: &mut Self::Scratch,
-    ) -> Result<u64>;
-}
-
 impl Export {
     /// An export of all links in one form.
     pub fn new(layout: ExportLayout) -> Self {
@@ -118,12 +100,17 @@ impl Export {
             bytes += match self.layout {
                 ExportLayout::Released => {
                     let exporter = released::Released::new(dataset, &map, self.zero_places)?;
-                    write_map(&exporter, id, &links, out, control)?
+                    exporter.create_folders(id, out)?;
+                    write_links(id, &links, control, |buffers, link, name| {
+                        exporter.write(link, name, out, buffers)
+                    })?
                 }
                 ExportLayout::Samples => {
                     let exporter = samples::Samples::new(&map)?;
-                    samples::write_buildings(&map, out)?;
-                    write_map(&exporter, id, &links, out, control)?
+                    exporter.write_buildings(out)?;
+                    write_links(id, &links, control, |&mut (), link, name| {
+                        exporter.write(link, name, out)
+                    })?
                 }
             };
             names.extend(links.into_iter().map(|(_, name)| name));
@@ -139,9 +126,7 @@ impl Export {
         let found = dataset.manifest().configuration["label"]["protocol"].as_str();
         match self.any_protocol || found == Some("released") {
             true => Ok(()),
-            false => Err(ExchangeError::Protocol {
-                found: found.map(Into::into),
-            }),
+            false => Err(ExchangeError::Protocol(found.map(Into::into))),
         }
     }
 
@@ -185,7 +170,7 @@ impl Export {
                 let given: Value = serde_json::from_slice(&serde_json::to_vec(&record)?)?;
                 match found == given {
                     true => Ok(()),
-                    false => Err(ExchangeError::OtherExport { record: path }.into()),
+                    false => Err(ExchangeError::OtherExport(path).into()),
                 }
             }
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -196,26 +181,21 @@ impl Export {
     }
 }
 
-/// Writes the files of some links of a map on all threads.
-fn write_map<E: Exporter>(
-    exporter: &E,
+/// Writes the files of some links of a map on all threads, each with buffers of its own; returns the bytes written.
+fn write_links<B: Default>(
     map: u32,
     links: &[(usize, LinkName)],
-    out: &Path,
     control: &Control<'_>,
+    write: impl Fn(&mut B, usize, &LinkName) -> Result<u64> + Sync,
 ) -> Result<u64> {
-    for folder in exporter.folders(map) {
-        files::create_folder(&out.join(folder))?;
-    }
-    links
-        .par_iter()
-        .map_init(E::Scratch::default, |scratch, (link, name)| {
-            control.check()?;
-            let bytes = exporter.link(*link, name, out, scratch);
-            control.progress.advance(1);
-            bytes.at(Place::Link(*link)).at(Place::Map(map))
-        })
-        .try_reduce(|| 0, |a, b| Ok(a + b))
+    let links = links.par_iter();
+    let bytes = links.map_init(B::default, |buffers, (link, name)| {
+        control.check()?;
+        let bytes = write(buffers, *link, name);
+        control.progress.advance(1);
+        bytes.at(Place::Link(*link)).at(Place::Map(map))
+    });
+    bytes.try_reduce(|| 0, |a, b| Ok(a + b))
 }
 
 /// The links with a label and the names of their files, which must differ.

@@ -6,7 +6,6 @@ use aps_data::released::{LinkName, ProfileFile};
 use aps_data::{Dataset, MapData, PathTable, Profile};
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch};
 
-use super::Exporter;
 use crate::error::{At, Place, Result};
 use crate::exchange::{ExchangeError, files};
 use crate::path_sample;
@@ -108,20 +107,25 @@ impl<'a> Released<'a> {
             ]),
         }
     }
-}
 
-impl Exporter for Released<'_> {
-    type Scratch = Buffers;
-
-    fn folders(&self, map: u32) -> Vec<PathBuf> {
-        let kinds = ["aps", "pdp"].into_iter().zip(self.lengths);
-        let present = kinds.filter(|(_, length)| length.is_some());
-        present
-            .map(|(kind, _)| format!("map_{map}/{map}_adps/{kind}").into())
-            .collect()
+    /// Creates the folders of a map's files.
+    pub fn create_folders(&self, map: u32, out: &Path) -> Result<()> {
+        for (kind, length) in ["aps", "pdp"].into_iter().zip(self.lengths) {
+            if length.is_some() {
+                files::create_folder(&out.join(format!("map_{map}/{map}_adps/{kind}")))?;
+            }
+        }
+        Ok(())
     }
 
-    fn link(&self, link: usize, name: &LinkName, out: &Path, buffers: &mut Buffers) -> Result<u64> {
+    /// Writes the files of one link that are not there; returns the bytes written.
+    pub fn write(
+        &self,
+        link: usize,
+        name: &LinkName,
+        out: &Path,
+        buffers: &mut Buffers,
+    ) -> Result<u64> {
         let paths = [name.aps_file(), name.pdp_file()].map(|file| out.join(file));
         let is_there = |(file, length): (&PathBuf, &Option<u64>)| {
             length.is_none_or(|n| files::has_length(file, n))

@@ -2,13 +2,12 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use aps_data::released::{LinkName, Sample};
 use aps_data::{ConditionConfig, ConditionImages, MapData, Profile, npy};
 use aps_label::{MeanStd, Normalization};
 
-use super::Exporter;
 use crate::error::Result;
 use crate::exchange::{ExchangeError, files};
 
@@ -31,16 +30,23 @@ impl<'a> Samples<'a> {
         let aps = map.aps.as_ref().ok_or(ExchangeError::NoSpectra)?;
         Ok(Self { map, aps, images })
     }
-}
 
-impl Exporter for Samples<'_> {
-    type Scratch = ();
-
-    fn folders(&self, _: u32) -> Vec<PathBuf> {
-        vec!["samples".into()]
+    /// Writes `env_maps/N.npy`, the image of the buildings by itself, and creates the folder of the samples.
+    pub fn write_buildings(&self, out: &Path) -> Result<()> {
+        files::create_folder(&out.join("samples"))?;
+        let folder = out.join("env_maps");
+        files::create_folder(&folder)?;
+        let buildings = &self.map.buildings;
+        let pixels = buildings.pixels().iter().copied();
+        let pixels: Vec<f32> = pixels.map(f32::from).collect();
+        let grid = buildings.grid();
+        let mut bytes = Vec::new();
+        npy::write_to(&mut bytes, &[grid.height, grid.width], &pixels)?;
+        files::write(&folder.join(format!("{}.npy", self.map.id)), &bytes)
     }
 
-    fn link(&self, link: usize, name: &LinkName, out: &Path, (): &mut ()) -> Result<u64> {
+    /// Writes the file of one link if it is not there; returns the bytes written.
+    pub fn write(&self, link: usize, name: &LinkName, out: &Path) -> Result<u64> {
         let file = out.join(name.sample_file());
         if is_whole_archive(&file) {
             return Ok(0);
@@ -74,18 +80,6 @@ fn is_whole_archive(path: &Path) -> bool {
         Ok(mark)
     };
     end().is_ok_and(|mark| mark == *b"PK\x05\x06")
-}
-
-/// `env_maps/N.npy`: the image of the buildings by itself.
-pub fn write_buildings(map: &MapData, out: &Path) -> Result<()> {
-    let folder = out.join("env_maps");
-    files::create_folder(&folder)?;
-    let grid = map.buildings.grid();
-    let pixels = map.buildings.pixels().iter().copied();
-    let pixels: Vec<f32> = pixels.map(f32::from).collect();
-    let mut bytes = Vec::new();
-    npy::write_to(&mut bytes, &[grid.height, grid.width], &pixels)?;
-    files::write(&folder.join(format!("{}.npy", map.id)), &bytes)
 }
 
 /// `metadata.csv`: a row a sample, with the columns of the published preprocessing.

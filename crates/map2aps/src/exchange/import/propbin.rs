@@ -131,7 +131,7 @@ impl ImportPropbin {
             let key = (self.map_of(&path)?, number, stem.to_owned());
             if let Some(other) = numbered.insert(key, path.clone()) {
                 let files = [other, path];
-                return Err(ExchangeError::SameTransmitter { files }.into());
+                return Err(ExchangeError::SameTransmitter(files).into());
             }
         }
         let mut maps: BTreeMap<u32, Vec<PathBuf>> = BTreeMap::new();

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use aps_report::chart::{Axis, Bar, Bars, Chart, Histogram};
-use aps_report::drawing::Drawing;
-use aps_report::theme::Colour;
-
 use super::statistics::PAPER_MEAN_PEAKS;
+use crate::chart::{Axis, Bar, Bars, Chart, Histogram};
+use crate::drawing::Drawing;
+use crate::theme::Colour;
 
 const HEIGHT: f64 = 250.0;
 const BINS: usize = 30;
