@@ -191,6 +191,8 @@ pub enum Place {
     Tile(u32),
     /// A link, by its row in the map.
     Link(usize),
+    /// A path, by its place in a link.
+    Path(usize),
     /// A link, by the name of its files.
     LinkName(LinkName),
     /// The transmitter of a link.
@@ -222,6 +224,7 @@ impl fmt::Display for Place {
             Self::GivenMap(id) => write!(f, "map {id} of the maps given"),
             Self::Tile(id) => write!(f, "tile {id}"),
             Self::Link(row) => write!(f, "link {row}"),
+            Self::Path(place) => write!(f, "path {place}"),
             Self::LinkName(name) => write!(f, "link {name}"),
             Self::Transmitter => write!(f, "transmitter"),
             Self::Receiver(id) => write!(f, "receiver {id}"),

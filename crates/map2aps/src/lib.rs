@@ -11,13 +11,15 @@
 //! | a data set, its maps | [`Verify`] | findings |
 //! | a data set | [`Examples`] | condition images and targets |
 //! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
+//! | a data set, its maps | [`LinkSource`] | paths of single links |
+//! | a folder with a data set, finished or not | [`Overview`] | sums over its maps |
 //! | a data set | [`Export`] | the files of the published data |
 //! | the files of the published data | [`ImportPropbin`], [`ImportReleased`], [`ImportSamples`] | a data set |
 //! | paths of any program in JSON | [`path_list`], [`path_sample`] | what labels are made from |
 //!
 //! A data set in a few lines:
 //!
-//! ```
+//! ```no_run
 #![doc = include_str!("../examples/make_dataset.rs")]
 //! ```
 //!
@@ -42,7 +44,9 @@ mod dataset;
 pub mod error;
 mod examples;
 mod exchange;
+mod links;
 pub mod maps;
+mod overview;
 pub mod path_list;
 pub mod path_sample;
 mod plan;
@@ -62,14 +66,18 @@ pub use aps_raytrace;
 pub use aps_raytrace::TraceConfig;
 
 pub use control::{Control, Progress, Work};
-pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
+pub use dataset::{
+    Made, MergeError, MissingPart, PathColumns, Verified, Verify, is_near, merge, relabel,
+};
 pub use error::{Error, Place, Result};
 pub use examples::{Example, Examples};
 pub use exchange::{
     ExchangeError, Export, ExportLayout, Exported, ImportPropbin, ImportReleased, ImportSamples,
     Imported, LeftOut,
 };
+pub use links::{LinkMap, LinkSource};
 pub use maps::{MapError, MapSource, SceneSettings};
+pub use overview::Overview;
 pub use plan::DatasetPlan;
 pub use sampling::Receivers;
 pub use scores::{ArrayFile, Domain, Labels, Prediction, ScoreError, Scores, Scoring, Truth};

@@ -17,12 +17,16 @@ pub fn of_traced(path: &PathRecord) -> PathSample {
 
 /// Sample of a stored path: the same bits as from the traced path that was stored.
 pub fn of_stored(table: &PathTable, path: usize) -> PathSample {
-    let [re, im] = table.gain[path];
     PathSample {
         delay_s: table.delay_s[path],
         arrival_azimuth_rad: table.arrival_azimuth_rad[path],
-        gain_db: 10.0 * (re * re + im * im).log10(),
+        gain_db: gain_db(table.gain[path]),
     }
+}
+
+/// Power gain of a complex amplitude `[re, im]` \[dB\].
+pub fn gain_db([re, im]: [f64; 2]) -> f64 {
+    10.0 * (re * re + im * im).log10()
 }
 
 /// Sample of a path in JSON.

@@ -1,5 +1,6 @@
 //! Terminal positions: outdoors, on the grid of whole metres, drawn without replacement.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
@@ -128,4 +129,55 @@ pub fn draw(
     }
     let tx = outdoor.split_off(outdoor.len() - tx);
     Ok(Terminals { tx, rx: outdoor })
+}
+
+/// Draws links without replacement from all maps, given with their numbers of links by ascending id; returns their places
+/// in each map, ascending.
+pub fn draw_links(
+    maps: impl IntoIterator<Item = (u32, usize)>,
+    links: usize,
+    seed: u64,
+) -> BTreeMap<u32, Vec<usize>> {
+    let maps: Vec<(u32, usize)> = maps.into_iter().collect();
+    let total: usize = maps.iter().map(|(_, links)| links).sum();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut drawn = BTreeSet::new();
+    // Floyd's sampling (Bentley and Floyd, CACM 30(9), 1987): no list of all links is made.
+    for last in total.saturating_sub(links)..total {
+        let link = rng.random_range(0..=last);
+        if !drawn.insert(link) {
+            drawn.insert(last);
+        }
+    }
+    let mut chosen: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    let mut first = 0;
+    let mut drawn = drawn.into_iter().peekable();
+    for (id, links) in maps {
+        while let Some(link) = drawn.next_if(|&link| link < first + links) {
+            chosen.entry(id).or_default().push(link - first);
+        }
+        first += links;
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_are_drawn_without_replacement_and_repeatably() {
+        let maps = [(0, 3), (4, 0), (7, 1000)];
+        let drawn = draw_links(maps, 100, 1);
+        assert_eq!(drawn, draw_links(maps, 100, 1));
+        assert_eq!(drawn.values().map(Vec::len).sum::<usize>(), 100);
+        for links in drawn.values() {
+            assert!(links.is_sorted_by(|a, b| a < b), "{links:?}");
+        }
+        let all = draw_links(maps, usize::MAX, 1);
+        assert_eq!(
+            all,
+            BTreeMap::from([(0, vec![0, 1, 2]), (7, (0..1000).collect())])
+        );
+    }
 }

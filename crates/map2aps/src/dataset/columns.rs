@@ -4,22 +4,31 @@ use aps_data::{InteractionKind, PathRows, PathTable};
 use aps_raytrace::PathRecord;
 
 /// Paths of consecutive links, column by column as [`PathRows`] has them.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct PathColumns {
+    /// Number of paths of each link.
     pub paths_per_link: Vec<usize>,
+    /// Delay of each path \[s\].
     pub delay_s: Vec<f64>,
+    /// Direction from the transmitter \[rad\].
     pub departure_azimuth_rad: Vec<f64>,
+    /// Direction from the receiver towards the source \[rad\].
     pub arrival_azimuth_rad: Vec<f64>,
+    /// Complex amplitude `[re, im]`.
     pub gain: Vec<[f64; 2]>,
+    /// Number of interactions of each path.
     pub interactions_per_path: Vec<usize>,
+    /// Kind of each interaction.
     pub interaction_kind: Vec<InteractionKind>,
+    /// Wall or corner of each interaction, or [`aps_data::UNKNOWN_ID`].
     pub interaction_id: Vec<u32>,
+    /// Place of each interaction \[m\].
     pub interaction_point_m: Vec<[f64; 2]>,
 }
 
 impl PathColumns {
     /// Appends one link.
-    pub fn push(&mut self, paths: &[PathRecord]) {
+    pub(crate) fn push(&mut self, paths: &[PathRecord]) {
         self.paths_per_link.push(paths.len());
         for path in paths {
             self.delay_s.push(path.delay_s);
@@ -36,7 +45,7 @@ impl PathColumns {
     }
 
     /// Appends a stored link as it is.
-    pub fn push_stored(&mut self, table: &PathTable, link: usize) {
+    pub(crate) fn push_stored(&mut self, table: &PathTable, link: usize) {
         let paths = table.paths_of(link);
         self.paths_per_link.push(paths.len());
         for path in paths {
@@ -57,7 +66,7 @@ impl PathColumns {
     }
 
     /// Appends the links that follow.
-    pub fn append(&mut self, mut other: Self) {
+    pub(crate) fn append(&mut self, mut other: Self) {
         self.paths_per_link.append(&mut other.paths_per_link);
         self.delay_s.append(&mut other.delay_s);
         self.departure_azimuth_rad
@@ -74,7 +83,7 @@ impl PathColumns {
     }
 
     /// Returns true when every number has the same bits.
-    pub fn is_same(&self, other: &Self) -> bool {
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
         let bits = |columns: &Self| -> Vec<u64> {
             let values = columns
                 .delay_s
@@ -93,7 +102,7 @@ impl PathColumns {
     }
 
     /// The columns, borrowed.
-    pub fn rows(&self) -> PathRows<'_> {
+    pub(crate) fn rows(&self) -> PathRows<'_> {
         PathRows {
             paths_per_link: &self.paths_per_link,
             delay_s: &self.delay_s,

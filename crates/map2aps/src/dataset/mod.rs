@@ -23,7 +23,7 @@ pub use merge::{MergeError, MissingPart, merge};
 pub use relabel::relabel;
 pub use verify::{Verified, Verify};
 
-pub(crate) use columns::PathColumns;
+pub use columns::PathColumns;
 pub(crate) use link::LinkMaker;
 pub use map::is_near;
 

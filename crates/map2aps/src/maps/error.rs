@@ -86,6 +86,16 @@ pub enum MapError {
         /// Description of the maps given.
         given: Value,
     },
+    /// A map with other buildings than the data set's.
+    #[error(
+        "map {id} of '{maps}' is not the one the data set was made from: their buildings differ"
+    )]
+    OtherBuildings {
+        /// The map.
+        id: u32,
+        /// Name of the maps.
+        maps: String,
+    },
     /// Text that names no choice of receivers.
     #[error("'{0}' is none of reached, outdoor")]
     Receivers(String),

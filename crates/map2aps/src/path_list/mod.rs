@@ -2,9 +2,13 @@
 
 use std::io::Read;
 
+use aps_label::{Labeler, PathSample, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Interaction, InteractionKind, PathRecord};
 use serde::{Deserialize, Serialize};
+
+use crate::error::{At, Place, Result};
+use crate::path_sample;
 
 #[cfg(test)]
 mod fuzz;
@@ -23,6 +27,16 @@ pub enum PathListError {
     /// Text after the list.
     #[error("more text follows the list; give one list a file")]
     MoreText(#[source] serde_json::Error),
+    /// Links without a path that counts.
+    #[error(
+        "links {links:?} have no path that the {protocol} protocol counts, so no label; remove them"
+    )]
+    NoLabel {
+        /// The links.
+        links: Vec<usize>,
+        /// Protocol of the labels.
+        protocol: Protocol,
+    },
     /// An azimuth that must be meant in degrees.
     #[error("{field} = {azimuth_rad} is more than a turn, 2 pi; are the units radians?")]
     Azimuth {
@@ -109,6 +123,47 @@ impl LinkList {
             .map_err(|error| PathListError::Form(error.to_string()))?;
         json.end().map_err(PathListError::MoreText)?;
         Ok(list)
+    }
+}
+
+/// Labels of the links of a list, row by row.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ListLabels {
+    /// Angle power spectra \[dB\], of shape (links, bins).
+    pub aps_db: Vec<f64>,
+    /// Power delay profiles \[dB\], of shape (links, delays), if the labeler makes them.
+    pub pdp_db: Vec<f64>,
+}
+
+impl LinkList {
+    /// Labels every link.
+    ///
+    /// # Errors
+    /// Paths that cannot be labelled, by link, and [`PathListError::NoLabel`].
+    pub fn label(&self, labeler: &Labeler) -> Result<ListLabels> {
+        let mut labels = ListLabels::default();
+        let mut without = Vec::new();
+        for (i, link) in self.links.iter().enumerate() {
+            let paths = link.paths.iter().enumerate();
+            let sample = |(k, path)| path_sample::of_entry(path).at(Place::Path(k));
+            let samples: Result<Vec<PathSample>> = paths.map(sample).collect();
+            let label = labeler.label(&samples.at(Place::Link(i))?);
+            match label.at(Place::Link(i))? {
+                Some(label) => {
+                    labels.aps_db.extend(label.aps_db);
+                    labels.pdp_db.extend(label.pdp_db);
+                }
+                None => without.push(i),
+            }
+        }
+        match without.is_empty() {
+            true => Ok(labels),
+            false => Err(PathListError::NoLabel {
+                links: without,
+                protocol: labeler.config().protocol,
+            }
+            .into()),
+        }
     }
 }
 

@@ -3,17 +3,14 @@
 mod contents;
 mod recompute;
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use aps_data::{Dataset, MapEntry};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use aps_data::Dataset;
 
 use recompute::Recomputation;
 
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result, chain};
 use crate::maps::MapSource;
+use crate::sampling::draw_links;
 use crate::settings::{self, SettingsError, Stored};
 
 /// Check of a data set: bytes, values, counts, statistics, and a sample of its links computed anew from the maps.
@@ -75,7 +72,8 @@ impl Verify {
             (Some(_), None, Some(_)) => return Err(SettingsError::NotTraced.into()),
         };
         let scene = settings::scene_of(&manifest.configuration)?;
-        let mut chosen = choose(&manifest.maps, sample, self.seed);
+        let counts = manifest.maps.iter().map(|map| (map.id, map.links));
+        let mut chosen = draw_links(counts, sample, self.seed);
         let mut findings = Findings { found, count: 0 };
         control.progress.begin(Work {
             units: manifest.totals.bytes,
@@ -147,34 +145,4 @@ fn check_axes(dataset: &Dataset, findings: &mut Findings<'_>) {
             ));
         }
     }
-}
-
-type Chosen = BTreeMap<u32, Vec<usize>>;
-
-/// Links drawn without replacement from all maps, by map, in ascending order.
-fn choose(maps: &[MapEntry], sample: usize, seed: u64) -> Chosen {
-    let total: usize = maps.iter().map(|map| map.links).sum();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut drawn = BTreeSet::new();
-    // Floyd's sampling (Bentley and Floyd, CACM 30(9), 1987): no list of all links is made.
-    for last in total.saturating_sub(sample)..total {
-        let link = rng.random_range(0..=last);
-        if !drawn.insert(link) {
-            drawn.insert(last);
-        }
-    }
-    let mut chosen = Chosen::new();
-    let mut maps = maps.iter();
-    let (mut map, mut first) = (maps.next(), 0);
-    for link in drawn {
-        while let Some(entry) = map
-            && link >= first + entry.links
-        {
-            first += entry.links;
-            map = maps.next();
-        }
-        let entry = map.expect("links were drawn from those of the maps");
-        chosen.entry(entry.id).or_default().push(link - first);
-    }
-    chosen
 }
