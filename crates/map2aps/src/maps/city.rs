@@ -7,7 +7,7 @@ use aps_raytrace::Scene;
 use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tiling, parse_geojson};
 use serde_json::{Value, json};
 
-use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, is_list, ranges};
+use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, radiomapseer, ranges};
 use crate::error::{At, Error, Place, Result};
 
 /// Tiles with a larger share of buildings have no room for terminals.
@@ -211,4 +211,33 @@ fn is_built(tiling: &Tiling, id: u32) -> bool {
             (max - min).max_element() >= MIN_BUILDING_M
         })
     })
+}
+
+/// Reads the one map of a RadioMapSeer file, or a tile of a city in GeoJSON: the first that is a map, if none is named.
+///
+/// # Errors
+/// A file that is not there, holds no map, or makes no scene.
+pub fn load_file(
+    file: &Path,
+    tile: Option<u32>,
+    tiles: TileSettings,
+    settings: SceneSettings,
+) -> Result<Scene> {
+    if !file.is_file() {
+        return Err(MapError::NoFile).at_file(Place::MapFile, file);
+    }
+    let bytes = std::fs::read(file).at_file(Place::MapFile, file)?;
+    match is_list(&bytes) {
+        true => radiomapseer::scene(&bytes, settings).at_file(Place::MapFile, file),
+        false => {
+            let city = City::of_bytes(&bytes, file, tiles)?;
+            city.load(tile.unwrap_or(city.ids()[0]), settings)
+        }
+    }
+}
+
+/// Returns true when a JSON text is a list, like the maps of RadioMapSeer, and no object, like those of GeoJSON.
+fn is_list(bytes: &[u8]) -> bool {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    bytes.trim_ascii_start().first() == Some(&b'[')
 }

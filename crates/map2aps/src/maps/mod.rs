@@ -7,9 +7,9 @@ mod ids;
 mod radiomapseer;
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 #[cfg(feature = "geojson")]
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 use aps_data::{Raster, RasterGrid};
 use aps_raytrace::Scene;
@@ -18,10 +18,10 @@ use aps_raytrace::scene::{Area, CityConfig, Footprint, SceneConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::error::{At, Place, Result};
+use crate::error::Result;
 
 #[cfg(feature = "geojson")]
-pub use city::{City, TileSettings};
+pub use city::{City, TileSettings, load_file};
 pub use error::MapError;
 pub use ids::{choose, parse_ids, ranges};
 
@@ -176,37 +176,6 @@ impl fmt::Display for MapSource {
             Self::Synthetic { .. } => write!(f, "synthetic city"),
         }
     }
-}
-
-/// Reads the one map of a RadioMapSeer file, or a tile of a city in GeoJSON: the first that is a map, if none is named.
-///
-/// # Errors
-/// A file that is not there, holds no map, or makes no scene.
-#[cfg(feature = "geojson")]
-pub fn load_file(
-    file: &Path,
-    tile: Option<u32>,
-    tiles: TileSettings,
-    settings: SceneSettings,
-) -> Result<Scene> {
-    if !file.is_file() {
-        return Err(MapError::NoFile).at_file(Place::MapFile, file);
-    }
-    let bytes = std::fs::read(file).at_file(Place::MapFile, file)?;
-    match is_list(&bytes) {
-        true => radiomapseer::scene(&bytes, settings).at_file(Place::MapFile, file),
-        false => {
-            let city = City::of_bytes(&bytes, file, tiles)?;
-            city.load(tile.unwrap_or(city.ids()[0]), settings)
-        }
-    }
-}
-
-/// Returns true when a JSON text is a list, like the maps of RadioMapSeer, and no object, like those of GeoJSON.
-#[cfg(feature = "geojson")]
-fn is_list(bytes: &[u8]) -> bool {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    bytes.trim_ascii_start().first() == Some(&b'[')
 }
 
 /// Draws the image of a scene's buildings.
