@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::Result;
-use aps_data::{Access, Part};
+use aps_data::{Access, Part, Stored};
 use aps_label::{Array, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, Scene, TraceConfig};
 use clap::{Args, ValueEnum};
 use map2aps::maps::{self, TileSettings};
-use map2aps::{MapSource, SceneSettings, Stored};
+use map2aps::{MapSource, SceneSettings};
 use serde_json::Value;
 
 use crate::note;

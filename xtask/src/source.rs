@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use aps_data::{Dataset, InteractionKind, UNKNOWN_ID};
+use aps_data::Dataset;
 use aps_label::LabelConfig;
 use aps_raytrace::glam::DVec2;
-use aps_report::link::{Bend, BendKind, LinkView, PathView};
+use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
-use map2aps::{LinkMap, LinkSource, PathColumns, path_sample, settings};
+use map2aps::{LinkMap, LinkSource, settings};
 use serde_json::Value;
 
 use crate::args::{MapsArg, TileArgs};
@@ -87,14 +87,10 @@ impl Source {
 impl SourceMap {
     /// Some links, by their rows. Without paths, they have none.
     pub fn links(&self, rows: &[usize]) -> Result<Vec<LinkView>> {
-        let columns = self.map.paths(rows)?;
-        let views = rows.iter().zip(&columns).map(|(&row, columns)| {
+        let tables = self.map.paths(rows)?;
+        let views = rows.iter().zip(&tables).map(|(&row, table)| {
             let (tx, rx) = self.map.data.ends_m(row);
-            LinkView {
-                tx: tx.into(),
-                rx: rx.into(),
-                paths: views(columns),
-            }
+            LinkView::stored([tx, rx].map(DVec2::from), table, 0)
         });
         Ok(views.collect())
     }
@@ -112,36 +108,6 @@ impl SourceMap {
             )
         })
     }
-}
-
-/// The paths of a link as pictures need them.
-fn views(columns: &PathColumns) -> Vec<PathView> {
-    let bend = |i: usize| Bend {
-        kind: match columns.interaction_kind[i] {
-            InteractionKind::Reflection => BendKind::Reflection,
-            InteractionKind::Diffraction => BendKind::Diffraction,
-            InteractionKind::Other(_) => BendKind::Unknown,
-        },
-        id: Some(columns.interaction_id[i]).filter(|&id| id != UNKNOWN_ID),
-        point: DVec2::from(columns.interaction_point_m[i]),
-    };
-    let mut first = 0;
-    let path = |(p, &count): (usize, &usize)| {
-        let bends = first..first + count;
-        first = bends.end;
-        PathView {
-            bends: bends.map(bend).collect(),
-            delay_s: columns.delay_s[p],
-            arrival_azimuth_rad: columns.arrival_azimuth_rad[p],
-            gain_db: path_sample::gain_db(columns.gain[p]),
-        }
-    };
-    columns
-        .interactions_per_path
-        .iter()
-        .enumerate()
-        .map(path)
-        .collect()
 }
 
 /// Names the option by which the maps of a data set are given, for messages that ask for them.

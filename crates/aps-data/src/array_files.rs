@@ -10,8 +10,8 @@ use crate::arrays::ProfileNames;
 use crate::error::{Error, at, in_array};
 use crate::layout::{Precision, ProfileLayout};
 use crate::npy::{Element, Writer};
-use crate::paths::{InteractionKind, PathRows};
-use crate::profile::{EncodedRows, Samples};
+use crate::paths::{InteractionKind, PathTable};
+use crate::profile::{Profile, Samples};
 
 /// An array file under construction.
 #[derive(Debug)]
@@ -87,7 +87,7 @@ impl ProfileArrays {
         })
     }
 
-    pub fn push(&mut self, rows: &EncodedRows) -> Result<(), Error> {
+    pub fn push(&mut self, rows: &Profile) -> Result<(), Error> {
         match (&mut self.db, &rows.db) {
             (SampleFile::F16(file), Samples::F16(values)) => file.push(values)?,
             (SampleFile::F32(file), Samples::F32(values)) => file.push(values)?,
@@ -139,24 +139,20 @@ impl PathArrays {
         })
     }
 
-    pub fn push(&mut self, rows: &PathRows<'_>) -> Result<(), Error> {
-        let kinds: Vec<u8> = rows
-            .interaction_kind
-            .iter()
-            .copied()
-            .map(InteractionKind::code)
-            .collect();
-        self.offset.push(rows.paths_per_link)?;
-        self.delay_s.push(rows.delay_s)?;
+    pub fn push(&mut self, table: &PathTable) -> Result<(), Error> {
+        let kinds = table.interaction_kind.iter();
+        let kinds: Vec<u8> = kinds.copied().map(InteractionKind::code).collect();
+        self.offset.push(&table.path_offset)?;
+        self.delay_s.push(&table.delay_s)?;
         self.departure_azimuth_rad
-            .push(rows.departure_azimuth_rad)?;
-        self.arrival_azimuth_rad.push(rows.arrival_azimuth_rad)?;
-        self.gain.push(rows.gain)?;
-        self.interaction_offset.push(rows.interactions_per_path)?;
+            .push(&table.departure_azimuth_rad)?;
+        self.arrival_azimuth_rad.push(&table.arrival_azimuth_rad)?;
+        self.gain.push(&table.gain)?;
+        self.interaction_offset.push(&table.interaction_offset)?;
         self.interaction_kind.push(&kinds)?;
-        self.interaction_id.push(rows.interaction_id)?;
+        self.interaction_id.push(&table.interaction_id)?;
         self.interaction_point
-            .push(rows.interaction_point_m.as_flattened())
+            .push(table.interaction_point_m.as_flattened())
     }
 
     /// Returns the number of paths and of interactions.
@@ -188,12 +184,10 @@ impl OffsetFile {
         Ok(OffsetFile { file, sum: 0 })
     }
 
-    fn push(&mut self, counts: &[usize]) -> Result<(), Error> {
-        let sums = counts.iter().map(|&count| {
-            self.sum += count as u64;
-            self.sum
-        });
-        let sums: Vec<u64> = sums.collect();
+    /// Appends offsets that start at 0 anew.
+    fn push(&mut self, offsets: &[u64]) -> Result<(), Error> {
+        let sums: Vec<u64> = offsets[1..].iter().map(|end| self.sum + end).collect();
+        self.sum = sums.last().copied().unwrap_or(self.sum);
         self.file.push(&sums)
     }
 }

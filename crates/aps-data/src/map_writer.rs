@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::json;
 use crate::layout::{Layout, ProfileLayout};
 use crate::manifest::{FileEntry, MAP_FILE, MapEntry, MapManifest};
-use crate::paths::PathRows;
+use crate::paths::PathTable;
 use crate::profile::{self, ProfileRows};
 use crate::raster::{Raster, RasterGrid};
 use crate::status::LinkStatus;
@@ -62,7 +62,7 @@ pub struct LinkRows<'a> {
     /// PDP of the links, if the layout stores it.
     pub pdp: Option<ProfileRows<'a>>,
     /// Paths of the links, if the layout stores them.
-    pub paths: Option<PathRows<'a>>,
+    pub paths: Option<&'a PathTable>,
 }
 
 /// A map being written. Dropping it unfinished removes all of it.
@@ -206,7 +206,7 @@ impl<'w> MapWriter<'w> {
                 "fallback has {found} values, expected {wanted}"
             )));
         }
-        let problem = match (&rows.paths, layout.paths) {
+        let problem = match (rows.paths, layout.paths) {
             (Some(paths), true) => paths.problem(rows.status, first),
             (paths, stores) => {
                 (paths.is_some() != stores).then(|| "must be given if and only if stored".into())
@@ -229,7 +229,7 @@ impl<'w> MapWriter<'w> {
         if let (Some(file), Some(encoded)) = (&mut self.arrays.pdp, &pdp) {
             file.push(encoded)?;
         }
-        if let (Some(file), Some(paths)) = (&mut self.arrays.paths, &rows.paths) {
+        if let (Some(file), Some(paths)) = (&mut self.arrays.paths, rows.paths) {
             file.push(paths)?;
         }
         for status in rows.status {

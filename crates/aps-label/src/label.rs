@@ -66,28 +66,6 @@ pub struct Scratch {
     best: Vec<Lanes>,
     first: Vec<Lanes>,
     continuous: Continuous,
-    work: Work,
-}
-
-impl Scratch {
-    /// Work of the last label.
-    pub fn work(&self) -> Work {
-        self.work
-    }
-}
-
-/// Work that a label took; for reports on speed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Paths that entered the sums.
-    pub paths: usize,
-    /// Delays at which Q was computed over all angles for the APS: of the axis' points those that
-    /// can win (`Released`), or the sample points of the continuous search (`Paper`).
-    pub delays: usize,
-    /// Directions at which Q was computed over all delays for the PDP.
-    pub directions: usize,
-    /// Polynomials searched for the continuous maximum: one a column and cell of delays that remains, and halves.
-    pub evaluations: usize,
 }
 
 /// Computes labels: the tables of one configuration, to be shared by all threads.
@@ -122,7 +100,11 @@ impl Labeler {
     /// The first field of `config` that is out of range.
     pub fn new(config: &LabelConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let angles_deg = config.protocol.angles_deg();
+        let angles_deg = config
+            .protocol
+            .angle_axis_deg()
+            .values()
+            .collect::<Vec<_>>();
         let delays_s = config.delay_axis.delays_s();
         let mut delay_lanes = Vec::new();
         in_lanes(delays_s.iter().copied(), &mut delay_lanes);
@@ -188,10 +170,8 @@ impl Labeler {
         label: &mut Label,
     ) -> Result<Status, PathError> {
         label.clear();
-        scratch.work = Work::default();
         let max = self.max_paths();
         scratch.paths.prepare(self.config.protocol, paths, max)?;
-        scratch.work.paths = scratch.paths.len();
         if scratch.paths.len() == 0 {
             return Ok(Status::NoPath);
         }
@@ -289,11 +269,9 @@ impl Labeler {
             rows,
             best,
             first,
-            work,
             ..
         } = scratch;
         selector.select(pulse, self.delay_lanes.len(), self.delays_s.len());
-        work.delays = selector.rows.len();
         pack_lanes(response, self.columns.blocks(), lanes);
         pack_rows(pulse, self.delay_lanes.len(), &selector.rows, rows);
         best.resize(self.columns.blocks(), [0.0; LANES]);
@@ -324,8 +302,6 @@ impl Labeler {
             self.columns.blocks(),
             self.columns.len(),
         );
-        scratch.work.delays = search.delays();
-        scratch.work.evaluations = search.polynomials;
         let of_bin = &self.columns.of_bin;
         let places = search.place.as_flattened();
         label.aps_delay_s.extend(
@@ -351,11 +327,9 @@ impl Labeler {
             rows,
             best,
             first,
-            work,
             ..
         } = scratch;
         selector.select(response, self.columns.blocks(), self.columns.len());
-        work.directions = selector.rows.len();
         pack_lanes(pulse, self.delay_lanes.len(), lanes);
         pack_rows(response, self.columns.blocks(), &selector.rows, rows);
         best.resize(self.delay_lanes.len(), [0.0; LANES]);

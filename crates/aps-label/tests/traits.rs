@@ -17,10 +17,8 @@ fn types_can_be_shown_copied_and_shared() {
     is_shared::<Scratch>();
     is_shared::<Label>();
     is_shared::<Status>();
-    is_shared::<Work>();
     is_shared::<PathSample>();
     is_shared::<Normalization>();
-    is_shared::<SampleScale>();
     is_shared::<Moments>();
     is_shared::<MeanStd>();
     is_error::<ConfigError>();

@@ -31,6 +31,5 @@ fn types_can_be_shown_copied_and_shared() {
     is_shared::<SpectrumPeaks>();
     is_shared::<Spectra<'static, f32>>();
     is_shared::<DataRange>();
-    is_shared::<RangeScan>();
     is_error::<Error>();
 }

@@ -24,4 +24,4 @@ pub mod picture;
 pub mod theme;
 pub mod trade;
 
-pub use error::{ReportError, write_whole};
+pub use error::ReportError;

@@ -1,7 +1,7 @@
 //! Labelled links as models learn from them: condition images and targets.
 
 use aps_data::{ConditionConfig, ConditionImages, Dataset, Part, Samples};
-use aps_label::Protocol;
+use aps_label::{Normalization, Protocol};
 
 use crate::error::{At, Place, Result};
 use crate::scores::{Domain, ScoreError};
@@ -45,7 +45,7 @@ impl Examples {
             Domain::Normalised => {
                 let protocol = targets::protocol_of(dataset).unwrap_or(Protocol::Released);
                 let train = targets::training_statistics(dataset)?;
-                Target::Normalised(targets::normalization(protocol, train))
+                Target::Normalised(Normalization::of(protocol, train))
             }
         };
         let bins = aps.axis.count;

@@ -15,7 +15,7 @@
 //! | a folder with a data set, finished or not | [`Overview`] | sums over its maps |
 //! | a data set | [`Export`] | the files of the published data |
 //! | the files of the published data | [`ImportPropbin`], [`ImportReleased`], [`ImportSamples`] | a data set |
-//! | paths of any program in JSON | [`path_list`], [`path_sample`] | what labels are made from |
+//! | paths of any program in JSON | [`path_list`] | spectra |
 //!
 //! A data set in a few lines:
 //!
@@ -48,7 +48,6 @@ mod links;
 pub mod maps;
 mod overview;
 pub mod path_list;
-pub mod path_sample;
 mod plan;
 pub mod sampling;
 mod scores;
@@ -57,7 +56,7 @@ mod tally;
 pub mod targets;
 
 pub use aps_data;
-pub use aps_data::{Access, Dataset, Part, Split};
+pub use aps_data::{Access, Dataset, Part, Split, Stored};
 pub use aps_label;
 pub use aps_label::LabelConfig;
 pub use aps_metrics;
@@ -66,9 +65,7 @@ pub use aps_raytrace;
 pub use aps_raytrace::TraceConfig;
 
 pub use control::{Control, Progress, Work};
-pub use dataset::{
-    Made, MergeError, MissingPart, PathColumns, Verified, Verify, is_near, merge, relabel,
-};
+pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
 pub use error::{Error, Place, Result};
 pub use examples::{Example, Examples};
 pub use exchange::{
@@ -81,5 +78,5 @@ pub use overview::Overview;
 pub use plan::DatasetPlan;
 pub use sampling::Receivers;
 pub use scores::{ArrayFile, Domain, Labels, Prediction, ScoreError, Scores, Scoring, Truth};
-pub use settings::{SettingsError, Stored};
+pub use settings::SettingsError;
 pub use tally::Tally;

@@ -7,7 +7,6 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
 use rayon::prelude::*;
 
-use crate::dataset::PathColumns;
 use crate::error::Result;
 use crate::maps::{self, MapError, MapSource};
 use crate::settings;
@@ -105,33 +104,32 @@ impl LinkMap {
         self.data.links.iter().position(|&link| link == [tx, rx])
     }
 
-    /// The paths of some links, given by their rows, in that order: one set of columns a link. Without stored paths they
+    /// The paths of some links, given by their rows, in that order: a table of one link each. Without stored paths they
     /// are traced; links whose paths are not known have none.
     ///
     /// # Errors
     /// Links that cannot be traced.
-    pub fn paths(&self, rows: &[usize]) -> Result<Vec<PathColumns>> {
-        if let Some(table) = &self.stored {
-            let columns = |&row: &usize| {
-                let mut columns = PathColumns::default();
-                columns.push_stored(table, row);
-                columns
+    pub fn paths(&self, rows: &[usize]) -> Result<Vec<PathTable>> {
+        if let Some(stored) = &self.stored {
+            let table = |&row: &usize| {
+                let mut table = PathTable::default();
+                table.push_link(stored, row);
+                table
             };
-            return Ok(rows.iter().map(columns).collect());
+            return Ok(rows.iter().map(table).collect());
         }
         match (&self.scene, &self.trace) {
             (Some(scene), Some(trace)) => self.traced(scene, trace, rows),
-            _ => Ok(rows.iter().map(|_| PathColumns::default()).collect()),
+            _ => {
+                let mut none = PathTable::default();
+                none.end_link();
+                Ok(vec![none; rows.len()])
+            }
         }
     }
 
     /// Traces links on all threads; each terminal is prepared once.
-    fn traced(
-        &self,
-        scene: &Scene,
-        trace: &TraceConfig,
-        rows: &[usize],
-    ) -> Result<Vec<PathColumns>> {
+    fn traced(&self, scene: &Scene, trace: &TraceConfig, rows: &[usize]) -> Result<Vec<PathTable>> {
         let tracer = Tracer::new(scene, trace.clone())?;
         let mut of_tx: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         let mut receivers: BTreeMap<u32, Option<Receiver>> = BTreeMap::new();
@@ -145,7 +143,7 @@ impl LinkMap {
             *receiver = Some(prepared);
             Result::<()>::Ok(())
         })?;
-        let groups: Vec<Vec<(usize, PathColumns)>> = of_tx
+        let groups: Vec<Vec<(usize, PathTable)>> = of_tx
             .into_par_iter()
             .map(|(tx, places)| {
                 let tx = tracer.transmitter(DVec2::from(self.data.tx_m[tx as usize]))?;
@@ -158,15 +156,15 @@ impl LinkMap {
                         receiver.expect("every receiver was prepared"),
                         &mut link,
                     )?;
-                    let mut columns = PathColumns::default();
-                    columns.push(&link.paths);
-                    Ok((place, columns))
+                    let mut table = PathTable::default();
+                    table.push_records(&link.paths);
+                    Ok((place, table))
                 };
                 places.into_iter().map(one).collect::<Result<_>>()
             })
             .collect::<Result<_>>()?;
-        let mut links: Vec<(usize, PathColumns)> = groups.into_iter().flatten().collect();
+        let mut links: Vec<(usize, PathTable)> = groups.into_iter().flatten().collect();
         links.sort_by_key(|(place, _)| *place);
-        Ok(links.into_iter().map(|(_, columns)| columns).collect())
+        Ok(links.into_iter().map(|(_, table)| table).collect())
     }
 }

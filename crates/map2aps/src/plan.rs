@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use aps_data::{Access, DatasetConfig, Split};
+use aps_data::{Access, DatasetConfig, Layout, Split, Stored};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::glam::DVec2;
@@ -12,7 +12,7 @@ use crate::dataset::{Choice, Made, Making, Run};
 use crate::error::Result;
 use crate::maps::{MapSource, SceneSettings};
 use crate::sampling::{self, Receivers, Sampling};
-use crate::settings::{self, Stored};
+use crate::settings;
 use crate::tally::Tally;
 
 /// Settings that a traced data set is made from: the same plan gives the same bytes, for any number of threads.
@@ -117,7 +117,7 @@ impl DatasetPlan {
         let (maps, trace, label) = (self.maps.describe(), &self.trace, &self.label);
         DatasetConfig {
             seed: self.seed,
-            layout: settings::layout(label, self.maps.raster(), self.stored),
+            layout: Layout::of_labels(label, self.maps.raster(), self.stored),
             configuration: settings::of_traced(maps, self.scene, sampling, trace, label),
         }
     }

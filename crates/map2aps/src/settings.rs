@@ -3,8 +3,7 @@
 //! Everything a link depends on is there: `maps` (their kind), `scene`, `sampling`, `trace`, `label`, and the seed beside them. So
 //! a stored data set can be labelled anew, and its links computed again and compared.
 
-use aps_data::{Axis, Layout, ProfileLayout, RasterGrid};
-use aps_label::{LabelConfig, Protocol};
+use aps_label::LabelConfig;
 use aps_raytrace::{Material, TraceConfig};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -51,58 +50,6 @@ pub enum SettingsError {
     /// A setting of earlier versions that this one does not repeat.
     #[error("it was traced with --accuracy {0}, which is gone: its links cannot be computed anew")]
     Accuracy(f64),
-}
-
-/// Kinds of data that are stored of each link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stored {
-    /// Angle power spectra.
-    pub aps: bool,
-    /// Power delay profiles.
-    pub pdp: bool,
-    /// Path records.
-    pub paths: bool,
-}
-
-impl Default for Stored {
-    fn default() -> Self {
-        Self {
-            aps: true,
-            pdp: false,
-            paths: false,
-        }
-    }
-}
-
-impl Stored {
-    /// The kinds of data that a layout stores.
-    pub fn of(layout: &Layout) -> Self {
-        Self {
-            aps: layout.aps.is_some(),
-            pdp: layout.pdp.is_some(),
-            paths: layout.paths,
-        }
-    }
-}
-
-/// The layout of labels made with these settings.
-pub(crate) fn layout(label: &LabelConfig, raster: RasterGrid, stored: Stored) -> Layout {
-    let angles = match label.protocol {
-        Protocol::Released => Axis::ANGLE_RELEASED_DEG,
-        _ => Axis::ANGLE_PAPER_DEG,
-    };
-    let delays = Axis {
-        start: 0.0,
-        stop: label.delay_axis.last_s * 1e9,
-        count: label.delay_axis.points,
-        endpoint: true,
-    };
-    Layout {
-        raster,
-        aps: stored.aps.then(|| ProfileLayout::over(angles)),
-        pdp: stored.pdp.then(|| ProfileLayout::over(delays)),
-        paths: stored.paths,
-    }
 }
 
 /// The `configuration` of a traced data set; `maps` says what kind they are of.

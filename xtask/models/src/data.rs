@@ -33,11 +33,7 @@ pub fn open(root: &Path) -> Result<Dataset> {
 pub fn target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Normalization)> {
     let protocol = map2aps::targets::protocol_of(dataset).unwrap_or(Protocol::Released);
     let train = map2aps::targets::training_statistics(dataset)?;
-    Ok((
-        protocol,
-        train,
-        map2aps::targets::normalization(protocol, train),
-    ))
+    Ok((protocol, train, Normalization::of(protocol, train)))
 }
 
 /// Rasters of some maps, with the place of each map among them.

@@ -27,11 +27,10 @@ pub struct Development {
 impl Development {
     /// Scores by the definitions of the labels' protocol.
     pub fn new(labels: Labels, protocol: Protocol) -> Self {
-        let protocol = match protocol {
-            Protocol::Released => aps_metrics::Protocol::Released,
-            _ => aps_metrics::Protocol::Paper,
-        };
-        Self { labels, protocol }
+        Self {
+            labels,
+            protocol: protocol.into(),
+        }
     }
 
     /// Number of links.

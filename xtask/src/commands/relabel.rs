@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use aps_data::Dataset;
 use aps_label::{Array, DelayAxis, LabelConfig, Protocol};
 use clap::ValueEnum;
-use map2aps::{Control, Stored, relabel, settings};
+use map2aps::{Control, relabel, settings};
 
 use crate::args::{self, Store};
 use crate::command_line;
@@ -73,7 +73,7 @@ impl Args {
         let own = settings::label_of(&manifest.configuration).with_context(place)?;
         let stored = match &self.store {
             Some(store) => args::stored(store),
-            None => Stored::of(&manifest.layout),
+            None => manifest.layout.stored(),
         };
         let bar = Bar::default();
         let control = Control {

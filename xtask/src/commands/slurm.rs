@@ -118,7 +118,7 @@ impl Args {
             (MERGE, job.merge()),
             (SUBMIT, job.submit()),
         ] {
-            aps_report::write_whole(&folder.join(name), script.as_bytes())?;
+            aps_data::replace_unsynced(&folder.join(name), script.as_bytes())?;
         }
         let submit = folder.join(SUBMIT);
         say!(

@@ -4,10 +4,10 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use aps_data::sample_of;
 use aps_label::{Label, LabelConfig, Labeler, MAX_PATHS, PathSample, Scratch, Status};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Omitted, PathRecord, Receiver, Scene, TraceConfig, Tracer, Transmitter};
-use map2aps::path_sample::of_traced as sample_of;
 use map2aps::sampling::draw as draw_terminals;
 use rayon::prelude::*;
 

@@ -8,8 +8,9 @@ use proptest::sample::{Index, select};
 use serde_json::Value;
 
 use super::*;
-use crate::layout::{Axis, Precision, ProfileLayout};
+use crate::layout::{Precision, ProfileLayout};
 use crate::plan::Plan;
+use aps_label::Axis;
 
 /// A valid manifest and a valid `map.json` of it.
 fn samples() -> (Vec<u8>, Vec<u8>) {

@@ -64,7 +64,6 @@ impl Block {
         match self {
             Self::Text(text) => html! { p { (text) } },
             Self::Heading(text) => html! { h3 { (text) } },
-            Self::Points(points) => html! { ul { @for point in points { li { (point) } } } },
             Self::Verdicts(verdicts) => html! { ul { @for v in verdicts {
                 li { strong { (v.outcome.word()) } " " (v.line()) }
             } } },

@@ -64,7 +64,7 @@ impl<'a> Explanation<'a> {
         let released = Labeler::new(&under(Protocol::Released, base))?;
         let other = match protocol {
             Protocol::Released => Labeler::new(&under(Protocol::Paper, base))?,
-            _ => Labeler::new(&under(Protocol::Released, base))?,
+            Protocol::Paper => Labeler::new(&under(Protocol::Released, base))?,
         };
         let lobes = lobes(&labeler, &samples, &spectrum)?;
 

@@ -146,7 +146,7 @@ impl Explained<'_> {
             Protocol::Released => {
                 " The released label shows the direction of travel, half a turn from the direction of arrival."
             }
-            _ => "",
+            Protocol::Paper => "",
         };
         format!(
             "R12 is a reflection at wall 12, D7 a diffraction at corner 7, LoS the line of sight. Shares are of the power at the maximum of the lobe.{mirrors}{sense}{rest}"

@@ -74,10 +74,7 @@ pub fn dominant_peaks(aps_db: &[f64], protocol: Protocol) -> SpectrumPeaks {
         .iter()
         .map(|db| ((db - top_db) * DECIBEL).exp())
         .collect();
-    let definition = match protocol {
-        Protocol::Released => aps_metrics::Protocol::Released.definition(),
-        _ => aps_metrics::Protocol::Paper.definition(),
-    };
+    let definition = aps_metrics::Protocol::from(protocol).definition();
     // Shares of a maximum are never refused; no bins have no peaks.
     spectrum_peaks(&shape, &definition).unwrap_or_default()
 }
@@ -100,7 +97,7 @@ pub fn under(protocol: Protocol, base: &LabelConfig) -> LabelConfig {
 pub fn angle_deg(arrival_azimuth_rad: f64, protocol: Protocol) -> f64 {
     let turn = match protocol {
         Protocol::Released => 180.0,
-        _ => 0.0,
+        Protocol::Paper => 0.0,
     };
     wrap_deg(arrival_azimuth_rad.to_degrees() + turn)
 }

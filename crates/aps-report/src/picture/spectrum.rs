@@ -17,7 +17,7 @@ const ROOM_DB: f64 = 12.0;
 pub fn axes(protocol: Protocol, top_db: f64, with_room: bool) -> Chart {
     let x = Axis::azimuth(match protocol {
         Protocol::Released => "direction of travel at the receiver [deg]",
-        _ => "angle of arrival [deg]",
+        Protocol::Paper => "angle of arrival [deg]",
     });
     Chart::new(x, level_axis(top_db, with_room))
 }

@@ -1,6 +1,5 @@
 //! Data sets made, labelled anew, joined and checked.
 
-mod columns;
 mod link;
 mod map;
 mod merge;
@@ -23,7 +22,6 @@ pub use merge::{MergeError, MissingPart, merge};
 pub use relabel::relabel;
 pub use verify::{Verified, Verify};
 
-pub use columns::PathColumns;
 pub(crate) use link::LinkMaker;
 pub use map::is_near;
 

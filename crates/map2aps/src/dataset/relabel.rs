@@ -4,7 +4,9 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Instant;
 
-use aps_data::{Access, Dataset, DatasetConfig, LinkStatus, Links, MapData, MapInput, PathTable};
+use aps_data::{
+    Access, Dataset, DatasetConfig, Layout, LinkStatus, Links, MapData, MapInput, PathTable, Stored,
+};
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
 
 use super::map::GROUP;
@@ -12,8 +14,7 @@ use super::rows::Rows;
 use super::{Made, Making, Run};
 use crate::control::Control;
 use crate::error::{At, Place, Result};
-use crate::path_sample;
-use crate::settings::{self, SettingsError, Stored};
+use crate::settings::{self, SettingsError};
 use crate::tally::Tally;
 
 /// Links labelled by one thread at a time.
@@ -44,7 +45,7 @@ pub fn relabel(
         pdp: stored.pdp,
         ..label.clone()
     };
-    let mut layout = settings::layout(&label, manifest.layout.raster, stored);
+    let mut layout = Layout::of_labels(&label, manifest.layout.raster, stored);
     for (new, old) in [
         (&mut layout.aps, manifest.layout.aps),
         (&mut layout.pdp, manifest.layout.pdp),
@@ -122,11 +123,7 @@ impl Run<'_> {
             self.control.check()?;
             let started = Instant::now();
             samples.clear();
-            samples.extend(
-                paths
-                    .paths_of(link)
-                    .map(|path| path_sample::of_stored(paths, path)),
-            );
+            samples.extend(paths.paths_of(link).map(|path| paths.sample(path)));
             let labelled = self
                 .labeler
                 .label_into(&samples, &mut scratch, &mut label)
@@ -146,7 +143,7 @@ impl Run<'_> {
                 map.fallback[link],
                 &label,
             );
-            rows.paths.push_stored(paths, link);
+            rows.paths.push_link(paths, link);
         }
         rows.count_shapes(self.labeler, &self.writer.config().layout)?;
         self.control.progress.advance(links.len() as u64);

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use aps_data::{Layout, LinkRows, LinkStatus, Profile, ProfileLayout, ProfileRows};
+use aps_data::{
+    Layout, LinkRows, LinkStatus, PathTable, Profile, ProfileLayout, ProfileRows, Stored,
+};
 use aps_label::{Label, Labeler};
 
-use super::columns::PathColumns;
 use crate::error::Result;
-use crate::settings::{self, Stored};
 use crate::tally::Tally;
 
 /// Rows of consecutive links.
@@ -19,7 +19,7 @@ pub struct Rows {
     pub fallback: Vec<u8>,
     pub aps: Values,
     pub pdp: Values,
-    pub paths: PathColumns,
+    pub paths: PathTable,
     pub tally: Tally,
 }
 
@@ -85,7 +85,9 @@ impl Rows {
         self.fallback.append(&mut other.fallback);
         self.aps.append(other.aps);
         self.pdp.append(other.pdp);
-        self.paths.append(other.paths);
+        for link in 0..other.paths.links() {
+            self.paths.push_link(&other.paths, link);
+        }
         self.tally.add(&other.tally);
     }
 
@@ -97,7 +99,7 @@ impl Rows {
             fallback: Some(&self.fallback),
             aps: layout.aps.map(|_| self.aps.rows()),
             pdp: layout.pdp.map(|_| self.pdp.rows()),
-            paths: layout.paths.then(|| self.paths.rows()),
+            paths: layout.paths.then_some(&self.paths),
         }
     }
 
@@ -114,6 +116,6 @@ impl Rows {
 }
 
 fn default_aps(labeler: &Labeler, layout: &Layout) -> ProfileLayout {
-    let layout = settings::layout(labeler.config(), layout.raster, Stored::default());
+    let layout = Layout::of_labels(labeler.config(), layout.raster, Stored::default());
     layout.aps.expect("it is stored by default")
 }

@@ -1,7 +1,6 @@
 //! Exchange of data sets with the files of the published data.
 
 mod export;
-mod files;
 mod import;
 
 use std::path::PathBuf;

@@ -6,8 +6,7 @@ use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use serde_json::Value;
 
-use super::LinkList;
-use crate::path_sample;
+use super::{LinkList, PathEntry};
 
 const VALID: &str = r#"{"links": [
     {"tx": [10.0, 20.5], "rx": [30, 40], "paths": [
@@ -28,8 +27,7 @@ fn read_and_label(bytes: &[u8]) {
     };
     assert!(list.links.len() <= bytes.len());
     for link in &list.links {
-        let paths: Result<Vec<PathSample>, _> =
-            link.paths.iter().map(path_sample::of_entry).collect();
+        let paths: Result<Vec<PathSample>, _> = link.paths.iter().map(PathEntry::sample).collect();
         let Ok(paths) = paths else {
             continue;
         };

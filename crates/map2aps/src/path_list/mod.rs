@@ -2,13 +2,13 @@
 
 use std::io::Read;
 
+use aps_data::InteractionKind;
 use aps_label::{Labeler, PathSample, Protocol};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Interaction, InteractionKind, PathRecord};
+use aps_raytrace::{Interaction, PathRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{At, Place, Result};
-use crate::path_sample;
 
 #[cfg(test)]
 mod fuzz;
@@ -91,7 +91,7 @@ pub struct PathEntry {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InteractionEntry {
     /// Kind of the interaction.
-    pub kind: Kind,
+    pub kind: InteractionKind,
     /// Wall of a reflection.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall: Option<u32>,
@@ -100,16 +100,6 @@ pub struct InteractionEntry {
     pub corner: Option<u32>,
     /// Place of the interaction \[m\].
     pub point: [f64; 2],
-}
-
-/// Kinds of interactions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// Reflection at a wall.
-    Reflection,
-    /// Diffraction at a corner.
-    Diffraction,
 }
 
 impl LinkList {
@@ -145,7 +135,7 @@ impl LinkList {
         let mut without = Vec::new();
         for (i, link) in self.links.iter().enumerate() {
             let paths = link.paths.iter().enumerate();
-            let sample = |(k, path)| path_sample::of_entry(path).at(Place::Path(k));
+            let sample = |(k, path): (usize, &PathEntry)| path.sample().at(Place::Path(k));
             let samples: Result<Vec<PathSample>> = paths.map(sample).collect();
             let label = labeler.label(&samples.at(Place::Link(i))?);
             match label.at(Place::Link(i))? {
@@ -178,6 +168,33 @@ impl LinkEntry {
     }
 }
 
+/// Largest azimuth that others' programs give \[rad\]: a turn, and what half precision may add to it. For labels alone
+/// any number of turns would do, but 135 of them are degrees.
+const MAX_AZIMUTH_RAD: f64 = std::f64::consts::TAU + 0.01;
+
+/// Refuses an azimuth that must be meant in degrees. One that is no number passes, for labels refuse it.
+pub(crate) fn check_azimuth(field: &'static str, azimuth_rad: f64) -> Result<(), PathListError> {
+    match azimuth_rad.abs() > MAX_AZIMUTH_RAD {
+        true => Err(PathListError::Azimuth { field, azimuth_rad }),
+        false => Ok(()),
+    }
+}
+
+impl PathEntry {
+    /// The part of the path that a label sees.
+    ///
+    /// # Errors
+    /// [`PathListError::Azimuth`].
+    pub fn sample(&self) -> Result<PathSample, PathListError> {
+        check_azimuth("arrival_azimuth_rad", self.arrival_azimuth_rad)?;
+        Ok(PathSample {
+            delay_s: self.delay_s,
+            arrival_azimuth_rad: self.arrival_azimuth_rad,
+            gain_db: self.gain_db,
+        })
+    }
+}
+
 impl From<&PathRecord> for PathEntry {
     fn from(p: &PathRecord) -> Self {
         Self {
@@ -193,12 +210,12 @@ impl From<&PathRecord> for PathEntry {
 
 impl From<&Interaction> for InteractionEntry {
     fn from(i: &Interaction) -> Self {
-        let (kind, wall, corner) = match i.kind {
-            InteractionKind::Reflection => (Kind::Reflection, Some(i.id), None),
-            InteractionKind::Diffraction => (Kind::Diffraction, None, Some(i.id)),
+        let (wall, corner) = match i.kind {
+            aps_raytrace::InteractionKind::Reflection => (Some(i.id), None),
+            aps_raytrace::InteractionKind::Diffraction => (None, Some(i.id)),
         };
         Self {
-            kind,
+            kind: i.kind.into(),
             wall,
             corner,
             point: i.point.to_array(),

@@ -202,10 +202,7 @@ impl Scoring {
             return Err(MetricsError::MapIds { ids, samples }.into());
         }
         truth.prepare(protocol)?;
-        let protocol = match protocol {
-            Protocol::Released => aps_metrics::Protocol::Released,
-            _ => aps_metrics::Protocol::Paper,
-        };
+        let protocol = aps_metrics::Protocol::from(protocol);
         let mut evaluation = Evaluation::new(protocol);
         let mut predicted = Vec::new();
         truth.for_each_block(BLOCK_VALUES, |true_rows, map_id| {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use aps_data::{Dataset, Part};
-use aps_label::{MeanStd, Protocol};
+use aps_label::{MeanStd, Normalization, Protocol};
 use aps_metrics::Shape;
 use serde_json::{Value, json};
 
@@ -72,7 +72,7 @@ impl Truth {
             Truth::Dataset(labels) if labels.domain == Domain::Normalised => {
                 let train = targets::training_statistics(&labels.dataset);
                 let train = train.at_file(Place::Dataset, Path::new(&labels.place))?;
-                labels.target = Target::Normalised(targets::normalization(protocol, train));
+                labels.target = Target::Normalised(Normalization::of(protocol, train));
                 labels.training = Some(train);
                 Ok(())
             }

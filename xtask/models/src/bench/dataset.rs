@@ -4,11 +4,11 @@ use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, anyhow, ensure};
-use aps_data::Split;
+use aps_data::{Split, Stored};
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
 use map2aps::maps::TileSettings;
-use map2aps::{Control, DatasetPlan, Made, Receivers, SceneSettings, Stored};
+use map2aps::{Control, DatasetPlan, Made, Receivers, SceneSettings};
 use xtask::MapsArg;
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::Bar;

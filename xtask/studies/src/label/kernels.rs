@@ -17,8 +17,6 @@ pub enum Kernel {
     Direct,
     /// Pulse and array response as two thin matrices, then their product.
     Product,
-    /// The same, its sines by recurrence: along the axis for the pulse, over the elements for the array.
-    Recurrence,
 }
 
 /// Delays and directions of the grid.
@@ -41,14 +39,13 @@ impl Grid {
 
 impl Kernel {
     /// Every kernel.
-    pub const ALL: [Self; 3] = [Self::Direct, Self::Product, Self::Recurrence];
+    pub const ALL: [Self; 2] = [Self::Direct, Self::Product];
 
     /// Name in a word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Direct => "direct",
             Self::Product => "product",
-            Self::Recurrence => "recurrence",
         }
     }
 }
@@ -57,11 +54,7 @@ impl Kernel {
 pub fn spectrum<T: Number>(kernel: Kernel, grid: &Grid, paths: &[PathSample]) -> Vec<f64> {
     let best: Vec<T> = match kernel {
         Kernel::Direct => direct(grid, paths),
-        Kernel::Product => product(grid, paths, pulses_direct, |psi: T| {
-            let below = psi.sin_pi();
-            (T::of(ELEMENTS as f64) * psi).sin_pi() / (T::of(ELEMENTS as f64) * below)
-        }),
-        Kernel::Recurrence => product(grid, paths, pulses_by_rotation, dirichlet_by_recurrence),
+        Kernel::Product => product(grid, paths),
     };
     best.into_iter()
         .map(|power| decibel(power.to_f64()))
@@ -81,7 +74,7 @@ fn power<T: Number>(path: &PathSample) -> T {
     T::of(10_f64.powf(0.1 * path.gain_db))
 }
 
-pub fn squared_sinc<T: Number>(x: T) -> T {
+fn squared_sinc<T: Number>(x: T) -> T {
     if x == T::of(0.0) {
         return T::of(1.0);
     }
@@ -89,102 +82,57 @@ pub fn squared_sinc<T: Number>(x: T) -> T {
     sinc * sinc
 }
 
-fn direct<T: Number>(grid: &Grid, paths: &[PathSample]) -> Vec<T> {
+/// sin(N psi) / (N sin psi), psi in half turns.
+fn dirichlet<T: Number>(psi: T) -> T {
     let n = T::of(ELEMENTS as f64);
+    let below = psi.sin_pi();
+    match below == T::of(0.0) {
+        true => T::of(1.0),
+        false => (n * psi).sin_pi() / (n * below),
+    }
+}
+
+fn pulse<T: Number>(tau_s: f64, path: &PathSample) -> T {
+    squared_sinc(T::of(RATE_HZ) * (T::of(tau_s) - T::of(path.delay_s)))
+}
+
+fn larger<T: Number>(best: T, sum: T) -> T {
+    if sum > best { sum } else { best }
+}
+
+fn direct<T: Number>(grid: &Grid, paths: &[PathSample]) -> Vec<T> {
     let maximum = |&theta: &f64| {
-        let mut best = T::of(0.0);
-        for &tau in &grid.delays_s {
-            let mut sum = T::of(0.0);
-            for path in paths {
-                let psi = half_turns::<T>(theta, path);
-                let below = psi.sin_pi();
-                let response = match below == T::of(0.0) {
-                    true => T::of(1.0),
-                    false => (n * psi).sin_pi() / (n * below),
-                };
-                let x = T::of(RATE_HZ) * (T::of(tau) - T::of(path.delay_s));
-                sum = sum + power::<T>(path) * squared_sinc(x) * response * response;
-            }
-            best = if sum > best { sum } else { best };
-        }
-        best
+        let term = |tau_s: f64, path: &PathSample| {
+            let response = dirichlet(half_turns::<T>(theta, path));
+            power::<T>(path) * pulse(tau_s, path) * response * response
+        };
+        let sum = |&tau_s: &f64| {
+            let terms = paths.iter().map(|path| term(tau_s, path));
+            terms.fold(T::of(0.0), |sum, term| sum + term)
+        };
+        grid.delays_s.iter().map(sum).fold(T::of(0.0), larger)
     };
     grid.angles_rad.iter().map(maximum).collect()
 }
 
-fn product<T: Number>(
-    grid: &Grid,
-    paths: &[PathSample],
-    pulses: impl Fn(&Grid, &PathSample) -> Vec<T>,
-    dirichlet: impl Fn(T) -> T,
-) -> Vec<T> {
-    let pulses: Vec<Vec<T>> = paths.iter().map(|path| pulses(grid, path)).collect();
+fn product<T: Number>(grid: &Grid, paths: &[PathSample]) -> Vec<T> {
+    let pulses = |path: &PathSample| -> Vec<T> {
+        let delays = grid.delays_s.iter();
+        delays.map(|&tau_s| pulse(tau_s, path)).collect()
+    };
+    let pulses: Vec<Vec<T>> = paths.iter().map(pulses).collect();
     let maximum = |&theta: &f64| {
-        let weight = |path: &PathSample| {
-            let psi = half_turns::<T>(theta, path);
-            let response = match psi.sin_pi() == T::of(0.0) {
-                true => T::of(1.0),
-                false => dirichlet(psi),
-            };
-            power::<T>(path) * response * response
-        };
-        let weights: Vec<T> = paths.iter().map(weight).collect();
         let mut sums = vec![T::of(0.0); grid.delays_s.len()];
-        for (row, &weight) in pulses.iter().zip(&weights) {
+        for (row, path) in pulses.iter().zip(paths) {
+            let response = dirichlet(half_turns::<T>(theta, path));
+            let weight = power::<T>(path) * response * response;
             for (sum, &pulse) in sums.iter_mut().zip(row) {
                 *sum = *sum + weight * pulse;
             }
         }
-        sums.into_iter()
-            .fold(T::of(0.0), |best, sum| if sum > best { sum } else { best })
+        sums.into_iter().fold(T::of(0.0), larger)
     };
     grid.angles_rad.iter().map(maximum).collect()
-}
-
-pub fn pulse_places<T: Number>(delays_s: &[f64], delay_s: f64) -> impl Iterator<Item = T> {
-    delays_s
-        .iter()
-        .map(move |&tau| T::of(RATE_HZ) * (T::of(tau) - T::of(delay_s)))
-}
-
-fn pulses_direct<T: Number>(grid: &Grid, path: &PathSample) -> Vec<T> {
-    pulse_places(&grid.delays_s, path.delay_s)
-        .map(squared_sinc)
-        .collect()
-}
-
-fn pulses_by_rotation<T: Number>(grid: &Grid, path: &PathSample) -> Vec<T> {
-    rotated_pulses(&grid.delays_s, path.delay_s)
-}
-
-/// The sines of equally spaced arguments, each from the one before by a rotation.
-pub fn rotated_pulses<T: Number>(delays_s: &[f64], delay_s: f64) -> Vec<T> {
-    let step = T::of(RATE_HZ) * T::of(delays_s[1] - delays_s[0]);
-    let (step_sin, step_cos) = (step.sin_pi(), step.cos_pi());
-    let first = T::of(RATE_HZ) * (T::of(delays_s[0]) - T::of(delay_s));
-    let (mut sin, mut cos) = (first.sin_pi(), first.cos_pi());
-    let pulse = |x: T| {
-        let sinc = match x == T::of(0.0) {
-            true => T::of(1.0),
-            false => sin / (T::of(std::f64::consts::PI) * x),
-        };
-        (sin, cos) = (
-            sin * step_cos + cos * step_sin,
-            cos * step_cos - sin * step_sin,
-        );
-        sinc * sinc
-    };
-    pulse_places(delays_s, delay_s).map(pulse).collect()
-}
-
-/// sin(N psi) / (N sin psi) as the Chebyshev polynomial of the second kind, U_{N-1}(cos psi) / N.
-fn dirichlet_by_recurrence<T: Number>(psi: T) -> T {
-    let twice = T::of(2.0) * psi.cos_pi();
-    let (mut before, mut now) = (T::of(1.0), twice);
-    for _ in 2..ELEMENTS {
-        (before, now) = (now, twice * now - before);
-    }
-    now / T::of(ELEMENTS as f64)
 }
 
 #[cfg(test)]

@@ -19,8 +19,6 @@ pub trait Number:
     fn to_f64(self) -> f64;
     /// Sine of pi times this.
     fn sin_pi(self) -> Self;
-    /// Cosine of pi times this.
-    fn cos_pi(self) -> Self;
     /// Sine of an angle [rad].
     fn sin(self) -> Self;
 }
@@ -37,9 +35,6 @@ macro_rules! number {
             }
             fn sin_pi(self) -> Self {
                 (std::$t::consts::PI * self).sin()
-            }
-            fn cos_pi(self) -> Self {
-                (std::$t::consts::PI * self).cos()
             }
             fn sin(self) -> Self {
                 $t::sin(self)
@@ -60,9 +55,6 @@ impl Number for DoubleDouble {
     }
     fn sin_pi(self) -> Self {
         self.sin_cos_pi().0
-    }
-    fn cos_pi(self) -> Self {
-        self.sin_cos_pi().1
     }
     fn sin(self) -> Self {
         self.sin_cos().0

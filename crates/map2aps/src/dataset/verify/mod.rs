@@ -3,7 +3,7 @@
 mod contents;
 mod recompute;
 
-use aps_data::Dataset;
+use aps_data::{Dataset, Layout};
 
 use recompute::Recomputation;
 
@@ -11,7 +11,7 @@ use crate::control::{Control, Work};
 use crate::error::{At, Place, Result, chain};
 use crate::maps::MapSource;
 use crate::sampling::draw_links;
-use crate::settings::{self, SettingsError, Stored};
+use crate::settings::{self, SettingsError};
 
 /// Check of a data set: bytes, values, counts, statistics, and a sample of its links computed anew from the maps.
 #[derive(Debug, Clone)]
@@ -136,7 +136,7 @@ fn check_axes(dataset: &Dataset, findings: &mut Findings<'_>) {
     let Ok(label) = settings::label_of(&manifest.configuration) else {
         return;
     };
-    let made = settings::layout(&label, layout.raster, Stored::of(layout));
+    let made = Layout::of_labels(&label, layout.raster, layout.stored());
     for (name, stored, made) in [("aps", layout.aps, made.aps), ("pdp", layout.pdp, made.pdp)] {
         let (stored, made) = (stored.map(|p| p.axis), made.map(|p| p.axis));
         if stored != made {

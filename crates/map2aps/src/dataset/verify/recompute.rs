@@ -7,7 +7,7 @@ use aps_raytrace::{Scene, TraceConfig, Tracer};
 use rayon::prelude::*;
 
 use super::Findings;
-use crate::dataset::{LinkMaker, PathColumns, Rows};
+use crate::dataset::{LinkMaker, Rows};
 use crate::error::Result;
 use crate::sampling::{self, Receivers, Sampling};
 use crate::settings;
@@ -175,8 +175,8 @@ impl<'d> Recomputation<'d> {
             }
         }
         if let Some(table) = &stored.paths {
-            let mut paths = PathColumns::default();
-            paths.push_stored(table, link);
+            let mut paths = PathTable::default();
+            paths.push_link(table, link);
             if !paths.is_same(&rows.paths) {
                 return Ok(Some("paths are".into()));
             }

@@ -8,11 +8,11 @@ use std::fs;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{Dataset, MapData, Part};
+use aps_data::{Dataset, MapData, Part, replace_unsynced};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::{ExchangeError, files};
+use super::ExchangeError;
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result};
 use crate::maps::choose;
@@ -161,7 +161,7 @@ impl Export {
             "stored": manifest.layout,
             "configuration": manifest.configuration,
         });
-        files::create_folder(out)?;
+        create_folder(out)?;
         let path = out.join(RECORD_FILE);
         match fs::read(&path) {
             Ok(bytes) => {
@@ -173,9 +173,10 @@ impl Export {
                     false => Err(ExchangeError::OtherExport(path).into()),
                 }
             }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                files::write(&path, &serde_json::to_vec_pretty(&record)?)
-            }
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(replace_unsynced(
+                &path,
+                &serde_json::to_vec_pretty(&record)?,
+            )?),
             Err(error) => Err(error).at_file(Place::Reading, &path),
         }
     }
@@ -196,6 +197,11 @@ fn write_links<B: Default>(
         bytes.at(Place::Link(*link)).at(Place::Map(map))
     });
     bytes.try_reduce(|| 0, |a, b| Ok(a + b))
+}
+
+/// Creates a folder and those above it.
+fn create_folder(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).at_file(Place::Creating, folder)
 }
 
 /// The links with a label and the names of their files, which must differ.

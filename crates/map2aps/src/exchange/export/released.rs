@@ -1,14 +1,15 @@
 //! Labels with the places of their maxima, as the published converter writes them.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use aps_data::released::{LinkName, ProfileFile};
-use aps_data::{Dataset, MapData, PathTable, Profile};
+use aps_data::{Dataset, MapData, PathTable, Profile, replace_unsynced};
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch};
 
+use super::create_folder;
 use crate::error::{At, Place, Result};
-use crate::exchange::{ExchangeError, files};
-use crate::path_sample;
+use crate::exchange::ExchangeError;
 
 /// The labels of one map.
 pub struct Released<'a> {
@@ -86,7 +87,7 @@ impl<'a> Released<'a> {
                 } = buffers;
                 samples.clear();
                 let paths = table.paths_of(link);
-                samples.extend(paths.map(|path| path_sample::of_stored(table, path)));
+                samples.extend(paths.map(|path| table.sample(path)));
                 let status = labeler.label_into(samples, scratch, label)?;
                 if status != aps_label::Status::Labelled {
                     return Err(ExchangeError::NoLabel.into());
@@ -112,7 +113,7 @@ impl<'a> Released<'a> {
     pub fn create_folders(&self, map: u32, out: &Path) -> Result<()> {
         for (kind, length) in ["aps", "pdp"].into_iter().zip(self.lengths) {
             if length.is_some() {
-                files::create_folder(&out.join(format!("map_{map}/{map}_adps/{kind}")))?;
+                create_folder(&out.join(format!("map_{map}/{map}_adps/{kind}")))?;
             }
         }
         Ok(())
@@ -128,7 +129,9 @@ impl<'a> Released<'a> {
     ) -> Result<u64> {
         let paths = [name.aps_file(), name.pdp_file()].map(|file| out.join(file));
         let is_there = |(file, length): (&PathBuf, &Option<u64>)| {
-            length.is_none_or(|n| files::has_length(file, n))
+            length.is_none_or(|n| {
+                fs::metadata(file).is_ok_and(|found| found.is_file() && found.len() == n)
+            })
         };
         if paths.iter().zip(&self.lengths).all(is_there) {
             return Ok(0);
@@ -137,7 +140,7 @@ impl<'a> Released<'a> {
         for (profile, file) in self.profiles(link, buffers)?.into_iter().zip(paths) {
             let Some(profile) = profile else { continue };
             let bytes = profile.to_bytes();
-            files::write(&file, &bytes).at(Place::LinkName(*name))?;
+            replace_unsynced(&file, &bytes).at(Place::LinkName(*name))?;
             written += bytes.len() as u64;
         }
         Ok(written)

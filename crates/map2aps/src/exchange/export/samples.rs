@@ -5,11 +5,12 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use aps_data::released::{LinkName, Sample};
-use aps_data::{ConditionConfig, ConditionImages, MapData, Profile, npy};
+use aps_data::{ConditionConfig, ConditionImages, MapData, Profile, npy, replace_unsynced};
 use aps_label::{MeanStd, Normalization};
 
+use super::create_folder;
 use crate::error::Result;
-use crate::exchange::{ExchangeError, files};
+use crate::exchange::ExchangeError;
 
 /// The published preprocessing, its default: relative power, minus its own mean, divided by its own deviation.
 const NORMALISATION: Normalization = Normalization::Released(MeanStd {
@@ -33,16 +34,17 @@ impl<'a> Samples<'a> {
 
     /// Writes `env_maps/N.npy`, the image of the buildings by itself, and creates the folder of the samples.
     pub fn write_buildings(&self, out: &Path) -> Result<()> {
-        files::create_folder(&out.join("samples"))?;
+        create_folder(&out.join("samples"))?;
         let folder = out.join("env_maps");
-        files::create_folder(&folder)?;
+        create_folder(&folder)?;
         let buildings = &self.map.buildings;
         let pixels = buildings.pixels().iter().copied();
         let pixels: Vec<f32> = pixels.map(f32::from).collect();
         let grid = buildings.grid();
         let mut bytes = Vec::new();
         npy::write_to(&mut bytes, &[grid.height, grid.width], &pixels)?;
-        files::write(&folder.join(format!("{}.npy", self.map.id)), &bytes)
+        let file = folder.join(format!("{}.npy", self.map.id));
+        Ok(replace_unsynced(&file, &bytes)?)
     }
 
     /// Writes the file of one link if it is not there; returns the bytes written.
@@ -65,7 +67,7 @@ impl<'a> Samples<'a> {
             cond_img,
         };
         let bytes = sample.to_npz()?;
-        files::write(&file, &bytes)?;
+        replace_unsynced(&file, &bytes)?;
         Ok(bytes.len() as u64)
     }
 }
@@ -91,5 +93,8 @@ pub fn write_table(names: &[LinkName], out: &Path) -> Result<()> {
         table +=
             &format!("aps_{name},{map},{tx_x},{tx_y},{rx_x},{rx_y},std,samples/aps_{name}.npz\n");
     }
-    files::write(&out.join("metadata.csv"), table.as_bytes())
+    Ok(replace_unsynced(
+        &out.join("metadata.csv"),
+        table.as_bytes(),
+    )?)
 }

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use aps_data::propbin::{self, Chain, Propbin, Receiver};
 use aps_data::{
-    DatasetConfig, DatasetWriter, InteractionKind, LinkStatus, Links, MapInput, MapWriter,
-    UNKNOWN_ID,
+    DatasetConfig, DatasetWriter, InteractionKind, Layout, LinkStatus, Links, MapInput, MapWriter,
+    Stored, UNKNOWN_ID,
 };
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
 use rand::SeedableRng;
@@ -27,8 +27,7 @@ use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
 use crate::maps::MapSource;
-use crate::path_sample::check_azimuth;
-use crate::settings::{self, Stored};
+use crate::path_list::check_azimuth;
 
 /// Losses and delays beyond these are no paths but damage.
 const MAX_LOSS_DB: f32 = 3000.0;
@@ -89,7 +88,7 @@ impl ImportPropbin {
         let raster = source.map(MapSource::raster).unwrap_or_default();
         let config = DatasetConfig {
             seed: self.seed,
-            layout: settings::layout(&label, raster, self.stored),
+            layout: Layout::of_labels(&label, raster, self.stored),
             configuration: json!({
                 "import": "propbin",
                 "maps": source.map(MapSource::describe),
@@ -305,7 +304,7 @@ fn label_links(
             }
             Status::NoPath => LinkStatus::NoPath,
         };
-        rows.paths.paths_per_link.push(samples.len());
+        rows.paths.end_link();
         rows.push_label(labeler, status, &label);
     }
     Ok((rows, impossible))
@@ -348,9 +347,8 @@ fn add_chain(rows: &mut Rows, chain: &Chain<'_>, [source, receiver]: [[f32; 3]; 
     }
     let kind = match chain {
         Chain::Rooftop(_) => InteractionKind::Diffraction,
-        _ => InteractionKind::Other(255),
+        Chain::Points(_) | Chain::Vertices(_) => InteractionKind::Other(255),
     };
-    rows.paths.interactions_per_path.push(points.len());
     rows.paths
         .interaction_kind
         .extend(points.iter().map(|_| kind));
@@ -358,6 +356,7 @@ fn add_chain(rows: &mut Rows, chain: &Chain<'_>, [source, receiver]: [[f32; 3]; 
         .interaction_id
         .extend(points.iter().map(|_| UNKNOWN_ID));
     rows.paths.interaction_point_m.append(&mut points);
+    rows.paths.end_path();
 }
 
 /// An angle half a turn further, in (-pi, pi] if it was.
