@@ -120,6 +120,20 @@ impl LabelConfig {
         }
     }
 
+    /// The same label under a protocol: array and bandwidth stay, the delay axis becomes the protocol's unless it was
+    /// this protocol's already.
+    pub fn under(&self, protocol: Protocol) -> Self {
+        let delay_axis = match self.protocol == protocol {
+            true => self.delay_axis,
+            false => Self::of(protocol).delay_axis,
+        };
+        Self {
+            protocol,
+            delay_axis,
+            ..self.clone()
+        }
+    }
+
     /// Checks every field.
     ///
     /// # Errors

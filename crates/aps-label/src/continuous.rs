@@ -517,9 +517,9 @@ mod tests {
         }
     }
 
-    /// Not run by default: the figure of the documentation.
+    /// The figure of the documentation.
     #[test]
-    #[ignore = "takes minutes"]
+    #[ignore = "long: takes minutes"]
     fn worst_error_of_many_links() {
         use proptest::strategy::ValueTree;
         use proptest::test_runner::TestRunner;

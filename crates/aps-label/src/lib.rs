@@ -63,7 +63,7 @@
 //!
 //! # Features
 //!
-//! - `serde` (off by default): `Serialize` and `Deserialize` for configurations, paths and normalisation.
+//! - `serde` (off by default): `Serialize` and `Deserialize` for configurations, axes, paths and statistics.
 //!
 //! # Accuracy
 //!

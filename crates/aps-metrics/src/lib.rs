@@ -50,6 +50,7 @@
 //!
 //! # Features
 //!
+//! - `label` (off by default): the protocol of an `aps-label` as the one it is scored under.
 //! - `serde` (off by default): `Serialize` for definitions, scores and reports.
 //!
 //! `docs/protocol.md` of the repository defines every metric in a table and works through the

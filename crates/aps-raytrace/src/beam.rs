@@ -10,8 +10,8 @@
 
 use glam::DVec2;
 
-use crate::occlusion::WallIndex;
-use crate::scene::Wall;
+use crate::scene::{Scene, Wall};
+use crate::wall_index::{HalfPlane, Selected};
 
 /// Windows grow by this part of their wall's length at both ends: far above the rounding of the
 /// sweep, far below anything that would bring in many more candidates.
@@ -78,22 +78,18 @@ impl Beam {
         DVec2::new(r.dot(self.across), r.dot(self.forward))
     }
 
-    /// Tells whether a box, by centre and half extents, may reach into the view.
+    /// A region that holds all of the view.
     #[inline]
-    fn meets(&self) -> impl Fn(DVec2, DVec2) -> bool {
-        let apex = self.apex;
-        let sides = [
+    fn region(&self) -> [HalfPlane; 3] {
+        [
             (self.forward, self.near),
             (self.forward * self.hi - self.across, 0.0),
             (self.across - self.forward * self.lo, 0.0),
         ]
-        .map(|(axis, limit)| (axis, axis.abs(), limit));
-        move |centre, extent| {
-            let r = centre - apex;
-            let reaches =
-                |(axis, abs, limit): (DVec2, DVec2, f64)| r.dot(axis) + abs.dot(extent) >= limit;
-            sides.into_iter().all(reaches)
-        }
+        .map(|(axis, limit)| HalfPlane {
+            axis,
+            limit: limit + axis.dot(self.apex),
+        })
     }
 }
 
@@ -113,8 +109,9 @@ struct Candidate {
 }
 
 /// Reusable memory of [`visible_walls`].
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Sweep {
+    selected: Selected,
     candidates: Vec<Candidate>,
     /// (k, candidate, whether it ends there)
     events: Vec<(f64, u32, bool)>,
@@ -123,33 +120,36 @@ pub(crate) struct Sweep {
 
 /// Appends the window of every wall of which the beam sees some part.
 ///
+/// `nearest_from` is told, in order, which wall is the nearest from which k on.
+///
 /// A window is the hull of the parts seen. Walls facing away from the apex are neither seen nor
 /// obstruct: a ray that leaves from outdoors meets the front of a building first.
 pub(crate) fn visible_walls(
-    walls: &[Wall],
-    index: &WallIndex,
+    scene: &Scene,
     beam: &Beam,
     sweep: &mut Sweep,
     out: &mut Vec<Window>,
+    mut nearest_from: impl FnMut(f64, u32),
 ) {
     sweep.candidates.clear();
     sweep.events.clear();
     sweep.active.clear();
-    index.for_each(beam.meets(), |id| {
-        if let Some((candidate, from, to)) = clip(&walls[id as usize], id, beam) {
+    scene.index().select(beam.region(), &mut sweep.selected);
+    for &id in &sweep.selected {
+        if let Some((candidate, from, to)) = clip(&scene.walls()[id as usize], id, beam) {
             let n = sweep.candidates.len() as u32;
             sweep.events.push((from, n, false));
             sweep.events.push((to, n, true));
             sweep.candidates.push(candidate);
         }
-        true
-    });
+    }
     sweep.events.sort_unstable_by(|p, q| p.0.total_cmp(&q.0));
 
     let Sweep {
         candidates,
         events,
         active,
+        ..
     } = sweep;
     let mut group_end = 0;
     for (i, &(k, n, ends)) in events.iter().enumerate() {
@@ -189,6 +189,7 @@ pub(crate) fn visible_walls(
             let c = &mut candidates[n as usize];
             c.seen_lo = c.seen_lo.min(k);
             c.seen_hi = c.seen_hi.max(next);
+            nearest_from(k, c.wall);
         }
     }
     out.extend(candidates.iter().filter_map(Candidate::window));

@@ -38,15 +38,12 @@ pub(crate) struct LegEnds {
     up_to: Vec<u32>,
 }
 
-/// A leg in short.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct LegPlaces {
-    pub length_m: f64,
+/// Legs with as many reflections that leave one corner for another.
+#[derive(Debug, Clone)]
+pub(crate) struct Kind {
+    pub to: u32,
     pub reflections: u32,
-    /// Its place among the ends at the corner it leaves.
-    pub leaving: u32,
-    /// Its place among the ends at the corner it reaches.
-    pub arriving: u32,
+    pub legs: usize,
 }
 
 /// The legs that leave a corner, sorted by the corner they reach.
@@ -56,8 +53,9 @@ pub(crate) struct Leaving {
     /// Ray of each leg at this corner.
     pub rays: Vec<Ray>,
     pub ends: LegEnds,
-    /// Length, reflections and places of each leg, for searches.
-    pub places: Vec<LegPlaces>,
+    /// Place of each leg among the ends.
+    pub places: Vec<u32>,
+    pub kinds: Vec<Kind>,
 }
 
 /// Legs between all corners.
@@ -85,7 +83,7 @@ struct Arriving {
 /// Memory that a leg takes here, besides its own.
 const BYTES: usize = 2 * (Directions::BYTES + size_of::<f64>() + 2 * size_of::<u32>())
     + size_of::<Ray>()
-    + size_of::<LegPlaces>();
+    + size_of::<u32>();
 
 impl Between {
     /// Finds them; `legs_from` finds those of one corner. `Ok(None)` if they take more than `max_bytes`.
@@ -142,12 +140,12 @@ impl Between {
                 });
             }
         }
-        let mut leaving: Vec<Leaving> = legs
+        let leaving: Vec<Leaving> = legs
             .into_par_iter()
             .enumerate()
             .map(|(from, legs)| Leaving::new(corners, from, legs, &block_of[from]))
             .collect();
-        let sorted: Vec<_> = arriving
+        let arriving: Vec<LegEnds> = arriving
             .into_par_iter()
             .enumerate()
             .map(|(to, mut arriving)| {
@@ -159,23 +157,24 @@ impl Between {
                     let leg = leg(end);
                     ends.push(&wedge.direction(&leg.ray), leg, end.block, end.slot);
                 }
-                (ends, arriving)
+                ends
             })
             .collect();
-        let mut all_ends = Vec::with_capacity(sorted.len());
-        for (ends, arriving) in sorted {
-            for (place, end) in (0..).zip(arriving) {
-                leaving[end.from as usize].places[end.leg as usize].arriving = place;
-            }
-            all_ends.push(ends);
-        }
         let first_block = |to: usize| blocks.partition_point(|b| (b.to as usize) < to) as u32;
         Self {
-            first_block: (0..=all_ends.len()).map(first_block).collect(),
+            first_block: (0..=arriving.len()).map(first_block).collect(),
             leaving,
-            arriving: all_ends,
+            arriving,
             blocks,
         }
+    }
+
+    /// Most reflections on any leg.
+    pub fn most_reflections(&self) -> u32 {
+        let legs = self.leaving.iter();
+        legs.map(|leaving| leaving.legs.most_reflections())
+            .max()
+            .unwrap_or(0)
     }
 
     /// Legs that leave a corner.
@@ -204,22 +203,23 @@ impl Leaving {
         let wedge = &corners.wedges[from];
         let all = legs.all();
         let rays: Vec<Ray> = all.iter().map(|leg| wedge.ray(leg.corner_image)).collect();
-        let place = |leg: &Leg| LegPlaces {
-            length_m: leg.ray.length_m,
-            reflections: leg.reflections,
-            leaving: 0,
-            arriving: 0,
-        };
-        let mut places: Vec<LegPlaces> = all.iter().map(place).collect();
+        let mut places = vec![0; all.len()];
         let mut order: Vec<usize> = (0..all.len()).collect();
         order.sort_by_key(|&i| all[i].reflections);
         let mut ends = LegEnds::default();
         for (place, &i) in (0..).zip(&order) {
             let direction = wedge.bound.direction(&rays[i]);
             ends.push(&direction, &all[i], blocks[i], i as u32);
-            places[i].leaving = place;
+            places[i] = place;
         }
+        let same = |p: &Leg, q: &Leg| (p.corner, p.reflections) == (q.corner, q.reflections);
+        let kind = |legs: &[Leg]| Kind {
+            to: legs[0].corner,
+            reflections: legs[0].reflections,
+            legs: legs.len(),
+        };
         Self {
+            kinds: all.chunk_by(same).map(kind).collect(),
             legs,
             rays,
             ends,

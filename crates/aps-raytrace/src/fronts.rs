@@ -11,10 +11,10 @@ use num_complex::Complex64;
 use smallvec::SmallVec;
 
 use crate::between::{Between, Block, Leaving};
-use crate::bound::{Direction, rounded_up};
+use crate::bound::Direction;
 use crate::legs::{Corners, Leg, Legs};
 use crate::path::{Interaction, InteractionKind, Interactions};
-use crate::strength::{Rows, Strength};
+use crate::strength::{Places, Row, Rows, Strength, Table};
 use crate::wedge::Ray;
 
 /// Instead of a wave: none, as a leg of the transmitter continues none.
@@ -88,18 +88,62 @@ pub(crate) struct Wave {
 pub(crate) struct Group {
     corner: u32,
     waves: Range<u32>,
-    first_strength: usize,
-    first_slot: usize,
-    /// Places that the limits leave to any of them.
-    places: usize,
+    /// By leg that leaves the corner, by wave: upper bounds of the fronts' strengths; 0 beyond the limits.
+    rows: Rows,
 }
 
-/// Number of fronts of one kind that arrive at a corner.
+/// The fronts of a block.
 #[derive(Debug, Clone, Copy)]
-struct Count {
-    reflections: u32,
-    diffractions: u32,
-    fronts: usize,
+pub(crate) struct BlockFronts {
+    pub block: u32,
+    pub strength: Strength,
+    /// Upper bound of the sum of squares of these and all weaker ones at the corner.
+    pub rest_power: f32,
+}
+
+/// The fronts at one corner but for the transmitter's own legs.
+#[derive(Debug, Clone)]
+struct Arriving {
+    strength: Strength,
+    blocks: Range<u32>,
+}
+
+/// Numbers of fronts by corner and reflections.
+#[derive(Debug, Clone)]
+struct Counts {
+    most_reflections: usize,
+    /// By corner, then by number of reflections: of so many, and once all are counted, of at most so many.
+    fronts: Vec<usize>,
+}
+
+impl Counts {
+    fn new(corners: usize, most_reflections: u32) -> Self {
+        let most_reflections = most_reflections as usize;
+        Self {
+            most_reflections,
+            fronts: vec![0; corners * (most_reflections + 1)],
+        }
+    }
+
+    fn at(&mut self, corner: u32) -> &mut [usize] {
+        let count = self.most_reflections + 1;
+        &mut self.fronts[corner as usize * count..][..count]
+    }
+
+    fn sum_up(&mut self) {
+        for at_corner in self.fronts.chunks_mut(self.most_reflections + 1) {
+            for i in 1..at_corner.len() {
+                at_corner[i] += at_corner[i - 1];
+            }
+        }
+    }
+
+    /// Number of fronts at a corner with at most so many reflections.
+    #[inline]
+    fn with_at_most(&self, corner: u32, reflections: u32) -> usize {
+        let reflections = self.most_reflections.min(reflections as usize);
+        self.fronts[corner as usize * (self.most_reflections + 1) + reflections]
+    }
 }
 
 /// Fronts of one transmitter at all corners, with bounds of their strengths.
@@ -113,18 +157,14 @@ pub(crate) struct Fronts {
     groups: Vec<Group>,
     /// First group of each corner, and the end.
     first_group: Vec<u32>,
-    /// Upper bounds of the strengths of the fronts that continue the waves, by group, by place among the ends that leave its corner,
-    /// by wave; 0 beyond the limits.
-    strengths: Vec<f32>,
-    /// By group and by slot of the legs that leave its corner.
-    slots: Vec<Strength>,
+    table: Table,
     /// By wave and place.
     amplitudes: Vec<OnceLock<Complex64>>,
-    /// By block, and by the corner where it ends.
-    blocks: Vec<Strength>,
-    corners: Vec<Strength>,
-    /// By corner.
-    counts: Vec<Vec<Count>>,
+    /// Blocks of fronts by the corner where they end, the strongest first.
+    blocks: Vec<BlockFronts>,
+    corners: Vec<Arriving>,
+    /// By number of diffractions before the corner where they arrive.
+    counts: Vec<Counts>,
 }
 
 /// Legs and corners from which fronts are made: prepared once a map, and once a transmitter.
@@ -151,16 +191,16 @@ impl<'t> Sources<'t> {
 impl Fronts {
     /// Extends the transmitter's legs corner by corner. `None` if the fronts take more than the limit.
     pub fn extend(of: &Sources<'_>, limits: &Limits) -> Option<Self> {
-        let mut fronts = Self {
-            counts: vec![Vec::new(); of.corners.wedges.len()],
-            ..Self::default()
-        };
+        let mut fronts = Self::default();
+        let corners = of.corners.wedges.len();
+        let mut reflections = of.legs.most_reflections().min(limits.reflections);
+        let mut counts = Counts::new(corners, reflections);
         let mut level = Vec::new();
         for (i, leg) in (0..).zip(of.legs.all()) {
             let wedge = &of.corners.wedges[leg.corner as usize];
             fronts.own.push(wedge.bound.direction(&leg.ray));
             if limits.allow(leg.reflections, 1) {
-                fronts.count(leg.corner, leg.reflections, 0, 1);
+                counts.at(leg.corner)[leg.reflections as usize] += 1;
                 level.push(Wave {
                     corner: leg.corner,
                     front: FrontId::own(i),
@@ -172,28 +212,61 @@ impl Fronts {
                 });
             }
         }
+        counts.sum_up();
+        fronts.counts.push(counts);
         let Some(between) = of.between else {
             return Some(fronts);
         };
-        fronts.blocks = vec![Strength::default(); between.blocks().len()];
-        let mut rows = Rows::default();
+        let mut blocks = vec![Strength::default(); between.blocks().len()];
+        let mut places = Places::default();
         for diffractions in 1..limits.diffractions {
+            reflections = (reflections + between.most_reflections()).min(limits.reflections);
+            let mut counts = Counts::new(corners, reflections);
             let mut next = Vec::new();
             for waves in level.chunk_by(|p, q| p.corner == q.corner) {
-                fronts.add(of, limits, waves, &mut rows)?;
+                fronts.add(of, limits, waves, (&mut counts, &mut blocks), &mut places)?;
                 if diffractions + 1 < limits.diffractions {
                     fronts.go_on(of, limits, &mut next)?;
                 }
             }
+            counts.sum_up();
+            fronts.counts.push(counts);
             next.sort_by_key(|wave: &Wave| wave.corner);
             level = next;
         }
-        fronts.sort(of.corners.wedges.len());
-        fronts.corners = vec![Strength::default(); of.corners.wedges.len()];
-        for (block, strength) in between.blocks().iter().zip(&fronts.blocks) {
-            fronts.corners[block.to as usize].add(strength);
+        fronts.sort(corners);
+        for corner in 0..corners as u32 {
+            let ids = between.blocks_to(corner);
+            let strengths = &blocks[ids.start as usize..ids.end as usize];
+            fronts.add_blocks(ids.zip(strengths));
         }
         Some(fronts)
+    }
+
+    /// Adds the blocks that end at the next corner.
+    fn add_blocks<'b>(&mut self, strengths: impl Iterator<Item = (u32, &'b Strength)>) {
+        let first = self.blocks.len();
+        for (block, &strength) in strengths.filter(|(_, strength)| strength.max > 0.0) {
+            self.blocks.push(BlockFronts {
+                block,
+                strength,
+                rest_power: 0.0,
+            });
+        }
+        let blocks = &mut self.blocks[first..];
+        blocks.sort_unstable_by(|p, q| {
+            let by_max = q.strength.max.total_cmp(&p.strength.max);
+            by_max.then(p.block.cmp(&q.block))
+        });
+        let mut strength = Strength::default();
+        for fronts in blocks.iter_mut().rev() {
+            strength.add(&fronts.strength);
+            fronts.rest_power = strength.power;
+        }
+        self.corners.push(Arriving {
+            strength,
+            blocks: first as u32..self.blocks.len() as u32,
+        });
     }
 
     /// Adds waves at one corner and the fronts that continue them.
@@ -202,42 +275,33 @@ impl Fronts {
         of: &Sources<'_>,
         limits: &Limits,
         waves: &[Wave],
-        rows: &mut Rows,
+        (counts, blocks): (&mut Counts, &mut [Strength]),
+        places: &mut Places,
     ) -> Option<()> {
         let corner = waves[0].corner;
         let leaving = of.between().leaving(corner);
         let wedge = &of.corners.wedges[corner as usize].bound;
         let ends = &leaving.ends;
-        rows.clear(ends.blocks.len());
         let count = |wave: &Wave| {
             let left = limits.left(wave.reflections, wave.diffractions + 2);
             left.map_or(0, |left| ends.with_at_most(left))
         };
-        let places = waves.iter().map(count).max().unwrap_or(0);
-        let (first, first_wave) = (self.strengths.len(), self.waves.len() as u32);
-        let first_slot = self.slots.len();
-        let more = places * waves.len();
-        let bytes = (first + more) * size_of::<f32>()
-            + (self.amplitudes.len() + more) * size_of::<OnceLock<Complex64>>()
-            + (self.waves.len() + waves.len()) * size_of::<Wave>()
-            + (self.slots.len() + ends.slots.len()) * size_of::<Strength>();
+        let fronts: usize = waves.iter().map(count).sum();
+        let bytes = self.table.bytes_with(ends.slots.len(), waves.len())
+            + (self.amplitudes.len() + fronts) * size_of::<OnceLock<Complex64>>()
+            + (self.waves.len() + waves.len()) * size_of::<Wave>();
         if bytes > limits.bytes {
             return None;
         }
-        self.strengths.resize(first + more, 0.0);
-        for (w, wave) in waves.iter().enumerate() {
+        let first_wave = self.waves.len() as u32;
+        let rows = self.table.add(ends.slots.len(), waves.len());
+        places.clear(ends.slots.len());
+        for (kind, wave) in waves.iter().enumerate() {
             let count = count(wave);
             let direction = wedge.direction(self.ray(of, wave.front));
-            let bounds = rows.bounds(wedge, &direction, &ends.directions, count);
-            let strengths = self.strengths.iter_mut().skip(first + w);
-            let strengths = strengths.step_by(waves.len());
-            for ((bound, strength), rounded) in
-                bounds.iter_mut().zip(&ends.strengths).zip(strengths)
-            {
-                *bound *= wave.strength * strength;
-                *rounded = rounded_up(*bound);
-            }
-            rows.add();
+            let strength = |place: usize| wave.strength * ends.strengths[place];
+            let table = (&mut self.table, rows, kind);
+            places.add((wedge, &direction), (ends, count), strength, table);
             self.waves.push(Wave {
                 first_front: self.amplitudes.len(),
                 ..*wave
@@ -248,17 +312,11 @@ impl Fronts {
         self.groups.push(Group {
             corner,
             waves: first_wave..self.waves.len() as u32,
-            first_strength: first,
-            first_slot,
-            places,
+            rows,
         });
-        self.slots
-            .resize(first_slot + ends.slots.len(), Strength::default());
-        let slots = &mut self.slots[first_slot..];
-        for (place, strength) in rows.by_place().enumerate() {
-            self.blocks[ends.blocks[place] as usize].add(&strength);
-            slots[ends.slots[place] as usize] = strength;
-        }
+        places.finish(ends, (&mut self.table, rows), |place, strength| {
+            blocks[ends.blocks[place] as usize].add(&strength);
+        });
         // Waves of equally many reflections at once.
         let diffractions = waves[0].diffractions + 1;
         let mut kinds: SmallVec<[(u32, usize); 8]> = SmallVec::new();
@@ -268,11 +326,12 @@ impl Fronts {
                 None => kinds.push((wave.reflections, 1)),
             }
         }
-        for leg in leaving.legs.all() {
+        for kind in &leaving.kinds {
+            let at_corner = counts.at(kind.to);
             for &(reflections, waves) in &kinds {
-                let reflections = reflections + leg.reflections;
+                let reflections = reflections + kind.reflections;
                 if limits.allow(reflections, diffractions + 1) {
-                    self.count(leg.corner, reflections, diffractions, waves);
+                    at_corner[reflections as usize] += waves * kind.legs;
                 }
             }
         }
@@ -282,9 +341,11 @@ impl Fronts {
     /// The waves that the fronts of the last group become at further corners.
     fn go_on(&self, of: &Sources<'_>, limits: &Limits, out: &mut Vec<Wave>) -> Option<()> {
         let group = self.groups.last()?;
-        for (id, wave) in self.waves_of(group) {
-            let leaving = of.leaving(wave);
-            for (i, leg) in (0..).zip(leaving.legs.all()) {
+        let leaving = of.between().leaving(group.corner);
+        let legs = leaving.legs.all();
+        let rows = self.table.rows(group.rows, 0..legs.len() as u32);
+        for (i, (leg, row)) in (0..).zip(legs.iter().zip(rows)) {
+            for ((id, wave), strength) in self.waves_of(group).zip(row.kinds) {
                 let reflections = wave.reflections + leg.reflections;
                 if !limits.allow(reflections, wave.diffractions + 2) {
                     continue;
@@ -292,11 +353,10 @@ impl Fronts {
                 if (out.len() + 1) * size_of::<Wave>() > limits.bytes {
                     return None;
                 }
-                let strengths = self.strengths(group, leaving.places[i as usize].leaving);
                 out.push(Wave {
                     corner: leg.corner,
                     front: FrontId::after(id, i),
-                    strength: strengths[(id - group.waves.start) as usize].into(),
+                    strength: strength.get(),
                     length_m: wave.length_m + leg.ray.length_m,
                     reflections,
                     diffractions: wave.diffractions + 1,
@@ -305,20 +365,6 @@ impl Fronts {
             }
         }
         Some(())
-    }
-
-    fn count(&mut self, corner: u32, reflections: u32, diffractions: u32, more: usize) {
-        let counts = &mut self.counts[corner as usize];
-        let is_same =
-            |c: &&mut Count| (c.reflections, c.diffractions) == (reflections, diffractions);
-        match counts.iter_mut().find(is_same) {
-            Some(count) => count.fronts += more,
-            None => counts.push(Count {
-                reflections,
-                diffractions,
-                fronts: more,
-            }),
-        }
     }
 
     fn sort(&mut self, corners: usize) {
@@ -347,16 +393,19 @@ impl Fronts {
 
     /// Number of fronts.
     pub fn len(&self) -> usize {
-        self.counts.iter().flatten().map(|c| c.fronts).sum()
+        let counts = self.counts.iter();
+        let at_corners = counts.flat_map(|c| c.fronts.chunks(c.most_reflections + 1));
+        at_corners.map(|at| at[at.len() - 1]).sum()
     }
 
     /// Number of fronts at a corner that make a path within the limits with a last leg of so many reflections.
+    #[inline]
     pub fn paths(&self, corner: u32, reflections: u32, limits: &Limits) -> usize {
-        let counts = self.counts[corner as usize].iter();
-        counts
-            .filter(|c| limits.allow(c.reflections + reflections, c.diffractions + 1))
-            .map(|c| c.fronts)
-            .sum()
+        let fronts = (1..).zip(&self.counts).map(|(diffractions, counts)| {
+            let left = limits.left(reflections, diffractions);
+            left.map_or(0, |left| counts.with_at_most(corner, left))
+        });
+        fronts.sum()
     }
 
     /// Directions of the transmitter's own legs.
@@ -366,12 +415,13 @@ impl Fronts {
 
     /// Strength of the fronts at a corner but for the transmitter's own legs.
     pub fn corner(&self, corner: u32) -> &Strength {
-        &self.corners[corner as usize]
+        &self.corners[corner as usize].strength
     }
 
-    /// Strength of the fronts of a block.
-    pub fn block(&self, id: u32) -> &Strength {
-        &self.blocks[id as usize]
+    /// The same by block, the strongest first.
+    pub fn blocks(&self, corner: u32) -> &[BlockFronts] {
+        let Range { start, end } = self.corners[corner as usize].blocks;
+        &self.blocks[start as usize..end as usize]
     }
 
     /// Groups of waves at a corner that go on to further ones.
@@ -386,22 +436,10 @@ impl Fronts {
         group.waves.clone().zip(&self.waves[range])
     }
 
-    /// Strength of the fronts that continue the waves of a group along each of the legs of a block; all 0 beyond the limits.
+    /// Strengths of the fronts that continue the waves of a group along each of the legs of a block; all 0 beyond the limits.
     #[inline]
-    pub fn slots(&self, group: &Group, block: &Block) -> &[Strength] {
-        let legs = block.legs.start as usize..block.legs.end as usize;
-        &self.slots[group.first_slot..][legs]
-    }
-
-    /// Upper bounds of the strengths of the fronts that continue the waves of a group along the leg at a place among the ends at its
-    /// corner; 0 for a wave, or empty for all, where the limits end.
-    #[inline]
-    pub fn strengths(&self, group: &Group, place: u32) -> &[f32] {
-        if place as usize >= group.places {
-            return &[];
-        }
-        let count = group.waves.len();
-        &self.strengths[group.first_strength + place as usize * count..][..count]
+    pub fn rows(&self, group: &Group, block: &Block) -> impl Iterator<Item = Row<'_>> {
+        self.table.rows(group.rows, block.legs.clone())
     }
 
     /// Reflection and diffraction coefficients so far, over the square root of the product of all leg lengths.
@@ -411,7 +449,7 @@ impl Fronts {
             return leg.coefficient / leg.ray.length_m.sqrt();
         };
         let leaving = of.leaving(wave);
-        let place = leaving.places[front.leg as usize].leaving as usize;
+        let place = leaving.places[front.leg as usize] as usize;
         *self.amplitudes[wave.first_front + place].get_or_init(|| {
             let wedge = &of.corners.wedges[wave.corner as usize];
             let out = &leaving.rays[front.leg as usize];

@@ -6,6 +6,7 @@
 //! each.
 
 use glam::DVec2;
+use multiversion::multiversion;
 
 use crate::beam::{Beam, Sweep, Window, visible_walls};
 use crate::error::TerminalError;
@@ -28,58 +29,80 @@ pub(crate) struct Sight {
     pub hi: f64,
 }
 
-/// Reusable memory for building trees and sights.
-#[derive(Debug, Default)]
-pub(crate) struct TreeScratch {
+/// A look around from a point.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Outlook {
     sweep: Sweep,
+    /// The parts of walls that it sees, one window a wall, by wall id.
     windows: Vec<Window>,
+    /// From which direction on, a quadrant counting two, which wall is the nearest.
+    nearest: Vec<(f64, u32)>,
 }
 
-/// Finds all walls seen from an outdoor point, by id. `is_hidden` drops windows.
-pub(crate) fn sights(
-    scene: &Scene,
-    from: DVec2,
-    scratch: &mut TreeScratch,
-    is_hidden: impl Fn(Window) -> bool,
-) -> Vec<Sight> {
-    root_windows(scene, from, scratch);
-    scratch
-        .windows
-        .iter()
-        .filter(|&&w| !is_hidden(w))
-        .map(|&w| sight(scene, from, w))
-        .collect()
-}
-
-fn sight(scene: &Scene, from: DVec2, window: Window) -> Sight {
-    let wall = &scene.walls()[window.wall as usize];
-    let (along, outward) = wall.frame(from);
-    let length_squared = wall.along().length_squared();
-    Sight {
-        wall: window.wall,
-        along,
-        outward,
-        lo: window.lo * length_squared,
-        hi: window.hi * length_squared,
-    }
-}
-
-/// Fills `scratch.windows` with the parts of walls that a point sees, one window a wall, by wall id.
-fn root_windows(scene: &Scene, from: DVec2, scratch: &mut TreeScratch) {
-    let TreeScratch { sweep, windows } = scratch;
-    windows.clear();
-    for beam in Beam::quadrants(from) {
-        visible_walls(scene.walls(), scene.index(), &beam, sweep, windows);
-    }
-    windows.sort_unstable_by_key(|w| w.wall);
-    windows.dedup_by(|later, first| {
-        let same = later.wall == first.wall;
-        if same {
-            first.lo = first.lo.min(later.lo);
-            first.hi = first.hi.max(later.hi);
+impl Outlook {
+    /// Looks around from an outdoor point.
+    pub fn look(&mut self, scene: &Scene, from: DVec2) {
+        let Self {
+            sweep,
+            windows,
+            nearest,
+        } = self;
+        windows.clear();
+        nearest.clear();
+        for (quadrant, beam) in (0..4).zip(Beam::quadrants(from)) {
+            let nearest_from = |k, wall| nearest.push((2.0 * f64::from(quadrant) + k, wall));
+            visible_walls(scene, &beam, sweep, windows, nearest_from);
         }
-        same
-    });
+        windows.sort_unstable_by_key(|w| w.wall);
+        windows.dedup_by(|later, first| {
+            let same = later.wall == first.wall;
+            if same {
+                first.lo = first.lo.min(later.lo);
+                first.hi = first.hi.max(later.hi);
+            }
+            same
+        });
+    }
+
+    /// Takes away windows.
+    pub fn hide(&mut self, is_hidden: impl Fn(&Window) -> bool) {
+        self.windows.retain(|window| !is_hidden(window));
+    }
+
+    /// The walls that it sees from `from`, where it was taken, by id.
+    pub fn sights(&self, scene: &Scene, from: DVec2) -> Vec<Sight> {
+        let windows = self.windows.iter();
+        windows
+            .map(|&window| Sight::new(scene, from, window))
+            .collect()
+    }
+
+    /// The wall that is seen in a direction, if any, as far as rounding goes.
+    pub fn nearest(&self, direction: DVec2) -> Option<u32> {
+        let DVec2 { x, y } = direction;
+        let key = if x.abs() >= y.abs() {
+            y / x + if x > 0.0 { 0.0 } else { 4.0 }
+        } else {
+            -x / y + if y > 0.0 { 2.0 } else { 6.0 }
+        };
+        let after = self.nearest.partition_point(|&(from, _)| from <= key);
+        Some(self.nearest[after.checked_sub(1)?].1)
+    }
+}
+
+impl Sight {
+    fn new(scene: &Scene, from: DVec2, window: Window) -> Self {
+        let wall = &scene.walls()[window.wall as usize];
+        let (along, outward) = wall.frame(from);
+        let length_squared = wall.along().length_squared();
+        Self {
+            wall: window.wall,
+            along,
+            outward,
+            lo: window.lo * length_squared,
+            hi: window.hi * length_squared,
+        }
+    }
 }
 
 /// Marks a node of order 1.
@@ -105,22 +128,12 @@ pub(crate) struct ImageTree {
     pub empty_beams: usize,
     /// First row of each wall in `rows`, and the end.
     first_row: Vec<u32>,
-    /// The images' parents as seen from the last wall; `Row::image` tells whose.
-    rows: Vec<Row>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    along: f64,
-    outward: f64,
-    lo: f64,
-    hi: f64,
-    image: u32,
-    order: u32,
+    /// Their parents as seen from their walls, by wall, then by image.
+    rows: Vec<(Sight, u32)>,
 }
 
 impl ImageTree {
-    /// Builds the tree of an outdoor point.
+    /// Builds the tree of an outdoor point from a look around there.
     ///
     /// # Errors
     /// [`TerminalError::TooManyImages`] before more than `max_images` are stored.
@@ -129,125 +142,155 @@ impl ImageTree {
         from: DVec2,
         max_order: usize,
         max_images: usize,
-        scratch: &mut TreeScratch,
+        outlook: &mut Outlook,
     ) -> Result<Self, TerminalError> {
-        if max_order == 0 {
-            return Ok(Self::default());
-        }
-        let walls = scene.walls();
-        let mut builder = Builder {
-            scene,
-            from,
-            max_images,
-            tree: Self::default(),
-            rows: Vec::new(),
+        let mut tree = Self::default();
+        let mut level = if max_order > 0 {
+            outlook.windows.clone()
+        } else {
+            Vec::new()
         };
-        root_windows(scene, from, scratch);
-        let mut level = scratch.windows.clone();
-        builder.add(&level, from, NO_PARENT, 1)?;
+        let mut next_level = Vec::new();
+        let too_many = |order| TerminalError::TooManyImages {
+            position: from,
+            order,
+            limit: max_images,
+        };
+        let limit = max_images.min(NO_PARENT as usize);
+        tree.add(scene, from, NO_PARENT, &level, limit)
+            .ok_or_else(|| too_many(1))?;
         let mut begin = 0;
         for order in 2..=max_order {
-            let mut next_level = Vec::new();
+            next_level.clear();
             for (image, &window) in (begin..).zip(&level) {
-                let Image { point, wall, .. } = builder.tree.images[image];
+                let Image { point, wall, .. } = tree.images[image];
                 let lit = next_level.len();
-                if let Some(beam) = Beam::through(point, &walls[wall as usize], window) {
-                    let sweep = &mut scratch.sweep;
-                    visible_walls(walls, scene.index(), &beam, sweep, &mut next_level);
+                if let Some(beam) = Beam::through(point, &scene.walls()[wall as usize], window) {
+                    visible_walls(scene, &beam, &mut outlook.sweep, &mut next_level, |_, _| {});
                 }
-                builder.tree.empty_beams += usize::from(next_level.len() == lit);
-                builder.add(&next_level[lit..], point, image as u32, order)?;
+                tree.empty_beams += usize::from(next_level.len() == lit);
+                tree.add(scene, point, image as u32, &next_level[lit..], limit)
+                    .ok_or_else(|| too_many(order))?;
             }
             begin += level.len();
-            level = next_level;
+            std::mem::swap(&mut level, &mut next_level);
         }
-        Ok(builder.finish())
+        tree.rows.sort_unstable_by_key(|row| (row.0.wall, row.1));
+        let walls = tree.rows.iter().map(|row| row.0.wall);
+        tree.first_row = group_starts(walls, scene.walls().len());
+        Ok(tree)
+    }
+
+    /// Adds the images of `point` over the walls it sees; `None` beyond the limit.
+    fn add(
+        &mut self,
+        scene: &Scene,
+        point: DVec2,
+        parent: u32,
+        seen: &[Window],
+        limit: usize,
+    ) -> Option<()> {
+        if self.images.len() + seen.len() > limit {
+            return None;
+        }
+        for &window in seen {
+            let sight = Sight::new(scene, point, window);
+            self.rows.push((sight, self.images.len() as u32));
+            self.images.push(Image {
+                point: scene.walls()[window.wall as usize].mirror(point),
+                wall: window.wall,
+                parent,
+            });
+        }
+        Some(())
+    }
+
+    fn rows(&self, wall: usize) -> &[(Sight, u32)] {
+        &self.rows[self.first_row[wall] as usize..self.first_row[wall + 1] as usize]
     }
 
     /// Calls `visit` with every image whose line to the point with these sights passes the
     /// windows of its last wall, on both sides: the candidates for a path.
     #[inline]
-    pub fn for_each_candidate(
-        &self,
-        sights: &[Sight],
-        max_order: usize,
-        mut visit: impl FnMut(u32),
-    ) {
-        if self.rows.is_empty() || max_order == 0 {
-            return;
-        }
+    pub fn for_each_candidate(&self, sights: &[Sight], mut visit: impl FnMut(u32)) {
         for sight in sights {
-            let wall = sight.wall as usize;
-            let rows = self.first_row[wall] as usize..self.first_row[wall + 1] as usize;
-            for row in &self.rows[rows] {
-                if row.order as usize > max_order {
-                    break;
-                }
-                let crossing = row.along * sight.outward + sight.along * row.outward;
-                let depth = row.outward + sight.outward;
-                let (lo, hi) = (row.lo.max(sight.lo), row.hi.min(sight.hi));
-                if crossing >= lo * depth && crossing <= hi * depth {
-                    visit(row.image);
+            for (row, image) in self.rows(sight.wall as usize) {
+                let [along, outward, lo, hi] = [sight.along, sight.outward, sight.lo, sight.hi];
+                if row.is_candidate(along, outward, lo, hi) {
+                    visit(*image);
                 }
             }
         }
     }
-}
 
-/// A tree in the making: rows still in the order of the images.
-struct Builder<'s> {
-    scene: &'s Scene,
-    from: DVec2,
-    max_images: usize,
-    tree: ImageTree,
-    rows: Vec<(u32, Row)>,
-}
-
-impl Builder<'_> {
-    /// Adds the images of `point` over the walls it sees.
-    fn add(
-        &mut self,
-        seen: &[Window],
-        point: DVec2,
-        parent: u32,
-        order: usize,
-    ) -> Result<(), TerminalError> {
-        let images = &mut self.tree.images;
-        if images.len() + seen.len() > self.max_images.min(NO_PARENT as usize) {
-            return Err(TerminalError::TooManyImages {
-                position: self.from,
-                order,
-                limit: self.max_images,
-            });
+    /// Finds the candidates for many points: point and image, in this order.
+    pub fn candidates(&self, sights: &SightsByWall) -> Vec<(u32, u32)> {
+        let mut found = Vec::new();
+        let mut hits = Vec::new();
+        for (wall, ends) in sights.first.windows(2).enumerate() {
+            let seen = ends[0] as usize..ends[1] as usize;
+            for (row, image) in self.rows(wall) {
+                hits.clear();
+                hits.resize(seen.len(), false);
+                let columns = sights.columns.each_ref().map(|c| &c[seen.clone()]);
+                select(row, columns, &mut hits);
+                let hits = hits.iter().zip(&sights.points[seen.clone()]);
+                let hits = hits.filter_map(|(&hit, &point)| hit.then_some((point, *image)));
+                found.extend(hits);
+            }
         }
-        for &window in seen {
-            let sight = sight(self.scene, point, window);
-            let row = Row {
-                along: sight.along,
-                outward: sight.outward,
-                lo: sight.lo,
-                hi: sight.hi,
-                image: images.len() as u32,
-                order: order as u32,
-            };
-            self.rows.push((window.wall, row));
-            images.push(Image {
-                point: self.scene.walls()[window.wall as usize].mirror(point),
-                wall: window.wall,
-                parent,
-            });
-        }
-        Ok(())
+        found.sort_unstable();
+        found
     }
+}
 
-    /// Groups the rows by wall; within a wall by order, then by image.
-    fn finish(mut self) -> ImageTree {
-        self.rows
-            .sort_unstable_by_key(|&(wall, row)| (wall, row.order, row.image));
-        let walls = self.scene.walls().len();
-        self.tree.first_row = group_starts(self.rows.iter().map(|r| r.0), walls);
-        self.tree.rows = self.rows.into_iter().map(|r| r.1).collect();
-        self.tree
+impl Sight {
+    /// Tells if the line from here, through the wall, to a point seen from its other side passes the windows of both.
+    #[inline(always)]
+    fn is_candidate(&self, along: f64, outward: f64, lo: f64, hi: f64) -> bool {
+        let crossing = self.along * outward + along * self.outward;
+        let depth = self.outward + outward;
+        (crossing >= self.lo.max(lo) * depth) & (crossing <= self.hi.min(hi) * depth)
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn select(row: &Sight, columns: [&[f64]; 4], hits: &mut [bool]) {
+    let [along, outward, lo, hi] = columns.map(|column| &column[..hits.len()]);
+    for (i, hit) in hits.iter_mut().enumerate() {
+        *hit = row.is_candidate(along[i], outward[i], lo[i], hi[i]);
+    }
+}
+
+/// Sights of many points by wall, in columns, so that one instruction takes several of them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct SightsByWall {
+    /// First sight of each wall, and the end.
+    first: Vec<u32>,
+    points: Vec<u32>,
+    /// Along, outward, lo and hi.
+    columns: [Vec<f64>; 4],
+}
+
+impl SightsByWall {
+    /// Sorts the sights of points.
+    pub fn new(by_point: &[Vec<Sight>], walls: usize) -> Self {
+        let all = (0..).zip(by_point);
+        let mut all: Vec<(u32, &Sight)> = all
+            .flat_map(|(point, sights)| sights.iter().map(move |sight| (point, sight)))
+            .collect();
+        all.sort_by_key(|(_, sight)| sight.wall);
+        let column = |get: fn(&Sight) -> f64| all.iter().map(|(_, sight)| get(sight)).collect();
+        Self {
+            first: group_starts(all.iter().map(|(_, sight)| sight.wall), walls),
+            points: all.iter().map(|&(point, _)| point).collect(),
+            columns: [
+                column(|sight| sight.along),
+                column(|sight| sight.outward),
+                column(|sight| sight.lo),
+                column(|sight| sight.hi),
+            ],
+        }
     }
 }
 

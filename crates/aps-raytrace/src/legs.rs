@@ -7,17 +7,18 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::chain::{self, Chain};
-use crate::images::{ImageTree, Sight, TreeScratch, sights};
+use crate::images::{ImageTree, Outlook, Sight, SightsByWall};
 use crate::material::Reflector;
 use crate::path::Interaction;
 use crate::scene::Scene;
+use crate::strength::Strength;
 use crate::wedge::{Ray, Wedge};
 
 /// Corners of a scene that diffract, and the walls that each sees: prepared once a map.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Corners {
     pub wedges: Vec<Wedge>,
-    pub sights: Vec<Vec<Sight>>,
+    sights: SightsByWall,
 }
 
 impl Corners {
@@ -29,21 +30,24 @@ impl Corners {
         with_sights: bool,
     ) -> Self {
         let wedges = scene.wedges(reflectors, wavenumber_per_m);
-        let sights = wedges
+        let sights: Vec<Vec<Sight>> = wedges
             .par_iter()
-            .map_init(TreeScratch::default, |scratch, wedge| {
+            .map_init(Outlook::default, |outlook, wedge| {
                 if !with_sights {
                     return Vec::new();
                 }
+                outlook.look(scene, wedge.point);
                 // Its own building hides what lies behind it.
-                sights(scene, wedge.point, scratch, |window| {
+                outlook.hide(|window| {
                     let wall = &scene.walls()[window.wall as usize];
                     [window.lo, window.hi]
                         .iter()
                         .all(|&s| wedge.is_inside(wall.a + wall.along() * s - wedge.point))
-                })
+                });
+                outlook.sights(scene, wedge.point)
             })
             .collect();
+        let sights = SightsByWall::new(&sights, scene.walls().len());
         Self { wedges, sights }
     }
 }
@@ -65,6 +69,22 @@ pub(crate) struct Leg {
     pub reflections: u32,
 }
 
+/// A leg in short: what a search asks of many.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Short {
+    pub length_m: f64,
+    pub strength: f64,
+    pub reflections: u32,
+}
+
+/// The legs to one corner.
+#[derive(Debug, Clone)]
+pub(crate) struct AtCorner {
+    pub corner: u32,
+    pub legs: Range<u32>,
+    pub strength: Strength,
+}
+
 /// Nearer to each other than this \[m\] two points are one: squares of distances, and powers over
 /// them, must stay numbers.
 pub(crate) const NEAREST_M: f64 = 1e-100;
@@ -73,64 +93,87 @@ pub(crate) const NEAREST_M: f64 = 1e-100;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Legs {
     legs: Vec<Leg>,
+    short: Vec<Short>,
     reflections: Vec<Interaction>,
-    /// First leg of each corner, and the end.
-    first: Vec<u32>,
+    /// The corners that there are legs to.
+    at: Vec<AtCorner>,
 }
 
 impl Legs {
-    /// Finds them: `tree` holds the images of `from`. `None` if they take more than `max_bytes`.
+    /// Finds them: `tree` holds the images of `from`, `outlook` was taken there. `None` if they take more than `max_bytes`.
     pub fn find(
         scene: &Scene,
         reflectors: &[Reflector],
         corners: &Corners,
         from: DVec2,
+        outlook: &Outlook,
         tree: &ImageTree,
-        max_reflections: usize,
         max_bytes: usize,
     ) -> Option<Self> {
         let mut found = Self::default();
-        for (c, wedge) in corners.wedges.iter().enumerate() {
-            found.first.push(found.legs.len() as u32);
+        let candidates = tree.candidates(&corners.sights);
+        let mut candidates = candidates.into_iter().peekable();
+        for (c, wedge) in (0..).zip(&corners.wedges) {
+            let first = found.legs.len() as u32;
             let to = wedge.point;
-            if from.distance(to) >= NEAREST_M && !scene.is_blocked(from, to, [None; 2]) {
-                found.push(c, wedge, from, Chain::direct(from, to));
-            }
-            tree.for_each_candidate(&corners.sights[c], max_reflections, |image| {
-                let chain = chain::resolve(scene, reflectors, tree, image, from, to);
-                if let Some(chain) = chain
-                    && found.bytes() <= max_bytes
+            if from.distance(to) >= NEAREST_M {
+                let nearest = outlook.nearest(to - from);
+                if !scene.is_blocked_by(from, to, nearest) && !scene.is_blocked(from, to, [None; 2])
                 {
+                    found.push(c, wedge, from, Chain::direct(from, to));
+                }
+            }
+            while let Some((_, image)) = candidates.next_if(|candidate| candidate.0 == c) {
+                let chain = chain::resolve(scene, reflectors, tree, image, from, to);
+                if let Some(chain) = chain {
                     found.push(c, wedge, tree.images[image as usize].point, chain);
                 }
-            });
-            if found.bytes() > max_bytes {
-                return None;
+                if found.bytes() > max_bytes {
+                    return None;
+                }
+            }
+            let mut strength = Strength::default();
+            for leg in &found.short[first as usize..] {
+                strength.add(&Strength::of(leg.strength));
+            }
+            let legs = first..found.legs.len() as u32;
+            if !legs.is_empty() {
+                found.at.push(AtCorner {
+                    corner: c,
+                    legs,
+                    strength,
+                });
             }
         }
-        found.first.push(found.legs.len() as u32);
         Some(found)
     }
 
     /// Memory they take.
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.legs) + size_of_val(&*self.reflections)
+        size_of_val(&*self.legs) + size_of_val(&*self.short) + size_of_val(&*self.reflections)
     }
 
-    fn push(&mut self, corner: usize, wedge: &Wedge, seen_at: DVec2, chain: Chain) {
+    fn push(&mut self, corner: u32, wedge: &Wedge, seen_at: DVec2, chain: Chain) {
         // Through the gap between two buildings that touch at the corner.
         if wedge.is_inside(seen_at - wedge.point) {
             return;
         }
         let ray = wedge.ray(seen_at);
+        let strength = chain.coefficient.norm() / ray.length_m.sqrt();
+        let reflections = chain.reflections.len() as u32;
+        self.short.push(Short {
+            length_m: ray.length_m,
+            strength,
+            reflections,
+        });
         self.legs.push(Leg {
-            corner: corner as u32,
+            corner,
             ray,
             corner_image: chain.far_image,
             coefficient: chain.coefficient,
-            strength: chain.coefficient.norm() / ray.length_m.sqrt(),
+            strength,
             first_reflection: self.reflections.len() as u32,
-            reflections: chain.reflections.len() as u32,
+            reflections,
         });
         self.reflections.extend_from_slice(&chain.reflections);
     }
@@ -140,19 +183,31 @@ impl Legs {
         &self.legs
     }
 
-    /// Places of the legs to one corner.
-    #[inline]
-    pub fn range_to(&self, corner: u32) -> Range<usize> {
-        match self.first.get(corner as usize..corner as usize + 2) {
-            Some(&[from, to]) => from as usize..to as usize,
-            _ => 0..0,
-        }
+    /// The same in short.
+    pub fn short(&self, legs: Range<u32>) -> &[Short] {
+        &self.short[legs.start as usize..legs.end as usize]
+    }
+
+    /// Most reflections on any of them.
+    pub fn most_reflections(&self) -> u32 {
+        let reflections = self.short.iter().map(|leg| leg.reflections);
+        reflections.max().unwrap_or(0)
+    }
+
+    /// The corners that there are legs to, in order.
+    pub fn at_corners(&self) -> &[AtCorner] {
+        &self.at
     }
 
     /// Legs to one corner.
-    #[inline]
     pub fn to(&self, corner: u32) -> &[Leg] {
-        &self.legs[self.range_to(corner)]
+        match self.at.binary_search_by_key(&corner, |at| at.corner) {
+            Ok(at) => {
+                let Range { start, end } = self.at[at].legs;
+                &self.legs[start as usize..end as usize]
+            }
+            Err(_) => &[],
+        }
     }
 
     /// The reflections of a leg, in order from the point to the corner.

@@ -90,13 +90,15 @@ fn reflect(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, paths: &mut Vec<PathR
         let gain = chain.coefficient * map.friis.gain(chain.length_m);
         PathRecord::new(from, to, chain.reflections, chain.length_m, gain)
     };
-    if !map.local.is_blocked(from, to, [None; 2]) {
+    if !map
+        .local
+        .is_blocked_by(from, to, tx.outlook.nearest(to - from))
+        && !map.local.is_blocked(from, to, [None; 2])
+    {
         paths.push(record(Chain::direct(from, to)));
     }
-    let max_order = map.config.reflection_limit();
-    tx.images
-        .for_each_candidate(&rx.sights, max_order, |image| {
-            let chain = chain::resolve(&map.local, &map.reflectors, &tx.images, image, from, to);
-            paths.extend(chain.map(record));
-        });
+    tx.images.for_each_candidate(&rx.sights, |image| {
+        let chain = chain::resolve(&map.local, &map.reflectors, &tx.images, image, from, to);
+        paths.extend(chain.map(record));
+    });
 }

@@ -9,7 +9,7 @@ use crate::config::TraceConfig;
 use crate::corner_graph::CornerGraph;
 use crate::error::{ConfigError, TerminalError};
 use crate::friis::Friis;
-use crate::images::{ImageTree, TreeScratch};
+use crate::images::{ImageTree, Outlook};
 use crate::legs::{Corners, Legs};
 use crate::material::{Reflector, SPEED_OF_LIGHT_M_PER_S};
 use crate::scene::Scene;
@@ -93,8 +93,11 @@ impl<'s> Map<'s> {
         let limit = self.config.max_wave_bytes;
         let between = Between::find(&self.corners, limit, |corner| {
             let from = self.corners.wedges[corner].point;
-            let images = self.images(from).map_err(ConfigError::Corner)?;
-            Ok(self.legs(from, &images))
+            let mut outlook = Outlook::default();
+            outlook.look(&self.local, from);
+            let images = self.images(from, &mut outlook);
+            let images = images.map_err(ConfigError::Corner)?;
+            Ok(self.legs(from, &outlook, &images))
         })?;
         between.ok_or(ConfigError::TooManyWaves {
             what: "waves between corners",
@@ -111,26 +114,22 @@ impl<'s> Map<'s> {
         }
     }
 
-    pub fn images(&self, from: DVec2) -> Result<ImageTree, TerminalError> {
-        ImageTree::build(
-            &self.local,
-            from,
-            self.config.reflection_limit(),
-            self.config.max_images,
-            &mut TreeScratch::default(),
-        )
-        .map_err(|error| error.moved(self.origin))
+    /// Images of a point from a look around there.
+    pub fn images(&self, from: DVec2, outlook: &mut Outlook) -> Result<ImageTree, TerminalError> {
+        let order = self.config.reflection_limit();
+        ImageTree::build(&self.local, from, order, self.config.max_images, outlook)
+            .map_err(|error| error.moved(self.origin))
     }
 
-    /// `None` if they take more memory than allowed.
-    pub fn legs(&self, from: DVec2, images: &ImageTree) -> Option<Legs> {
+    /// Legs of a point from a look around there and its images. `None` if they take more memory than allowed.
+    pub fn legs(&self, from: DVec2, outlook: &Outlook, images: &ImageTree) -> Option<Legs> {
         Legs::find(
             &self.local,
             &self.reflectors,
             &self.corners,
             from,
+            outlook,
             images,
-            self.config.reflection_limit(),
             self.config.max_wave_bytes,
         )
     }

@@ -1,17 +1,12 @@
-//! Decides which straight legs are free: an index over the walls, and exact tests of its candidates.
+//! Decides which straight legs are free.
 //!
-//! parry's bounding volume hierarchy selects walls whose boxes a leg may meet, generously; whether
-//! the leg meets the building behind one of them is decided by exact orientation signs.
-
-use glam::DVec2;
-use parry2d_f64::bounding_volume::Aabb;
-use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode, TraversalAction};
+//! The index selects walls whose boxes a leg may meet, generously; whether the leg meets the building behind one of them is decided
+//! by exact orientation signs.
 
 use crate::predicates::{orient, strictly_between};
 use crate::scene::Wall;
-
-/// Boxes grow by this part of the scene's size, far more than rounding can take away.
-const BOX_MARGIN: f64 = 1e-9;
+use crate::wall_index::{HalfPlane, Selected, WallIndex};
+use glam::DVec2;
 
 /// A straight leg of a path.
 #[derive(Debug, Clone, Copy)]
@@ -25,75 +20,44 @@ pub(crate) struct Stretch {
     pub skip: [Option<u32>; 2],
 }
 
-/// Bounding volume hierarchy over the walls of a scene.
-#[derive(Debug, Clone)]
-pub(crate) struct WallIndex {
-    bvh: Bvh,
-}
-
-impl WallIndex {
-    pub fn new(walls: &[Wall]) -> Self {
-        let extent = walls
-            .iter()
-            .map(|w| w.a.abs().max(w.b.abs()).max_element())
-            .fold(0.0, f64::max);
-        let margin = extent * BOX_MARGIN;
-        let boxes: Vec<Aabb> = walls
-            .iter()
-            .map(|w| Aabb::new(w.a.min(w.b) - margin, w.a.max(w.b) + margin))
-            .collect();
+impl Stretch {
+    /// The straight leg between two points.
+    pub fn between(p: DVec2, q: DVec2) -> Self {
         Self {
-            bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            ends: [p, q],
+            line: [p, q],
+            skip: [None; 2],
         }
     }
 
-    /// Visits the walls whose boxes `select` accepts, given centre and half extents, until
-    /// `visit` returns false.
-    #[inline]
-    pub fn for_each(
-        &self,
-        mut select: impl FnMut(DVec2, DVec2) -> bool,
-        mut visit: impl FnMut(u32) -> bool,
-    ) {
-        self.bvh.traverse(|node: &BvhNode| {
-            let (min, max) = (node.mins(), node.maxs());
-            if !select((min + max) * 0.5, (max - min) * 0.5) {
-                return TraversalAction::Prune;
-            }
-            match node.leaf_data() {
-                Some(wall) if !visit(wall) => TraversalAction::EarlyExit,
-                _ => TraversalAction::Continue,
-            }
-        });
+    /// Returns true when the leg enters the building at this wall, whatever the others.
+    pub fn is_blocked_by(&self, walls: &[Wall], wall: u32) -> bool {
+        meets_building(walls, wall, self, &mut Grazed::default())
     }
 
-    /// See [`crate::Scene::is_blocked`].
-    pub fn is_blocked(&self, walls: &[Wall], leg: &Stretch) -> bool {
-        let [p, q] = leg.ends;
-        let middle = p.midpoint(q);
-        let half = (q - p) * 0.5;
-        let span = half.abs();
-        let meets_box = |centre: DVec2, extent: DVec2| {
-            let r = centre - middle;
-            let reach = extent + span;
-            r.x.abs() <= reach.x
-                && r.y.abs() <= reach.y
-                && half.perp_dot(r).abs() <= extent.x * span.y + extent.y * span.x
-        };
+    /// Returns true when the leg meets the inside of a building: see [`crate::Scene::is_blocked`].
+    pub fn is_blocked(&self, walls: &[Wall], index: &WallIndex) -> bool {
+        let [p, q] = self.ends;
+        let (min, max) = (p.min(q), p.max(q));
+        let across = (q - p).perp();
+        let limit = across.dot(p);
+        let region = [
+            (DVec2::X, min.x),
+            (DVec2::NEG_X, -max.x),
+            (DVec2::Y, min.y),
+            (DVec2::NEG_Y, -max.y),
+            (across, limit),
+            (-across, -limit),
+        ]
+        .map(|(axis, limit)| HalfPlane { axis, limit });
+        let mut near = Selected::new();
+        index.select(region, &mut near);
         let mut grazed = Grazed::default();
-        let mut blocked = false;
-        self.for_each(meets_box, |id| {
-            if !leg
-                .skip
-                .iter()
-                .flatten()
-                .any(|&s| is_at_or_behind(walls, id, s))
-            {
-                blocked = meets_building(walls, id, leg, &mut grazed);
-            }
-            !blocked
-        });
-        blocked
+        near.into_iter().any(|id| {
+            let is_skipped = |&s: &u32| is_at_or_behind(walls, id, s);
+            !self.skip.iter().flatten().any(is_skipped)
+                && meets_building(walls, id, self, &mut grazed)
+        })
     }
 }
 

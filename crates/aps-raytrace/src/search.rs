@@ -7,13 +7,13 @@
 
 use num_complex::Complex64;
 
-use crate::between::LegPlaces;
 use crate::fronts::{FrontId, Sources};
-use crate::last_steps::{BlockSteps, CornerSteps};
+use crate::last_steps::CornerSteps;
+use crate::legs::{AtCorner, Legs, Short};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
 use crate::path::{Interactions, PathRecord};
-use crate::strength::Strength;
+use crate::strength::Row;
 use crate::terminal::{Receiver, Transmitter};
 
 /// Factor that lowers the floor with which bounds are compared: far more than the rounding of bounds and amplitudes.
@@ -50,9 +50,11 @@ struct Part {
 /// Memory of the search, to be used again.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Search {
+    /// Corners that both ends reach.
+    common: Vec<(AtCorner, AtCorner)>,
     candidates: Vec<Candidate>,
-    /// Steps of a block, with the receiver's corner.
-    blocks: Vec<(usize, BlockSteps)>,
+    /// Blocks, with the receiver's corner.
+    blocks: Vec<(usize, u32)>,
     parts: Vec<Part>,
     found: Vec<Found>,
     reflected: Vec<PathRecord>,
@@ -110,44 +112,93 @@ impl Ends<'_> {
     /// Counts the pairs of a front and a leg of the receiver that make a path within the limits.
     fn paths_within_limits(&self) -> usize {
         let limits = self.map.config.limits();
-        let legs = self.rx.legs.all().iter();
-        legs.map(|leg| self.tx.fronts.paths(leg.corner, leg.reflections, &limits))
-            .sum()
+        let legs = &self.rx.legs;
+        let at_corners = legs.at_corners().iter().map(|at| {
+            let legs = legs.short(at.legs.clone()).iter();
+            let fronts = &self.tx.fronts;
+            let paths = legs.map(|leg| fronts.paths(at.corner, leg.reflections, &limits));
+            paths.sum::<usize>()
+        });
+        at_corners.sum()
     }
 
     /// Candidates over one corner.
     fn over_one_corner(&mut self, search: &mut Search) {
+        search.candidates.clear();
+        search.common.clear();
+        let [mut tx, mut rx] = [&self.tx.legs, &self.rx.legs].map(Legs::at_corners);
+        while let ([p, tx_rest @ ..], [q, rx_rest @ ..]) = (tx, rx) {
+            if p.corner == q.corner {
+                search.common.push((p.clone(), q.clone()));
+            }
+            if p.corner <= q.corner {
+                tx = tx_rest;
+            }
+            if q.corner <= p.corner {
+                rx = rx_rest;
+            }
+        }
+        if self.floor == 0.0 && self.map.range > 0.0 {
+            let product = |(p, q): &(AtCorner, AtCorner)| p.strength.max * q.strength.max;
+            let common = search.common.iter();
+            let best = common.max_by(|p, q| product(p).total_cmp(&product(q)));
+            if let Some((p, q)) = best {
+                self.over_corner(p, q, &mut search.candidates);
+                self.raise_floor_by(&mut search.candidates);
+            }
+        }
+        for (p, q) in &search.common {
+            self.over_corner(p, q, &mut search.candidates);
+        }
+    }
+
+    /// Candidates over one corner from those legs of the transmitter to those of the receiver.
+    fn over_corner(&mut self, tx: &AtCorner, rx: &AtCorner, candidates: &mut Vec<Candidate>) {
         let limits = self.map.config.limits();
         let spread = self.map.friis.amplitude(1.0);
-        search.candidates.clear();
-        let mut range = 0..0;
-        for (i, last) in self.rx.legs.all().iter().enumerate() {
-            if i == 0 || last.corner != self.rx.legs.all()[i - 1].corner {
-                range = self.tx.legs.range_to(last.corner);
-            }
-            for (leg, j) in self.tx.legs.all()[range.clone()].iter().zip(range.clone()) {
+        // |D| is at most 2 sqrt(L), next to the boundaries: no path is stronger than if there were no corner.
+        let (before, after) = (tx.strength, rx.strength);
+        if spread * f64::from(before.max) * f64::from(after.max) < self.floor {
+            self.omit(spread, f64::from(before.power) * f64::from(after.power));
+            return;
+        }
+        let wedge = &self.map.corners.wedges[rx.corner as usize].bound;
+        for (i, last) in rx.legs.clone().zip(self.rx.legs.short(rx.legs.clone())) {
+            for (j, leg) in tx.legs.clone().zip(self.tx.legs.short(tx.legs.clone())) {
                 if !limits.allow(leg.reflections + last.reflections, 1) {
                     continue;
                 }
-                let (a, b) = (leg.ray.length_m, last.ray.length_m);
+                let (a, b) = (leg.length_m, last.length_m);
                 let length_m = a + b;
                 let strength = spread * leg.strength * last.strength;
-                // |D| is at most 2 sqrt(L), next to the boundaries.
                 let square = 4.0 * (a * b / length_m) / length_m * (strength * strength);
                 if square < self.floor * self.floor {
                     self.omitted.power += square;
                     continue;
                 }
-                let wedge = &self.map.corners.wedges[last.corner as usize].bound;
-                let bound = wedge.of(self.rx.steps.own(i), &self.tx.fronts.own()[j]);
+                let directions = (
+                    self.rx.steps.own(i as usize),
+                    &self.tx.fronts.own()[j as usize],
+                );
+                let bound = wedge.of(directions.0, directions.1);
                 let candidate = Candidate {
                     bound: strength * bound / length_m.sqrt(),
-                    front: FrontId::own(j as u32),
-                    leg: i as u32,
+                    front: FrontId::own(j),
+                    leg: i,
                 };
-                self.consider(candidate, &mut search.candidates);
+                self.consider(candidate, candidates);
             }
         }
+    }
+
+    /// Computes the most promising of candidates to learn a floor from it, and drops them all.
+    fn raise_floor_by(&mut self, candidates: &mut Vec<Candidate>) {
+        let by_bound = |p: &&Candidate, q: &&Candidate| p.bound.total_cmp(&q.bound);
+        if let Some(best) = candidates.iter().max_by(by_bound) {
+            let gain = self.found(best).gain;
+            self.raise_floor(gain.norm_sqr().sqrt());
+        }
+        candidates.clear();
     }
 
     /// Candidates over several corners.
@@ -157,10 +208,10 @@ impl Ends<'_> {
             self.look_for_a_floor(search);
         }
         self.select_blocks(&mut search.blocks);
-        for &(at, steps) in &search.blocks {
+        for &(at, block) in &search.blocks {
             self.over_block(
                 &self.rx.steps.corners()[at],
-                &steps,
+                block,
                 &mut search.candidates,
                 &mut search.parts,
             );
@@ -168,30 +219,31 @@ impl Ends<'_> {
     }
 
     /// Picks the blocks of which some path may reach the floor.
-    fn select_blocks(&mut self, selected: &mut Vec<(usize, BlockSteps)>) {
+    fn select_blocks(&mut self, selected: &mut Vec<(usize, u32)>) {
         selected.clear();
         let of_square = self.of_strengths().powi(2);
         let floor = self.floor / self.of_strengths();
-        let is_below = |p: f32, q: f32| f64::from(p) * f64::from(q) < floor;
         let mut power = 0.0;
-        let mut omit = |p: f32, q: f32| power += f64::from(p) * f64::from(q) * of_square;
+        let mut omit = |p: f32, q: f64| power += f64::from(p) * q * of_square;
         let steps = &self.rx.steps;
+        let fronts = &self.tx.fronts;
         for (i, at) in steps.corners().iter().enumerate() {
-            let arriving = self.tx.fronts.corner(at.corner);
-            if is_below(arriving.max, at.strength.max) {
-                omit(arriving.power, at.strength.power);
+            let (arriving, leaving) = (fronts.corner(at.corner), &at.strength);
+            if f64::from(arriving.max) * f64::from(leaving.max) < floor {
+                omit(arriving.power, leaving.power.into());
                 continue;
             }
-            for steps in steps.blocks(at) {
-                if is_below(arriving.max, steps.strength.max) {
-                    omit(arriving.power, steps.rest_power);
+            for fronts in fronts.blocks(at.corner) {
+                let most = f64::from(fronts.strength.max);
+                if most * f64::from(leaving.max) < floor {
+                    omit(fronts.rest_power, leaving.power.into());
                     break;
                 }
-                let fronts = self.tx.fronts.block(steps.block);
-                if is_below(fronts.max, steps.strength.max) {
-                    omit(fronts.power, steps.strength.power);
-                } else if fronts.max > 0.0 {
-                    selected.push((i, *steps));
+                let [max, power] = steps.block(at, fronts.block);
+                if most * max < floor {
+                    omit(fronts.strength.power, power);
+                } else if max > 0.0 {
+                    selected.push((i, fronts.block));
                 }
             }
         }
@@ -207,20 +259,18 @@ impl Ends<'_> {
     /// Computes one promising path, where nothing is known of the link.
     fn look_for_a_floor(&mut self, search: &mut Search) {
         let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
-        let all = steps.corners().iter();
-        let all = all.flat_map(|at| steps.blocks(at).iter().map(move |s| (at, s)));
-        let product =
-            |s: &BlockSteps| f64::from(fronts.block(s.block).max) * f64::from(s.strength.max);
-        let Some((at, best)) = all.max_by(|p, q| product(p.1).total_cmp(&product(q.1))) else {
+        let all = steps.corners().iter().flat_map(|at| {
+            let blocks = fronts.blocks(at.corner).iter();
+            blocks.map(move |f| {
+                let [max, _] = steps.block(at, f.block);
+                (f64::from(f.strength.max) * max, at, f.block)
+            })
+        });
+        let Some((_, at, best)) = all.max_by(|p, q| p.0.total_cmp(&q.0)) else {
             return;
         };
         self.over_block(at, best, &mut search.candidates, &mut search.parts);
-        let by_bound = |p: &&Candidate, q: &&Candidate| p.bound.total_cmp(&q.bound);
-        if let Some(best) = search.candidates.iter().max_by(by_bound) {
-            let gain = self.found(best).gain;
-            self.raise_floor(gain.norm_sqr().sqrt());
-        }
-        search.candidates.clear();
+        self.raise_floor_by(&mut search.candidates);
     }
 
     /// Candidates along the legs from one corner to another: those fronts that reach the floor with the best of the steps, with those
@@ -228,37 +278,34 @@ impl Ends<'_> {
     fn over_block(
         &mut self,
         at: &CornerSteps,
-        steps: &BlockSteps,
+        block: u32,
         candidates: &mut Vec<Candidate>,
         parts: &mut Vec<Part>,
     ) {
         let limits = self.map.config.limits();
         let between = self.sources.between.expect("blocks are of it");
-        let block = &between.blocks()[steps.block as usize];
+        let block = &between.blocks()[block as usize];
         let spread = self.map.friis.amplitude(1.0);
         let at_most = self.of_strengths();
         let fronts = &self.tx.fronts;
-        let places = &between.leaving(block.from).places;
-        let slots = self.rx.steps.slots(at, block);
+        let legs = between.leaving(block.from).legs.short(block.legs.clone());
         for group in fronts.groups_at(block.from) {
-            let slots = fronts.slots(group, block).iter().zip(slots);
-            for (id, (before, after)) in block.legs.clone().zip(slots) {
-                let strength = f64::from(before.max) * f64::from(after.max);
+            let rows = fronts.rows(group, block).zip(self.rx.steps.rows(at, block));
+            for ((id, leg), (before, after)) in block.legs.clone().zip(legs).zip(rows) {
+                let strength = before.max * after.max;
                 if strength == 0.0 {
                     continue;
                 }
                 if at_most * strength < self.floor {
-                    self.omit(at_most, f64::from(before.power) * f64::from(after.power));
+                    self.omit(at_most, before.power * after.power);
                     continue;
                 }
-                let leg = places[id as usize];
-                self.last_parts(at, &leg, before, parts);
-                let enough = self.floor / (at_most * f64::from(after.max));
-                let before = fronts.strengths(group, leg.leaving);
-                for ((wave_id, wave), &strength) in fronts.waves_of(group).zip(before) {
-                    let strength = f64::from(strength);
+                self.last_parts(at, leg, &before, &after, parts);
+                let enough = self.floor / (at_most * after.max);
+                for ((wave_id, wave), strength) in fronts.waves_of(group).zip(before.kinds) {
+                    let strength = strength.get();
                     if strength < enough {
-                        self.omit(at_most * strength, f64::from(after.power));
+                        self.omit(at_most * strength, after.power);
                         continue;
                     }
                     for part in &*parts {
@@ -283,24 +330,24 @@ impl Ends<'_> {
     fn last_parts(
         &mut self,
         at: &CornerSteps,
-        leg: &LegPlaces,
-        fronts: &Strength,
+        leg: &Short,
+        before: &Row<'_>,
+        after: &Row<'_>,
         parts: &mut Vec<Part>,
     ) {
         parts.clear();
         let at_most = self.of_strengths();
-        let enough = self.floor / (at_most * f64::from(fronts.max));
-        let steps = self.rx.steps.strengths(at, leg.arriving);
-        for (i, &strength) in at.legs.clone().zip(steps) {
-            let strength = f64::from(strength);
+        let enough = self.floor / (at_most * before.max);
+        let own = self.rx.legs.short(at.legs.clone());
+        for ((i, last), strength) in at.legs.clone().zip(own).zip(after.kinds) {
+            let strength = strength.get();
             if strength < enough {
-                self.omit(at_most * strength, fronts.power.into());
+                self.omit(at_most * strength, before.power);
                 continue;
             }
-            let last = &self.rx.legs.all()[i as usize];
             parts.push(Part {
                 strength,
-                length_m: leg.length_m + last.ray.length_m,
+                length_m: leg.length_m + last.length_m,
                 reflections: leg.reflections + last.reflections,
                 leg: i,
             });

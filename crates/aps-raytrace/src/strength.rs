@@ -1,6 +1,9 @@
 //! Strengths of many waves together: the largest and the sum of squares, never too low.
 
-use crate::bound::{Direction, Directions, WedgeBound, rounded_up};
+use std::ops::Range;
+
+use crate::between::LegEnds;
+use crate::bound::{Direction, WedgeBound, rounded_up};
 
 /// The strength of some waves together.
 #[derive(Debug, Clone, Copy, Default)]
@@ -12,6 +15,19 @@ pub(crate) struct Strength {
 }
 
 impl Strength {
+    /// The strength of one wave.
+    pub fn of(strength: f64) -> Self {
+        Self {
+            max: rounded_up(strength),
+            power: rounded_up(strength * strength),
+        }
+    }
+
+    /// The two in 16 bits each.
+    pub fn rounded(&self) -> [Bound; 2] {
+        [self.max, self.power].map(|bound| Bound::up(bound.into()))
+    }
+
     /// Adds other waves.
     #[inline]
     pub fn add(&mut self, other: &Self) {
@@ -20,17 +36,88 @@ impl Strength {
     }
 }
 
-/// Rows of bounds at one corner, a place for each leg end, and what they come to together.
-#[derive(Debug, Default)]
+/// An upper bound in 16 bits, the upper half of a single: a search reads thousands of them from memory that is not at hand.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Bound(u16);
+
+impl Bound {
+    #[inline]
+    pub fn up(bound: f64) -> Self {
+        let bits = rounded_up(bound).to_bits();
+        // The carry of the rounding may go into the exponent, up to infinity.
+        Self((bits.saturating_add(0xffff).min(f32::INFINITY.to_bits()) >> 16) as u16)
+    }
+
+    #[inline]
+    pub fn get(self) -> f64 {
+        f32::from_bits(u32::from(self.0) << 16).into()
+    }
+}
+
+/// Upper bounds of the strengths of waves along some legs, each of some kinds of waves: a row a leg.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Table {
+    /// Of each leg: the largest, the sum of squares, then kind by kind.
+    bounds: Vec<Bound>,
+}
+
+/// Rows of a table that belong together.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Rows {
-    row: Vec<f64>,
+    first: usize,
+    kinds: usize,
+}
+
+/// A row: the strengths of all kinds along one leg.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row<'t> {
+    pub max: f64,
+    pub power: f64,
+    pub kinds: &'t [Bound],
+}
+
+impl Table {
+    /// Memory that so many more rows would make of it.
+    pub fn bytes_with(&self, legs: usize, kinds: usize) -> usize {
+        (self.bounds.len() + legs * (2 + kinds)) * size_of::<Bound>()
+    }
+
+    pub fn reserve_exact(&mut self, bounds: usize) {
+        self.bounds.reserve_exact(bounds);
+    }
+
+    /// Adds rows without strength.
+    pub fn add(&mut self, legs: usize, kinds: usize) -> Rows {
+        let first = self.bounds.len();
+        self.bounds
+            .resize(first + legs * (2 + kinds), Bound::default());
+        Rows { first, kinds }
+    }
+
+    /// Rows of legs, counted from the first of those that belong together.
+    #[inline]
+    pub fn rows(&self, rows: Rows, legs: Range<u32>) -> impl Iterator<Item = Row<'_>> {
+        let width = 2 + rows.kinds;
+        let legs = rows.first + legs.start as usize * width..rows.first + legs.end as usize * width;
+        self.bounds[legs].chunks_exact(width).map(|row| Row {
+            max: row[0].get(),
+            power: row[1].get(),
+            kinds: &row[2..],
+        })
+    }
+}
+
+/// Strengths at one corner, kind by kind, a place for each leg end, and what they come to together.
+#[derive(Debug, Default)]
+pub(crate) struct Places {
+    bounds: Vec<f64>,
     max: Vec<f64>,
     power: Vec<f64>,
-    /// Places that any row reached.
+    /// Places that any kind reached.
     count: usize,
 }
 
-impl Rows {
+impl Places {
     /// Starts at another corner, with so many places.
     pub fn clear(&mut self, places: usize) {
         for column in [&mut self.max, &mut self.power] {
@@ -40,34 +127,42 @@ impl Rows {
         self.count = 0;
     }
 
-    /// Bounds of |D| between a ray and the first of others: the next row, to be multiplied with strengths.
-    pub fn bounds(
+    /// Adds a kind of waves: those that turn from a ray to the first of the ends at the corner. `strength` gives the factor of a place.
+    pub fn add(
         &mut self,
-        wedge: &WedgeBound,
-        ray: &Direction,
-        others: &Directions,
-        count: usize,
-    ) -> &mut [f64] {
-        wedge.of_each(ray, others, 0..count, &mut self.row);
-        &mut self.row
-    }
-
-    /// Adds the row to the others.
-    pub fn add(&mut self) {
-        self.count = self.count.max(self.row.len());
+        (wedge, ray): (&WedgeBound, &Direction),
+        (ends, count): (&LegEnds, usize),
+        strength: impl Fn(usize) -> f64,
+        (table, rows, kind): (&mut Table, Rows, usize),
+    ) {
+        wedge.of_each(ray, &ends.directions, 0..count, &mut self.bounds);
+        self.count = self.count.max(count);
         let columns = self.max.iter_mut().zip(&mut self.power);
-        for ((max, power), &bound) in columns.zip(&self.row) {
+        for (place, (&bound, (max, power))) in self.bounds.iter().zip(columns).enumerate() {
+            let bound = bound * strength(place);
             *max = max.max(bound);
             *power += bound * bound;
+            let row = rows.first + ends.slots[place] as usize * (2 + rows.kinds);
+            table.bounds[row + 2 + kind] = Bound::up(bound);
         }
     }
 
-    /// Strengths of all rows together, place by place.
-    pub fn by_place(&self) -> impl Iterator<Item = Strength> {
-        let columns = self.max[..self.count].iter().zip(&self.power);
-        columns.map(|(&max, &power)| Strength {
-            max: rounded_up(max),
-            power: rounded_up(power),
-        })
+    /// Completes the rows, and visits the strength of each leg end that any kind reached, all kinds together.
+    pub fn finish(
+        &self,
+        ends: &LegEnds,
+        (table, rows): (&mut Table, Rows),
+        mut visit: impl FnMut(usize, Strength),
+    ) {
+        for place in 0..self.count {
+            let strength = Strength {
+                max: rounded_up(self.max[place]),
+                power: rounded_up(self.power[place]),
+            };
+            visit(place, strength);
+            let row = rows.first + ends.slots[place] as usize * (2 + rows.kinds);
+            table.bounds[row] = Bound::up(strength.max.into());
+            table.bounds[row + 1] = Bound::up(strength.power.into());
+        }
     }
 }

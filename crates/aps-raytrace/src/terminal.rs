@@ -8,7 +8,7 @@ use crate::chains::Chains;
 use crate::error::TerminalError;
 use crate::fallback::Arrivals;
 use crate::fronts::{Fronts, Sources};
-use crate::images::{ImageTree, Sight, TreeScratch, sights};
+use crate::images::{ImageTree, Outlook, Sight};
 use crate::last_steps::LastSteps;
 use crate::legs::Legs;
 use crate::map::Map;
@@ -20,6 +20,7 @@ pub struct Transmitter {
     pub(crate) position: DVec2,
     pub(crate) place: DVec2,
     pub(crate) courtyard: Option<usize>,
+    pub(crate) outlook: Outlook,
     pub(crate) images: ImageTree,
     pub(crate) legs: Legs,
     pub(crate) fronts: Fronts,
@@ -48,8 +49,10 @@ impl Transmitter {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
-        let images = map.images(place)?;
-        let legs = legs(map, given, courtyard, &images)?;
+        let mut outlook = Outlook::default();
+        outlook.look(&map.local, place);
+        let images = map.images(place, &mut outlook)?;
+        let legs = legs(map, given, courtyard, &outlook, &images)?;
         let of = Sources {
             corners: &map.corners,
             between: map.between.as_ref(),
@@ -61,6 +64,7 @@ impl Transmitter {
             place,
             courtyard,
             fronts: fronts.ok_or_else(|| too_many(map, given))?,
+            outlook,
             images,
             legs,
             chains: OnceLock::new(),
@@ -99,14 +103,17 @@ impl Receiver {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
+        let mut outlook = Outlook::default();
+        outlook.look(&map.local, place);
         let sights = if map.config.reflection_limit() == 0 {
             Vec::new()
         } else {
-            sights(&map.local, place, &mut TreeScratch::default(), |_| false)
+            outlook.sights(&map.local, place)
         };
         // Legs need the receiver's own images; without corners there are no legs.
         let legs = if map.may_reach_corners(courtyard) {
-            legs(map, given, courtyard, &map.images(place)?)?
+            let images = map.images(place, &mut outlook)?;
+            legs(map, given, courtyard, &outlook, &images)?
         } else {
             Legs::default()
         };
@@ -138,12 +145,13 @@ fn legs(
     map: &Map<'_>,
     given: DVec2,
     courtyard: Option<usize>,
+    outlook: &Outlook,
     images: &ImageTree,
 ) -> Result<Legs, TerminalError> {
     if !map.may_reach_corners(courtyard) {
         return Ok(Legs::default());
     }
-    let legs = map.legs(given - map.origin, images);
+    let legs = map.legs(given - map.origin, outlook, images);
     legs.ok_or_else(|| too_many(map, given))
 }
 

@@ -8,8 +8,8 @@
 //! - [`gallery`]: links of a data set to look at, and statistics over many;
 //! - [`benchmark`]: results of models, and the document made of them.
 //!
-//! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas and paths, of the labels
-//! their formula and angles; it knows no data set, no map file and no model.
+//! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas and paths, of the data set its
+//! table of paths, of the labels their formula and angles; it knows no map file and no model.
 
 pub mod benchmark;
 pub mod chart;

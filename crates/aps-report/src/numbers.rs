@@ -76,7 +76,7 @@ pub fn count(n: u64) -> String {
     out
 }
 
-/// Letters and digits in lower case, the rest as single hyphens: part of a file name.
+/// Letters and digits in lower case, the rest as single hyphens: part of a file name, an anchor.
 pub fn stem(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {

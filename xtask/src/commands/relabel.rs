@@ -89,13 +89,10 @@ impl Args {
     }
 
     fn label(&self, own: &LabelConfig) -> LabelConfig {
-        let protocol = self.protocol.unwrap_or(own.protocol);
-        let axis = match protocol == own.protocol {
-            true => own.delay_axis,
-            false => LabelConfig::of(protocol).delay_axis,
-        };
+        let own = own.under(self.protocol.unwrap_or(own.protocol));
+        let axis = own.delay_axis;
         LabelConfig {
-            protocol,
+            protocol: own.protocol,
             sampling_rate_hz: self.fs_hz.unwrap_or(own.sampling_rate_hz),
             array: self.array(own.array),
             delay_axis: DelayAxis {

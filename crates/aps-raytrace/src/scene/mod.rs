@@ -28,8 +28,9 @@ pub use tiles::{Tile, Tiling, TilingError};
 
 use crate::error::SceneError;
 use crate::material::Material;
-use crate::occlusion::{Stretch, WallIndex};
+use crate::occlusion::Stretch;
 use crate::predicates::orient;
+use crate::wall_index::WallIndex;
 
 /// Buildings below this area \[m^2\] are dropped as slivers.
 const MIN_BUILDING_AREA_M2: f64 = 1e-3;
@@ -314,18 +315,23 @@ impl Scene {
     #[inline]
     #[must_use]
     pub fn is_blocked(&self, p: DVec2, q: DVec2, skip: [Option<u32>; 2]) -> bool {
-        let leg = Stretch {
-            ends: [p, q],
-            line: [p, q],
+        self.is_obstructed(&Stretch {
             skip,
-        };
-        self.is_obstructed(&leg)
+            ..Stretch::between(p, q)
+        })
+    }
+
+    /// Returns true when one wall already blocks the segment from `p` to `q`.
+    #[inline]
+    pub(crate) fn is_blocked_by(&self, p: DVec2, q: DVec2, wall: Option<u32>) -> bool {
+        let leg = Stretch::between(p, q);
+        wall.is_some_and(|wall| leg.is_blocked_by(&self.walls, wall))
     }
 
     /// The same for a leg whose ends may be rounded.
     #[inline]
     pub(crate) fn is_obstructed(&self, leg: &Stretch) -> bool {
-        self.index.is_blocked(&self.walls, leg)
+        leg.is_blocked(&self.walls, &self.index)
     }
 
     /// A place to count from that is near the walls \[m\]: zero unless the scene is small against

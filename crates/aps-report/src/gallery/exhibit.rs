@@ -6,7 +6,7 @@ use crate::ReportError;
 use crate::chart::{Mark, Series};
 use crate::document::{Block, Figure, Layout, Section};
 use crate::drawing::Drawing;
-use crate::link::{LinkView, Spectrum, under};
+use crate::link::{LinkView, Spectrum};
 use crate::picture::{self, GainScale, Outlines};
 use crate::theme::Colour;
 
@@ -127,7 +127,7 @@ fn labelled(
     for (protocol, colour) in PROTOCOLS {
         let config = LabelConfig {
             pdp: true,
-            ..under(protocol, label)
+            ..label.under(protocol)
         };
         let spectrum = Spectrum::of(&Labeler::new(&config)?, &samples)?;
         spectra.extend(spectrum.map(|s| (s, colour)));

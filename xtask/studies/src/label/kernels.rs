@@ -10,15 +10,6 @@ const ELEMENTS: usize = 16;
 const SPACING: f64 = 0.5;
 const RATE_HZ: f64 = 200e6;
 
-/// The ways to a label.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kernel {
-    /// Every term of Q by the formula: delays x angles x paths sines.
-    Direct,
-    /// Pulse and array response as two thin matrices, then their product.
-    Product,
-}
-
 /// Delays and directions of the grid.
 pub struct Grid {
     delays_s: Vec<f64>,
@@ -37,28 +28,10 @@ impl Grid {
     }
 }
 
-impl Kernel {
-    /// Every kernel.
-    pub const ALL: [Self; 2] = [Self::Direct, Self::Product];
-
-    /// Name in a word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Direct => "direct",
-            Self::Product => "product",
-        }
-    }
-}
-
 /// The maximum of Q over the delays, in every direction [dB].
-pub fn spectrum<T: Number>(kernel: Kernel, grid: &Grid, paths: &[PathSample]) -> Vec<f64> {
-    let best: Vec<T> = match kernel {
-        Kernel::Direct => direct(grid, paths),
-        Kernel::Product => product(grid, paths),
-    };
-    best.into_iter()
-        .map(|power| decibel(power.to_f64()))
-        .collect()
+pub fn spectrum<T: Number>(grid: &Grid, paths: &[PathSample]) -> Vec<f64> {
+    let best = product::<T>(grid, paths).into_iter();
+    best.map(|power| decibel(power.to_f64())).collect()
 }
 
 fn decibel(power: f64) -> f64 {
@@ -96,25 +69,7 @@ fn pulse<T: Number>(tau_s: f64, path: &PathSample) -> T {
     squared_sinc(T::of(RATE_HZ) * (T::of(tau_s) - T::of(path.delay_s)))
 }
 
-fn larger<T: Number>(best: T, sum: T) -> T {
-    if sum > best { sum } else { best }
-}
-
-fn direct<T: Number>(grid: &Grid, paths: &[PathSample]) -> Vec<T> {
-    let maximum = |&theta: &f64| {
-        let term = |tau_s: f64, path: &PathSample| {
-            let response = dirichlet(half_turns::<T>(theta, path));
-            power::<T>(path) * pulse(tau_s, path) * response * response
-        };
-        let sum = |&tau_s: &f64| {
-            let terms = paths.iter().map(|path| term(tau_s, path));
-            terms.fold(T::of(0.0), |sum, term| sum + term)
-        };
-        grid.delays_s.iter().map(sum).fold(T::of(0.0), larger)
-    };
-    grid.angles_rad.iter().map(maximum).collect()
-}
-
+/// Pulse and array response as two thin matrices, then the largest element of each column of their product.
 fn product<T: Number>(grid: &Grid, paths: &[PathSample]) -> Vec<T> {
     let pulses = |path: &PathSample| -> Vec<T> {
         let delays = grid.delays_s.iter();
@@ -130,6 +85,7 @@ fn product<T: Number>(grid: &Grid, paths: &[PathSample]) -> Vec<T> {
                 *sum = *sum + weight * pulse;
             }
         }
+        let larger = |best: T, sum: T| if sum > best { sum } else { best };
         sums.into_iter().fold(T::of(0.0), larger)
     };
     grid.angles_rad.iter().map(maximum).collect()
@@ -144,7 +100,7 @@ mod tests {
     use crate::errors::SpectrumError;
 
     #[test]
-    fn all_kernels_make_the_same_label() {
+    fn plain_loops_make_the_same_label() {
         let paths = [
             PathSample {
                 delay_s: 200e-9,
@@ -165,12 +121,10 @@ mod tests {
             .iter()
             .map(|db| db - labeler.config().protocol.sent_power_db())
             .collect();
-        for kernel in Kernel::ALL {
-            let found = spectrum::<f64>(kernel, &grid, &paths);
-            let error = SpectrumError::of(&own, Some(&found)).worst_db;
-            assert!(error < 1e-9, "{kernel:?}: {error:e} dB");
-        }
-        let exact = spectrum::<DoubleDouble>(Kernel::Product, &grid, &paths);
+        let plain = spectrum::<f64>(&grid, &paths);
+        let error = SpectrumError::of(&own, Some(&plain)).worst_db;
+        assert!(error < 1e-9, "{error:e} dB");
+        let exact = spectrum::<DoubleDouble>(&grid, &paths);
         assert!(SpectrumError::of(&own, Some(&exact)).worst_db < 1e-9);
     }
 }

@@ -1,4 +1,4 @@
-//! The same label by other kernels and in other precisions.
+//! The same label by plain loops, in several precisions.
 
 use anyhow::Result;
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch};
@@ -9,7 +9,7 @@ use aps_report::trade::{Marked, Trade};
 use aps_tests::double_double::DoubleDouble;
 use serde::Serialize;
 
-use super::kernels::{Grid, Kernel, spectrum};
+use super::kernels::{Grid, spectrum};
 use super::number::Number;
 use crate::errors::SpectrumError;
 use crate::{Setup, Stopwatch, Study, on_one_thread};
@@ -29,30 +29,18 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     let config = LabelConfig::released();
     let labeler = Labeler::new(&config)?;
     let grid = Grid::of(&labeler);
-    // The term-by-term kernels are slow.
+    // Double-double is slow.
     let links = &links[..links.len().min(setup.profile.choose(2, 16))];
     let truth: Vec<Vec<f64>> = links
         .iter()
-        .map(|paths| spectrum::<DoubleDouble>(Kernel::Product, &grid, paths))
+        .map(|paths| spectrum::<DoubleDouble>(&grid, paths))
         .collect();
     let stopwatch = Stopwatch::of(setup.profile);
-    let mut rows = Vec::new();
-    for kernel in Kernel::ALL {
-        rows.push(measure::<f32>(
-            kernel, "f32", &grid, links, &truth, stopwatch,
-        )?);
-        rows.push(measure::<f64>(
-            kernel, "f64", &grid, links, &truth, stopwatch,
-        )?);
-    }
-    rows.push(measure::<DoubleDouble>(
-        Kernel::Product,
-        "double-double",
-        &grid,
-        links,
-        &truth,
-        stopwatch,
-    )?);
+    let mut rows = vec![
+        measure::<f32>("f32", &grid, links, &truth, stopwatch)?,
+        measure::<f64>("f64", &grid, links, &truth, stopwatch)?,
+        measure::<DoubleDouble>("double-double", &grid, links, &truth, stopwatch)?,
+    ];
     rows.push(own(&labeler, links, &truth, stopwatch)?);
     let mut trade = Trade::default();
     for row in rows.iter().filter(|r| r.precision != "double-double") {
@@ -63,11 +51,11 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
         };
         let name = match row.kernel == OWN {
             true => OWN.to_owned(),
-            false => format!("{} {}", row.kernel, row.precision),
+            false => row.precision.to_owned(),
         };
         trade.add(group, name, row.us_per_label, row.worst_of_peak);
     }
-    study.section.heading("Precision and kernels");
+    study.section.heading("Precision");
     let chart = trade.chart(
         "time a label [us]",
         "largest error [parts of the maximum]",
@@ -101,17 +89,16 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
         "times as long as aps-label",
     ];
     study.table(
-        "Kernels and precisions, against the product in double-double (32 digits)",
+        "Plain loops in several precisions, against double-double (32 digits)",
         &head,
         rows.iter().map(cells).collect(),
     );
-    study.data("kernels", "Every kernel and precision", &rows)
+    study.data("kernels", "Every precision", &rows)
 }
 
 const OWN: &str = "aps-label";
 
 fn measure<T: Number + Send>(
-    kernel: Kernel,
     precision: &'static str,
     grid: &Grid,
     links: &[Vec<PathSample>],
@@ -120,17 +107,17 @@ fn measure<T: Number + Send>(
 ) -> Result<Row> {
     let found: Vec<Vec<f64>> = links
         .iter()
-        .map(|paths| spectrum::<T>(kernel, grid, paths))
+        .map(|paths| spectrum::<T>(grid, paths))
         .collect();
     let timing = on_one_thread(|| {
         stopwatch.time(|| {
             for paths in links {
-                std::hint::black_box(spectrum::<T>(kernel, grid, paths));
+                std::hint::black_box(spectrum::<T>(grid, paths));
             }
         })
     })?;
     Ok(row(
-        kernel.name(),
+        "plain loops",
         precision,
         timing.per(links.len()).us(),
         truth,
