@@ -24,11 +24,12 @@ use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::{ModelKind, candle_core};
 use aps_report::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
 use config::Config;
+use map2aps::DatasetPlan;
 use pace::Pace;
 use serde_json::{Value, json};
 use stamp::{Part, State};
 use test_set::TestSet;
-use xtask::{DatasetPlan, machine, output};
+use xtask::{machine, output};
 use xtask::{note, say};
 
 use crate::data;
@@ -214,7 +215,7 @@ impl Bench {
         // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
         let folder = data.folder().join("dataset");
         if state != State::Finished {
-            plan.make(&folder, split)?;
+            dataset::make(&plan, &folder, split)?;
             data.finish()?;
         }
         let dataset = data::open(&folder)?;

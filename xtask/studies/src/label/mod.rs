@@ -7,7 +7,7 @@ use aps_data::sample_of;
 use aps_label::PathSample;
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
-use xtask::draw_terminals;
+use map2aps::sampling::draw as draw_terminals;
 
 use super::{Setup, Study, StudyName};
 
