@@ -185,8 +185,8 @@ fn gallery_shows_links_and_counts_all() {
         show(&["--count", "3"]),
         "the same seed shows the same links"
     );
-    // Six of statistics, three a link.
-    assert_eq!(pictures_in(&page), 6 + 3 * 3);
+    // Five of statistics, three a link.
+    assert_eq!(pictures_in(&page), 5 + 3 * 3);
     assert!(page.len() < 400_000, "{} bytes", page.len());
     assert!(!page.contains("<script") && !page.contains("NaN"));
 
@@ -215,7 +215,7 @@ fn gallery_shows_links_and_counts_all() {
     let page = show(&["--links", "0,1,2", "1,3,19", "--sample", "50"]);
     assert!(page.contains("Map 1, transmitter 3, receiver 19"));
     assert!(page.contains("random sample of 50 of the"));
-    assert_eq!(pictures_in(&page), 6 + 2 * 3);
+    assert_eq!(pictures_in(&page), 5 + 2 * 3);
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! The tracer finds the paths that exhaustion finds, no more and no fewer.
 
-use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Scene, TraceConfig, Tracer};
 use aps_tests::brute_force::candidates;
 use aps_tests::links::outdoor_points;
-use aps_tests::maps::real_map;
+use aps_tests::maps::real_cities;
+use aps_tests::shapes::city_scene;
 
 /// Decisions closer than this [m] may fall either way.
 const TOLERANCE_M: f64 = 1e-7;
@@ -56,32 +56,14 @@ fn check(scene: &Scene, tx_count: usize, rx_count: usize) -> (usize, usize) {
 }
 
 #[test]
-fn synthetic_cities_order_two() {
-    for seed in 1..=3 {
-        let scene = Scene::synthetic(&CityConfig {
-            seed,
-            ..CityConfig::default()
-        })
-        .unwrap();
-        let (compared, close) = check(&scene, 5, 12);
-        eprintln!(
-            "seed {seed}: {} walls, {compared} paths, {close} too close to call",
-            scene.walls().len()
-        );
-        assert!(compared > 40 && close < compared / 10);
-    }
-}
-
-#[test]
-fn real_maps_order_two() {
-    for id in [0, 1, 21, 48] {
-        let Some(text) = real_map(id) else { return };
-        let scene = Scene::from_radiomapseer(&text).unwrap();
-        let (compared, close) = check(&scene, 4, 12);
-        eprintln!(
-            "map {id}: {} walls, {compared} paths, {close} too close to call",
-            scene.walls().len()
-        );
-        assert!(compared > 40 && close < compared / 10);
+fn paths_of_order_two_in_synthetic_and_real_cities() {
+    let synthetic = |seed| (format!("city {seed}"), city_scene(256, seed), [5, 12]);
+    let real = real_cities(&[0, 1, 21, 48]).into_iter();
+    let real = real.map(|(name, scene)| (name, scene, [4, 12]));
+    for (name, scene, [tx_count, rx_count]) in (1..=3).map(synthetic).chain(real) {
+        let (compared, close) = check(&scene, tx_count, rx_count);
+        let walls = scene.walls().len();
+        eprintln!("{name}: {walls} walls, {compared} paths, {close} too close to call");
+        assert!(compared > 40 && close < compared / 10, "{name}");
     }
 }

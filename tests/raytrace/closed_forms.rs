@@ -3,27 +3,16 @@
 use std::f64::consts::PI;
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Complex64, Footprint, InteractionKind, Material, Scene, TraceConfig, Tracer};
+use aps_raytrace::{Complex64, Footprint, InteractionKind, Material, TraceConfig, Tracer};
 use aps_tests::links::{total_field, with_chains};
-use aps_tests::utd::{Radio, Wall};
+use aps_tests::shapes::{moved, rectangle, scene};
+use aps_tests::utd::{MATERIALS, Radio, Wall};
 
 const FREQUENCY_HZ: f64 = 3.5e9;
 
-const MATERIALS: [(Material, Wall); 2] = [
-    (Material::Concrete, Wall::Concrete),
-    (Material::PerfectConductor, Wall::Perfect),
-];
-
-fn radio(wall: Wall) -> Radio {
-    Radio {
-        frequency_hz: FREQUENCY_HZ,
-        wall,
-    }
-}
-
 /// Gain after unfolding: length, equal reflections, cosine of their angle of incidence.
 fn unfolded_gain(wall: Wall, length_m: f64, reflections: i32, cos_incidence: f64) -> Complex64 {
-    let radio = radio(wall);
+    let radio = Radio::of(wall);
     let gamma = radio.reflection(cos_incidence.acos());
     radio.spherical_wave(length_m) / length_m * gamma.powi(reflections)
 }
@@ -31,14 +20,13 @@ fn unfolded_gain(wall: Wall, length_m: f64, reflections: i32, cos_incidence: f64
 /// A bar of 2 km x 1 m, its street side from (-1000, y) to (1000, y); `up` tells where the
 /// street is. Turned about the origin.
 fn bar(y: f64, up: bool, turn: DVec2) -> Footprint {
-    let back = if up { y - 1.0 } else { y + 1.0 };
-    let corners = [(-1e3, y), (1e3, y), (1e3, back), (-1e3, back)];
-    Footprint::new(corners.map(|p| turn.rotate(p.into())))
+    let [low, high] = if up { [y - 1.0, y] } else { [y, y + 1.0] };
+    moved(&[rectangle(-1e3, low, 1e3, high)], |p| turn.rotate(p)).remove(0)
 }
 
 #[test]
 fn free_space_is_friis() {
-    let scene = Scene::new(&[], None).unwrap();
+    let scene = scene(&[]);
     let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let mut worst = 0.0_f64;
     for distance_m in [1e-3, 1.0, 100.0, 12_345.6] {
@@ -60,6 +48,13 @@ fn free_space_is_friis() {
     assert!((paths[0].gain_db() + 83.33).abs() < 0.01);
 }
 
+fn lossless(relative_permittivity: f64) -> Material {
+    Material::Dielectric {
+        relative_permittivity,
+        conductivity_s_per_m: 0.0,
+    }
+}
+
 #[test]
 fn reflection_coefficient_over_all_angles() {
     let mut worst = 0.0_f64;
@@ -67,7 +62,7 @@ fn reflection_coefficient_over_all_angles() {
         let reflector = material.at(FREQUENCY_HZ);
         for i in 0..=900 {
             let incidence = f64::from(i).to_radians() / 10.0;
-            let expected = radio(wall).reflection(incidence);
+            let expected = Radio::of(wall).reflection(incidence);
             worst = worst.max((reflector.reflection(incidence.cos()) - expected).norm());
         }
         let grazing = reflector.reflection(0.0);
@@ -76,22 +71,14 @@ fn reflection_coefficient_over_all_angles() {
     eprintln!("reflection coefficient: {worst:.1e} from Fresnel's and Snell's laws");
     assert!(worst < 1e-14);
     // Grazing is approached as -1 + 2 cos / sqrt(eps - 1).
-    let glass = Material::Dielectric {
-        relative_permittivity: 5.0,
-        conductivity_s_per_m: 0.0,
-    };
-    let near_grazing = glass.at(FREQUENCY_HZ).reflection(1e-4);
+    let near_grazing = lossless(5.0).at(FREQUENCY_HZ).reflection(1e-4);
     assert!((near_grazing + 1.0 - 1e-4).norm() < 1e-7, "{near_grazing}");
 }
 
 #[test]
 fn reflection_coefficient_at_normal_incidence() {
     // Lossless, eps = 4: (1 - 2) / (1 + 2).
-    let lossless = Material::Dielectric {
-        relative_permittivity: 4.0,
-        conductivity_s_per_m: 0.0,
-    };
-    let gamma = lossless.at(FREQUENCY_HZ).reflection(1.0);
+    let gamma = lossless(4.0).at(FREQUENCY_HZ).reflection(1.0);
     assert!((gamma + 1.0 / 3.0).norm() < 1e-15);
     // Concrete: eps = 5.24 - j 0.0462 * 3.5^0.7822 / (2 pi 3.5e9 eps_0).
     let sigma: f64 = 0.0462 * 3.5_f64.powf(0.7822);
@@ -108,14 +95,14 @@ fn reflection_coefficient_at_normal_incidence() {
 
 #[test]
 fn one_wall_makes_two_rays_interfere() {
-    let scene = Scene::new(&[bar(0.0, true, DVec2::X)], None).unwrap();
+    let scene = scene(&[bar(0.0, true, DVec2::X)]);
     for (material, wall) in MATERIALS {
         let config = TraceConfig {
             material,
             ..TraceConfig::reflections_only(3)
         };
         let tracer = Tracer::new(&scene, config).unwrap();
-        let radio = radio(wall);
+        let radio = Radio::of(wall);
         let (mut worst, mut low, mut high) = (0.0_f64, f64::INFINITY, 0.0_f64);
         for i in 0..2000 {
             // Heights 4 m and 1.5 m above the wall, 1 m to 400 m apart.
@@ -148,8 +135,7 @@ fn street_canyon_is_the_image_series() {
     let width = 17.0;
     let (mut worst_length, mut worst_gain, mut count) = (0.0_f64, 0.0_f64, 0);
     for turn in [0.0, 0.7].map(DVec2::from_angle) {
-        let walls = [bar(0.0, true, turn), bar(width, false, turn)];
-        let scene = Scene::new(&walls, None).unwrap();
+        let scene = scene(&[bar(0.0, true, turn), bar(width, false, turn)]);
         for (material, wall) in MATERIALS {
             let config = TraceConfig {
                 material,

@@ -10,6 +10,7 @@ use aps_raytrace::{
     Complex64, Footprint, InteractionKind, Material, PathRecord, Scene, TraceConfig, Tracer,
 };
 use aps_tests::links::{decibels, total_field, with_chains};
+use aps_tests::shapes::{rectangle, scene};
 
 /// Length of the building's sides \[m\].
 const SIDE_M: f64 = 1e3;
@@ -43,7 +44,7 @@ impl Corner {
         let at = |angle: f64| DVec2::from_angle(angle) * SIDE_M;
         let points = [DVec2::ZERO, at(start_rad), at(start_rad + interior_rad)];
         Self {
-            scene: Scene::new(&[Footprint::new(points)], None).unwrap(),
+            scene: scene(&[Footprint::new(points)]),
             start_rad,
             open_rad: 2.0 * PI - interior_rad,
         }
@@ -154,7 +155,7 @@ fn exactly_on_a_boundary_the_level_is_that_beside_it() {
     let (mut worst, mut count) = (0.0_f64, [0; 3]);
     for (walls, material) in WHOLE.iter().flat_map(|w| MATERIALS.map(|m| (w, m))) {
         let [d, e] = walls.map(whole);
-        let scene = Scene::new(&[Footprint::new([DVec2::ZERO, d, e])], None).unwrap();
+        let scene = scene(&[Footprint::new([DVec2::ZERO, d, e])]);
         let tracer = Tracer::new(&scene, config(material)).unwrap();
         let is_free = |p: DVec2| scene.check_terminal(p).is_ok();
         for (i, j) in (-3..=3).flat_map(|i| (-3..=3).map(move |j| (i, j))) {
@@ -201,14 +202,8 @@ fn exactly_on_a_boundary_the_level_is_that_beside_it() {
 /// not. The block stands in the first quadrant, a wall along y = -50 m reflects.
 #[test]
 fn exactly_on_the_boundary_of_a_reflected_ray_the_level_is_that_beside_it() {
-    let rectangle = |x0: f64, y0: f64, x1: f64, y1: f64| {
-        Footprint::new([(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(DVec2::from))
-    };
-    let footprints = [
-        rectangle(0.0, 0.0, 40.0, 40.0),
-        rectangle(-500.0, -60.0, 500.0, -50.0),
-    ];
-    let scene = Scene::new(&footprints, None).unwrap();
+    let wall = rectangle(-500.0, -60.0, 500.0, -50.0);
+    let scene = scene(&[rectangle(0.0, 0.0, 40.0, 40.0), wall]);
     let (mut worst, mut count) = (0.0_f64, 0);
     for material in MATERIALS {
         let tracer = Tracer::new(&scene, config(material)).unwrap();

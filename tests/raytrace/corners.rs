@@ -4,19 +4,12 @@ use std::f64::consts::PI;
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
-    Complex64, Footprint, InteractionKind, Link, Material, Scene, TraceConfig, Tracer, utd,
+    Complex64, Footprint, Interaction, InteractionKind, Link, Material, TraceConfig, Tracer, utd,
 };
 use aps_tests::links::with_chains;
+use aps_tests::shapes::{points, polygon, rectangle, scene};
 
 const WAVENUMBER_PER_M: f64 = 73.36;
-
-fn polygon<const N: usize>(points: [(f64, f64); N]) -> Footprint {
-    Footprint::new(points.map(DVec2::from))
-}
-
-fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Footprint {
-    polygon([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-}
 
 fn diffracting() -> TraceConfig {
     TraceConfig {
@@ -32,15 +25,8 @@ fn coefficient(material: Material, n: f64, distance_m: f64, phi_1: f64, phi_2: f
     let reflector = material.at(3.5e9);
     let [gamma_0, gamma_n] =
         utd::incidence_cosines(n, phi_1, phi_2).map(|cos| reflector.reflection(cos));
-    utd::diffraction_coefficient(
-        n,
-        WAVENUMBER_PER_M,
-        distance_m,
-        phi_1,
-        phi_2,
-        gamma_0,
-        gamma_n,
-    )
+    let k = WAVENUMBER_PER_M;
+    utd::diffraction_coefficient(n, k, distance_m, phi_1, phi_2, gamma_0, gamma_n)
 }
 
 /// Pairs of directions over an open angle, both faces included.
@@ -51,16 +37,8 @@ fn directions(open_rad: f64) -> impl Iterator<Item = (f64, f64)> {
 
 #[test]
 fn coefficient_is_finite_symmetric_and_bounded_from_flat_to_sheet() {
-    for n in [
-        1.0,
-        1.0 + 1e-15,
-        1.0 + 1e-9,
-        1.01,
-        1.5,
-        1.99,
-        2.0 - 1e-15,
-        2.0,
-    ] {
+    let flat = [1.0, 1.0 + 1e-15, 1.0 + 1e-9, 1.01];
+    for n in flat.into_iter().chain([1.5, 1.99, 2.0 - 1e-15, 2.0]) {
         for material in [Material::Concrete, Material::PerfectConductor] {
             for distance_m in [1e-6, 1.0, 1e5] {
                 for (p, q) in directions(n * PI) {
@@ -128,14 +106,7 @@ fn nearly_flat_corner_hardly_diffracts() {
 /// Both rays along a wall bent by a nanometre.
 #[test]
 fn wall_bent_by_an_atom_gives_no_nan() {
-    let house = polygon([
-        (0.0, 0.0),
-        (50.0, -1e-9),
-        (100.0, 0.0),
-        (100.0, 20.0),
-        (0.0, 20.0),
-    ]);
-    let scene = Scene::new(&[house], None).unwrap();
+    let scene = scene(&[polygon("0,0 50,-1e-9 100,0 100,20 0,20")]);
     assert_eq!(scene.walls().len(), 5);
     for dynamic_range_db in [None, Some(60.0)] {
         let config = TraceConfig {
@@ -153,7 +124,7 @@ fn wall_bent_by_an_atom_gives_no_nan() {
 
 /// Where a link of all outdoor pairs around the buildings is diffracted.
 fn diffraction_points(buildings: &[Footprint]) -> Vec<DVec2> {
-    let scene = Scene::new(buildings, None).unwrap();
+    let scene = scene(buildings);
     let tracer = Tracer::new(&scene, diffracting()).unwrap();
     let terminals: Vec<DVec2> = (-4..=14)
         .flat_map(|i| (-4..=14).map(move |j| DVec2::new(f64::from(i) * 2.3, f64::from(j) * 2.1)))
@@ -172,171 +143,99 @@ fn diffraction_points(buildings: &[Footprint]) -> Vec<DVec2> {
             }
         }
     }
+    sorted(points)
+}
+
+fn sorted(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|p, q| (p.x, p.y).partial_cmp(&(q.x, q.y)).unwrap());
     points
 }
 
-#[track_caller]
-fn check(buildings: &[Footprint], corners: &[(f64, f64)]) {
-    let mut expected: Vec<DVec2> = corners.iter().map(|&p| p.into()).collect();
-    expected.sort_by(|p, q| (p.x, p.y).partial_cmp(&(q.x, q.y)).unwrap());
-    assert_eq!(diffraction_points(buildings), expected);
-}
-
 #[test]
-fn flush_houses_diffract_at_the_ends_of_the_row() {
-    check(
-        &[
-            rectangle(0.0, 0.0, 10.0, 10.0),
-            rectangle(10.0, 0.0, 20.0, 10.0),
-        ],
-        &[(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)],
-    );
-}
-
-#[test]
-fn houses_of_different_depth_diffract_at_the_step_only_outwards() {
-    check(
-        &[
-            rectangle(0.0, 0.0, 10.0, 10.0),
-            rectangle(10.0, 0.0, 20.0, 6.0),
-        ],
-        &[
-            (0.0, 0.0),
-            (20.0, 0.0),
-            (20.0, 6.0),
-            (10.0, 10.0),
-            (0.0, 10.0),
-        ],
-    );
-}
-
-#[test]
-fn crossing_bars_diffract_at_their_eight_ends() {
-    check(
-        &[
-            rectangle(8.0, 0.0, 12.0, 20.0),
-            rectangle(0.0, 8.0, 20.0, 12.0),
-        ],
-        &[
-            (8.0, 0.0),
-            (12.0, 0.0),
-            (8.0, 20.0),
-            (12.0, 20.0),
-            (0.0, 8.0),
-            (0.0, 12.0),
-            (20.0, 8.0),
-            (20.0, 12.0),
-        ],
-    );
-}
-
-#[test]
-fn corner_inside_another_house_is_none() {
-    // A slanted house whose lower corner is inside the other one.
-    check(
-        &[
-            rectangle(0.0, 0.0, 20.0, 10.0),
-            polygon([(10.0, 5.0), (18.0, 13.0), (10.0, 21.0), (2.0, 13.0)]),
-        ],
-        &[
-            (0.0, 0.0),
-            (20.0, 0.0),
-            (20.0, 10.0),
-            (0.0, 10.0),
-            (18.0, 13.0),
-            (10.0, 21.0),
-            (2.0, 13.0),
-        ],
-    );
-}
-
-/// Two houses that meet in one point leave two corners of 90 degrees, both inward for the waves:
-/// what comes in is reflected, nothing goes around.
-#[test]
-fn houses_that_meet_in_a_point_do_not_diffract_there() {
-    check(
-        &[
-            rectangle(0.0, 0.0, 10.0, 10.0),
-            rectangle(10.0, 10.0, 20.0, 20.0),
-        ],
-        &[
-            (0.0, 0.0),
-            (10.0, 0.0),
-            (0.0, 10.0),
-            (20.0, 10.0),
-            (20.0, 20.0),
-            (10.0, 20.0),
-        ],
-    );
-}
-
-/// A corner that touches the middle of a wall is no corner of the union.
-#[test]
-fn corner_that_touches_a_wall_does_not_diffract() {
-    check(
-        &[
-            rectangle(0.0, 0.0, 20.0, 6.0),
-            polygon([(10.0, 6.0), (16.0, 12.0), (10.0, 18.0), (4.0, 12.0)]),
-        ],
-        &[
-            (0.0, 0.0),
-            (20.0, 0.0),
-            (20.0, 6.0),
-            (0.0, 6.0),
-            (16.0, 12.0),
-            (10.0, 18.0),
-            (4.0, 12.0),
-        ],
-    );
+fn houses_that_touch_diffract_at_the_corners_of_their_union() {
+    let house = rectangle(0.0, 0.0, 10.0, 10.0);
+    let table = [
+        (
+            "flush: at the ends of the row",
+            [house.clone(), rectangle(10.0, 0.0, 20.0, 10.0)],
+            "0,0 20,0 20,10 0,10",
+        ),
+        (
+            "of different depth: at the step only outwards",
+            [house.clone(), rectangle(10.0, 0.0, 20.0, 6.0)],
+            "0,0 20,0 20,6 10,10 0,10",
+        ),
+        (
+            "crossing bars: at their eight ends",
+            [
+                rectangle(8.0, 0.0, 12.0, 20.0),
+                rectangle(0.0, 8.0, 20.0, 12.0),
+            ],
+            "8,0 12,0 8,20 12,20 0,8 0,12 20,8 20,12",
+        ),
+        (
+            "a slanted house whose lower corner is inside the other one: not there",
+            [
+                rectangle(0.0, 0.0, 20.0, 10.0),
+                polygon("10,5 18,13 10,21 2,13"),
+            ],
+            "0,0 20,0 20,10 0,10 18,13 10,21 2,13",
+        ),
+        (
+            "that meet in one point: two corners of 90 degrees, both inward for the waves; nothing goes around",
+            [house, rectangle(10.0, 10.0, 20.0, 20.0)],
+            "0,0 10,0 0,10 20,10 20,20 10,20",
+        ),
+        (
+            "a corner that touches the middle of a wall: no corner of the union",
+            [
+                rectangle(0.0, 0.0, 20.0, 6.0),
+                polygon("10,6 16,12 10,18 4,12"),
+            ],
+            "0,0 20,0 20,6 0,6 16,12 10,18 4,12",
+        ),
+    ];
+    for (case, houses, corners) in table {
+        assert_eq!(
+            diffraction_points(&houses),
+            sorted(points(corners)),
+            "{case}"
+        );
+    }
 }
 
 /// Two houses of a curved street touch at their front corners, a gap of 20 degrees behind: one
 /// blunt wedge of the union between the outer faces, none of two right angles.
 #[test]
 fn houses_that_touch_at_the_front_make_one_blunt_wedge() {
-    let a = polygon([(0.0, 0.0), (-20.0, 5.0), (-30.0, -20.0), (-4.0, -20.0)]);
-    let b = polygon([(0.0, 0.0), (4.0, -20.0), (30.0, -20.0), (20.0, 5.0)]);
-    let union = polygon([
-        (0.0, 0.0),
-        (-20.0, 5.0),
-        (-30.0, -20.0),
-        (30.0, -20.0),
-        (20.0, 5.0),
-    ]);
-    // Dented like this the front is no wedge.
     let gain = |buildings: &[Footprint], tx: (f64, f64), rx: (f64, f64)| {
-        let scene = Scene::new(buildings, None).unwrap();
+        let scene = scene(buildings);
         let tracer = Tracer::new(&scene, diffracting()).unwrap();
         let paths = tracer.trace(tx.into(), rx.into()).unwrap().paths;
-        let mut at_front = paths.iter().filter(|p| {
-            p.interactions
-                .first()
-                .is_some_and(|i| i.point == DVec2::ZERO)
-        });
+        let is_first = |i: &Interaction| i.point == DVec2::ZERO;
+        let mut at_front = paths
+            .iter()
+            .filter(|p| p.interactions.first().is_some_and(is_first));
         let first = at_front.next().map(|p| p.gain);
         assert!(at_front.next().is_none(), "twice");
         first
     };
+    // The outer faces fall or rise to the front by 5 m: bulging it is a wedge, and the same as without the gap; dented it is none.
+    let row = |y: &str| {
+        let a = polygon(&format!("0,0 -20,{y} -30,-20 -4,-20"));
+        let b = polygon(&format!("0,0 4,-20 30,-20 20,{y}"));
+        let union = polygon(&format!("0,0 -20,{y} -30,-20 30,-20 20,{y}"));
+        ([a, b], [union])
+    };
     let (tx, rx) = ((-9.0, 15.0), (11.0, 8.0));
-    assert_eq!(gain(&[a, b], tx, rx), None);
-    assert_eq!(gain(&[union], tx, rx), None);
-    // Bulging like this it is one, and the same as without the gap.
-    let a = polygon([(0.0, 0.0), (-20.0, -5.0), (-30.0, -20.0), (-4.0, -20.0)]);
-    let b = polygon([(0.0, 0.0), (4.0, -20.0), (30.0, -20.0), (20.0, -5.0)]);
-    let union = polygon([
-        (0.0, 0.0),
-        (-20.0, -5.0),
-        (-30.0, -20.0),
-        (30.0, -20.0),
-        (20.0, -5.0),
-    ]);
+    let (dented, union) = row("5");
+    assert_eq!((gain(&dented, tx, rx), gain(&union, tx, rx)), (None, None));
+    let (bulging, union) = row("-5");
     for (tx, rx) in [((-9.0, 15.0), (11.0, 8.0)), ((-30.0, 1.0), (25.0, -4.0))] {
-        let with_gap = gain(&[a.clone(), b.clone()], tx, rx);
-        let without = gain(std::slice::from_ref(&union), tx, rx);
+        let without = gain(&union, tx, rx);
         assert!(without.is_some());
-        assert_eq!(with_gap, without);
+        assert_eq!(gain(&bulging, tx, rx), without);
     }
     // In the gap one is between two walls that meet: nothing comes out through the point.
-    assert_eq!(gain(&[a, b], (0.0, -10.0), (11.0, 8.0)), None);
+    assert_eq!(gain(&bulging, (0.0, -10.0), (11.0, 8.0)), None);
 }

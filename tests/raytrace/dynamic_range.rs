@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, OnceLock};
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{CityConfig, GeoJsonConfig, Location, parse_geojson};
+use aps_raytrace::scene::{CityConfig, Location};
 use aps_raytrace::{Area, Link, PathRecord, Scene, TraceConfig, Tracer};
 use aps_tests::links::{strongest, with_chains};
-use aps_tests::maps::real_map;
+use aps_tests::maps::real_cities;
 use proptest::prelude::*;
 use proptest::sample::select;
 
@@ -29,39 +29,13 @@ fn places() -> &'static [(String, Scene, Vec<DVec2>)] {
             };
             scenes.push((format!("city {seed}"), Scene::synthetic(&city).unwrap()));
         }
-        scenes.push(("Helsinki".into(), helsinki()));
-        for id in [38, 0] {
-            if let Some(text) = real_map(id) {
-                let scene = Scene::from_radiomapseer(&text).unwrap();
-                scenes.push((format!("map {id}"), scene));
-            }
-        }
+        scenes.extend(real_cities(&[38, 0]));
         let with_terminals = |(name, scene): (String, Scene)| {
             let points = outdoors(&scene);
             (name, scene, points)
         };
         scenes.into_iter().map(with_terminals).collect()
     })
-}
-
-/// The middle of the extract.
-fn helsinki() -> Scene {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/helsinki.geojson");
-    let text = std::fs::read_to_string(path).unwrap();
-    let city = parse_geojson(&text, &GeoJsonConfig::default()).unwrap();
-    let corners = || city.footprints.iter().flat_map(|f| f.outer.iter().copied());
-    let (min, max) = corners().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| {
-        (min.min(p), max.max(p))
-    });
-    let middle = min.midpoint(max).round();
-    let (min, max) = (middle - 75.0, middle + 75.0);
-    let is_near = |p: &DVec2| p.cmpge(min).all() && p.cmple(max).all();
-    let near = city.footprints.iter();
-    let near: Vec<_> = near
-        .filter(|f| f.outer.iter().any(is_near))
-        .cloned()
-        .collect();
-    Scene::new(&near, Some(Area { min, max })).unwrap()
 }
 
 /// Points on whole and half metres of the scene's area, in a scattered order.

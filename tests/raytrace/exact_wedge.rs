@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use aps_raytrace::{Complex64, Material, utd};
-use aps_tests::utd::{Radio, Wall};
+use aps_raytrace::{Complex64, utd};
+use aps_tests::utd::{MATERIALS, Radio};
 use aps_tests::wedge;
 
 const PERFECT: Complex64 = Complex64::new(-1.0, 0.0);
@@ -111,15 +111,8 @@ fn shadow_is_good_to_a_tenth_of_a_decibel_from_one_wavelength_on() {
 #[test]
 fn coefficient_is_that_of_the_textbook() {
     let mut worst = 0.0_f64;
-    let materials = [
-        (Material::Concrete, Wall::Concrete),
-        (Material::PerfectConductor, Wall::Perfect),
-    ];
-    for (material, wall) in materials {
-        let radio = Radio {
-            frequency_hz: 3.5e9,
-            wall,
-        };
+    for (material, wall) in MATERIALS {
+        let radio = Radio::of(wall);
         let k = radio.wavenumber_per_m();
         let reflector = material.at(radio.frequency_hz);
         for n in [1.001, 1.1, 1.25, 1.5, 1.75, 1.999_999, 2.0] {
@@ -128,16 +121,9 @@ fn coefficient_is_that_of_the_textbook() {
                     for j in 0..=29 {
                         let (p, q) = (n * PI * f64::from(i) / 23.0, n * PI * f64::from(j) / 29.0);
                         let expected = radio.diffraction(n, distance_m, [p, q]);
-                        let [cos_0, cos_n] = utd::incidence_cosines(n, p, q);
-                        let found = utd::diffraction_coefficient(
-                            n,
-                            k,
-                            distance_m,
-                            p,
-                            q,
-                            reflector.reflection(cos_0),
-                            reflector.reflection(cos_n),
-                        );
+                        let [r_0, r_n] =
+                            utd::incidence_cosines(n, p, q).map(|cos| reflector.reflection(cos));
+                        let found = utd::diffraction_coefficient(n, k, distance_m, p, q, r_0, r_n);
                         // In parts of what D is at a boundary.
                         let error = (found - expected).norm() / (0.5 * distance_m.sqrt());
                         assert!(error < 1e-8, "n {n}, {p}, {q}: {found} is not {expected}");

@@ -1,19 +1,16 @@
 //! Laws that every path obeys, whatever the city.
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{
     Footprint, InteractionKind, Link, Material, PathRecord, Scene, TraceConfig, Tracer,
 };
-use aps_tests::links::{outdoor_points, strongest, with_chains};
-use aps_tests::maps::real_map;
+use aps_tests::links::{outdoor_points, with_chains};
+use aps_tests::maps::real_cities;
+use aps_tests::motion::difference;
+use aps_tests::shapes::{city, city_scene};
 use proptest::prelude::*;
 
 const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
-
-/// Paths weaker than the strongest by more than this \[dB\] are sums that cancel: rounding decides
-/// whether they are exactly zero.
-const CANCELLED_DB: f64 = 150.0;
 
 /// Settings for every kind of path, none left out.
 fn mixed() -> TraceConfig {
@@ -23,14 +20,6 @@ fn mixed() -> TraceConfig {
         max_interactions: 3,
         dynamic_range_db: None,
         ..with_chains()
-    }
-}
-
-fn city(seed: u64) -> CityConfig {
-    CityConfig {
-        size_m: 130,
-        seed,
-        ..CityConfig::default()
     }
 }
 
@@ -131,37 +120,14 @@ fn check_laws(scene: &Scene, config: TraceConfig, count: usize, what: &str) -> E
 }
 
 #[test]
-fn paths_of_synthetic_cities_obey_the_laws() {
-    for seed in [3, 4] {
-        let scene = Scene::synthetic(&city(seed)).unwrap();
-        let errors = check_laws(&scene, mixed(), 24, &format!("city {seed}"));
-        assert!(errors.paths > 1000);
+fn paths_of_synthetic_and_real_cities_obey_the_laws() {
+    let synthetic = |seed| (format!("city {seed}"), city_scene(130, seed), mixed(), 24);
+    let real = real_cities(&[0, 33]).into_iter();
+    let real = real.map(|(name, scene)| (name, scene, with_chains(), 40));
+    for (name, scene, config, count) in (3..=4).map(synthetic).chain(real) {
+        let errors = check_laws(&scene, config, count, &name);
+        assert!(errors.paths > 1000, "{name}");
     }
-}
-
-#[test]
-fn paths_of_real_maps_obey_the_laws() {
-    for id in [0, 33] {
-        let Some(text) = real_map(id) else { return };
-        let scene = Scene::from_radiomapseer(&text).unwrap();
-        let errors = check_laws(&scene, with_chains(), 40, &format!("map {id}"));
-        assert!(errors.paths > 1000);
-    }
-}
-
-/// A path without its ids: kinds and points, moved by `motion` and rounded to 1e-6 m.
-fn signature(
-    path: &PathRecord,
-    motion: impl Fn(DVec2) -> DVec2,
-) -> Vec<(InteractionKind, i64, i64)> {
-    let whole = |v: f64| (v * 1e6).round() as i64;
-    path.interactions
-        .iter()
-        .map(|i| {
-            let p = motion(i.point);
-            (i.kind, whole(p.x), whole(p.y))
-        })
-        .collect()
 }
 
 /// Traces the same links in a scene and in its moved copy: the same paths, their points moved,
@@ -173,53 +139,10 @@ fn check_motion(
     scale: f64,
     motion: impl Fn(DVec2) -> DVec2,
 ) -> usize {
-    let moved: Vec<Footprint> = footprints
-        .iter()
-        .map(|f| Footprint {
-            outer: f.outer.iter().map(|&p| motion(p)).collect(),
-            holes: f
-                .holes
-                .iter()
-                .map(|h| h.iter().map(|&p| motion(p)).collect())
-                .collect(),
-            material: f.material,
-        })
-        .collect();
-    let scenes = [footprints, &moved].map(|f| Scene::new(f, None).unwrap());
-    let here = Tracer::new(&scenes[0], config[0].clone()).unwrap();
-    let there = Tracer::new(&scenes[1], config[1].clone()).unwrap();
-    let mut count = 0;
-    for (i, &tx) in points.iter().enumerate() {
-        for &rx in &points[..i] {
-            let before = here.trace(tx, rx).unwrap();
-            let after = there.trace(motion(tx), motion(rx)).unwrap();
-            assert_eq!(before.fallback_diffractions, after.fallback_diffractions);
-            let floor = strongest(&before.paths) * 10_f64.powf(-CANCELLED_DB / 10.0);
-            let list = |link: &Link, motion: &dyn Fn(DVec2) -> DVec2| {
-                let strong = link.paths.iter().filter(|p| p.power() > floor);
-                let mut list: Vec<_> = strong
-                    .map(|p| (signature(p, motion), p.length_m, p.gain))
-                    .collect();
-                list.sort_by(|p, q| p.0.cmp(&q.0));
-                list
-            };
-            let (before, after) = (list(&before, &motion), list(&after, &|p| p));
-            let signatures =
-                |l: &[(Vec<_>, f64, _)]| l.iter().map(|p| p.0.clone()).collect::<Vec<_>>();
-            assert_eq!(signatures(&before), signatures(&after), "{tx} -> {rx}");
-            for (p, q) in before.iter().zip(&after) {
-                assert!((p.1 * scale / q.1 - 1.0).abs() < 1e-12, "{tx} -> {rx}");
-                assert!(
-                    (p.2 - q.2).norm() < 1e-8 * p.2.norm(),
-                    "{tx} -> {rx}: {} {}",
-                    p.2,
-                    q.2
-                );
-                count += 1;
-            }
-        }
-    }
-    count
+    let found = difference(footprints, points, config, scale, motion);
+    assert!(found.unmatched == 0, "{found:?}");
+    assert!(found.length < 1e-12 && found.gain < 1e-8, "{found:?}");
+    found.paths
 }
 
 /// Quarter turns, whole metres and the turn by atan(4/3), stretched to whole metres, keep every
@@ -229,22 +152,19 @@ fn exact_motions_keep_every_path() {
     let turn = |p: DVec2| DVec2::new(-p.y, p.x);
     let shift = DVec2::new(-1000.0, 345.0);
     // Where ties fall must not depend on the axes.
-    let (stretched, back) = (
-        |p: DVec2| DVec2::new(3.0 * p.x - 4.0 * p.y, 4.0 * p.x + 3.0 * p.y),
-        with_chains().frequency_hz / 5.0,
-    );
+    let stretched = |p: DVec2| DVec2::new(3.0 * p.x - 4.0 * p.y, 4.0 * p.x + 3.0 * p.y);
     let config = TraceConfig {
         material: Material::PerfectConductor,
         dynamic_range_db: None,
         ..with_chains()
     };
     let slower = TraceConfig {
-        frequency_hz: back,
+        frequency_hz: config.frequency_hz / 5.0,
         ..config.clone()
     };
     for seed in 1..=3 {
-        let footprints = city(seed).footprints().unwrap();
-        let points = outdoor_points(&Scene::synthetic(&city(seed)).unwrap(), 14, 5);
+        let footprints = city(130, seed).footprints().unwrap();
+        let points = outdoor_points(&city_scene(130, seed), 14, 5);
         let mut count = check_motion(&footprints, &points, [&config; 2], 1.0, turn);
         count += check_motion(&footprints, &points, [&config; 2], 1.0, |p| -p);
         count += check_motion(&footprints, &points, [&config; 2], 1.0, |p| p + shift);
@@ -270,8 +190,8 @@ fn twice_the_size_at_half_the_frequency() {
         material: wall(0.1),
         ..mixed()
     };
-    let footprints = city(9).footprints().unwrap();
-    let points = outdoor_points(&Scene::synthetic(&city(9)).unwrap(), 10, 0);
+    let footprints = city(130, 9).footprints().unwrap();
+    let points = outdoor_points(&city_scene(130, 9), 10, 0);
     let count = check_motion(&footprints, &points, [&config, &half], 2.0, |p| p * 2.0);
     assert!(count > 500);
 }

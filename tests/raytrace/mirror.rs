@@ -1,10 +1,11 @@
 //! A mirrored scene has mirrored spectra: what training on mirror images takes for granted.
 
-use aps_label::{Array, LabelConfig, Labeler, PathSample, Protocol};
+use aps_label::{Array, LabelConfig, Labeler, Protocol};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{CityConfig, Location};
-use aps_raytrace::{Footprint, Link, Scene, Tracer};
-use aps_tests::links::{outdoor_points, with_chains};
+use aps_raytrace::scene::Location;
+use aps_raytrace::{Footprint, Link, Tracer};
+use aps_tests::links::{outdoor_points, sample, with_chains};
+use aps_tests::shapes::{city, moved, scene};
 
 const SIDE_M: f64 = 256.0;
 
@@ -13,7 +14,7 @@ const ROUNDING: f64 = 1e-8;
 
 /// Spectra of all links between `points`, linear and relative to each one's largest value.
 fn spectra(footprints: &[Footprint], points: &[DVec2], label: &LabelConfig) -> Vec<Vec<f64>> {
-    let scene = Scene::new(footprints, None).unwrap();
+    let scene = scene(footprints);
     let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let labeler = Labeler::new(label).unwrap();
     let (tx, rx) = points.split_at(points.len() / 2);
@@ -24,12 +25,7 @@ fn spectra(footprints: &[Footprint], points: &[DVec2], label: &LabelConfig) -> V
         for &rx in rx {
             let rx = tracer.receiver(rx).unwrap();
             tracer.link(&tx, &rx, &mut link).unwrap();
-            let sample = |p: &aps_raytrace::PathRecord| PathSample {
-                delay_s: p.delay_s,
-                arrival_azimuth_rad: p.arrival_azimuth_rad,
-                gain_db: p.gain_db(),
-            };
-            let paths: Vec<PathSample> = link.paths.iter().map(sample).collect();
+            let paths: Vec<_> = link.paths.iter().map(sample).collect();
             let label = labeler.label(&paths).unwrap();
             let db = label.map_or(Vec::new(), |label| label.aps_db);
             let top = db.iter().copied().fold(f64::MIN, f64::max);
@@ -53,12 +49,8 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>], is_reversed: bool) -> f64 {
 
 #[test]
 fn spectra_of_a_linear_array_follow_the_mirror() {
-    let city = CityConfig {
-        seed: 5,
-        ..CityConfig::default()
-    };
-    let footprints = city.footprints().unwrap();
-    let scene = Scene::new(&footprints, None).unwrap();
+    let footprints = city(256, 5).footprints().unwrap();
+    let scene = scene(&footprints);
     // Off the grid of walls: on it a ray through a corner is one side's or the other's.
     let points: Vec<DVec2> = outdoor_points(&scene, 40, 3)
         .into_iter()
@@ -79,24 +71,13 @@ fn spectra_of_a_linear_array_follow_the_mirror() {
     let of_circular = spectra(&footprints, &points, &circular);
 
     for (along_x, along_y) in [(true, false), (false, true), (true, true)] {
-        let turn = |p: &DVec2| {
+        let turn = |p: DVec2| {
             let x = if along_x { SIDE_M - p.x } else { p.x };
             let y = if along_y { SIDE_M - p.y } else { p.y };
             DVec2::new(x, y)
         };
-        let turned: Vec<Footprint> = footprints
-            .iter()
-            .map(|f| Footprint {
-                outer: f.outer.iter().map(turn).collect(),
-                holes: f
-                    .holes
-                    .iter()
-                    .map(|h| h.iter().map(turn).collect())
-                    .collect(),
-                ..f.clone()
-            })
-            .collect();
-        let ends: Vec<DVec2> = points.iter().map(turn).collect();
+        let turned = moved(&footprints, turn);
+        let ends: Vec<DVec2> = points.iter().map(|&p| turn(p)).collect();
         let found = difference(&upright, &spectra(&turned, &ends, &released), along_y);
         assert!(found < ROUNDING, "x {along_x}, y {along_y}: {found:e}");
         // A circular array tells left from right.

@@ -1,11 +1,11 @@
 //! Line of sight, R, D, R-D and D-R against exhaustion: the same paths, lengths and gains.
 
-use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Material, Scene, TraceConfig, Tracer};
 use aps_tests::links::{by_sequence, outdoor_points, strongest, with_chains};
-use aps_tests::maps::real_map;
+use aps_tests::maps::real_cities;
 use aps_tests::mixed::mixed_candidates;
-use aps_tests::utd::{Radio, Wall};
+use aps_tests::shapes::city_scene;
+use aps_tests::utd::{MATERIALS, Radio, Wall};
 
 /// Decisions closer than this [m] may fall either way.
 const TOLERANCE_M: f64 = 1e-7;
@@ -34,10 +34,7 @@ fn check(scene: &Scene, material: Material, wall: Wall, counts: [usize; 2]) -> T
         max_fallback_diffractions: 0,
         ..with_chains()
     };
-    let radio = Radio {
-        frequency_hz: config.frequency_hz,
-        wall,
-    };
+    let radio = Radio::of(wall);
     let tracer = Tracer::new(scene, config).unwrap();
     let mut tally = Tally::default();
     for &tx in &outdoor_points(scene, counts[0], 300) {
@@ -102,17 +99,9 @@ fn report(what: &str, tally: &Tally) {
 
 #[test]
 fn synthetic_cities_of_concrete_and_of_metal() {
-    let materials = [
-        (Material::Concrete, Wall::Concrete),
-        (Material::PerfectConductor, Wall::Perfect),
-    ];
     for seed in 1..=3 {
-        let config = CityConfig {
-            seed,
-            ..CityConfig::default()
-        };
-        let scene = Scene::synthetic(&config).unwrap();
-        for (material, wall) in materials {
+        let scene = city_scene(256, seed);
+        for (material, wall) in MATERIALS {
             let tally = check(&scene, material, wall, [5, 14]);
             report(&format!("city {seed}, {wall:?}"), &tally);
         }
@@ -120,11 +109,9 @@ fn synthetic_cities_of_concrete_and_of_metal() {
 }
 
 #[test]
-fn real_maps() {
-    for id in [0, 1, 21, 48] {
-        let Some(text) = real_map(id) else { return };
-        let scene = Scene::from_radiomapseer(&text).unwrap();
+fn real_cities_of_concrete() {
+    for (name, scene) in real_cities(&[0, 1, 21, 48]) {
         let tally = check(&scene, Material::Concrete, Wall::Concrete, [4, 10]);
-        report(&format!("map {id}"), &tally);
+        report(&name, &tally);
     }
 }

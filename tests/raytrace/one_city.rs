@@ -4,6 +4,7 @@ use aps_data::{Raster, RasterGrid};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::predicates::orient;
 use aps_raytrace::scene::{Footprint, Location, Scene};
+use aps_tests::shapes;
 use proptest::prelude::*;
 
 const SIDE: i32 = 20;
@@ -109,26 +110,19 @@ proptest! {
 }
 
 fn square(low: f64, high: f64) -> Vec<DVec2> {
-    [(low, low), (high, low), (high, high), (low, high)]
-        .map(DVec2::from)
-        .into()
+    shapes::ring([low, high], [low, high])
 }
 
-fn walls_of(outer: Vec<DVec2>, holes: Vec<Vec<DVec2>>) -> (Vec<Vec<DVec2>>, String) {
-    let footprint = Footprint {
-        outer,
-        holes,
-        material: None,
-    };
-    let scene = Scene::new(&[footprint], None).unwrap();
+fn walls_of(outer: Vec<DVec2>, hole: Vec<DVec2>) -> (Vec<Vec<DVec2>>, String) {
+    let scene = shapes::scene(&[shapes::block(outer, hole)]);
     (scene.outlines(), scene.report().to_string())
 }
 
 #[test]
 fn hole_around_the_outer_ring_changes_places_with_it() {
-    let (right, report) = walls_of(square(0.0, 50.0), vec![square(10.0, 40.0)]);
+    let (right, report) = walls_of(square(0.0, 50.0), square(10.0, 40.0));
     assert_eq!((right.len(), report.as_str()), (2, "1 reoriented"));
-    let (found, report) = walls_of(square(10.0, 40.0), vec![square(0.0, 50.0)]);
+    let (found, report) = walls_of(square(10.0, 40.0), square(0.0, 50.0));
     assert_eq!(found, right);
     assert!(
         report.ends_with("1 holes taken for outer rings"),
@@ -138,17 +132,13 @@ fn hole_around_the_outer_ring_changes_places_with_it() {
 
 #[test]
 fn hole_beside_its_building_changes_nothing() {
-    let (found, _) = walls_of(square(0.0, 20.0), vec![square(30.0, 60.0)]);
+    let (found, _) = walls_of(square(0.0, 20.0), square(30.0, 60.0));
     assert_eq!(found, [square(0.0, 20.0)]);
 }
 
 #[test]
 fn building_that_fills_a_courtyard_is_told() {
-    let block = Footprint {
-        outer: square(0.0, 50.0),
-        holes: vec![square(10.0, 40.0)],
-        material: None,
-    };
+    let block = shapes::block(square(0.0, 50.0), square(10.0, 40.0));
     for yard in [square(10.0, 40.0), square(10.0, 39.0)] {
         let is_whole = yard == square(10.0, 40.0);
         let scene = Scene::new(&[Footprint::new(yard), block.clone()], None).unwrap();

@@ -4,10 +4,11 @@
 //! corners are common, and on a lattice of equal blocks they are the rule.
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{CityConfig, Location};
-use aps_raytrace::{Footprint, Link, Scene, TraceConfig, Tracer};
+use aps_raytrace::scene::Location;
+use aps_raytrace::{Footprint, Link, Material, Scene, TraceConfig, Tracer};
 use aps_tests::links::{by_sequence, outdoor_points, strongest, with_chains};
-use aps_tests::maps::real_map;
+use aps_tests::maps::real_cities;
+use aps_tests::shapes::{city_scene, rectangle, scene};
 use proptest::prelude::*;
 
 /// Paths weaker than the strongest by more than this \[dB\] are sums that cancel: their gain is
@@ -15,12 +16,7 @@ use proptest::prelude::*;
 const CANCELLED_DB: f64 = 150.0;
 
 fn small_city(seed: u64) -> Scene {
-    let config = CityConfig {
-        size_m: 150,
-        seed,
-        ..CityConfig::default()
-    };
-    Scene::synthetic(&config).unwrap()
+    city_scene(150, seed)
 }
 
 fn two_diffractions() -> TraceConfig {
@@ -73,14 +69,9 @@ impl Tally {
                 self.worst = self.worst.max(error);
             }
             assert!((path.length_m - twin.length_m).abs() <= 1e-12 * path.length_m);
-            assert_eq!(
-                path.departure_azimuth_rad, twin.arrival_azimuth_rad,
-                "{what}"
-            );
-            assert_eq!(
-                path.arrival_azimuth_rad, twin.departure_azimuth_rad,
-                "{what}"
-            );
+            let ends = [path.departure_azimuth_rad, path.arrival_azimuth_rad];
+            let back = [twin.arrival_azimuth_rad, twin.departure_azimuth_rad];
+            assert_eq!(ends, back, "{what}");
         }
         self.links += 1;
         self.paths += p.len();
@@ -144,21 +135,23 @@ fn synthetic_cities_with_two_diffractions() {
 }
 
 #[test]
-fn real_maps() {
-    for id in [0, 21, 48] {
-        let Some(text) = real_map(id) else { return };
-        let scene = Scene::from_radiomapseer(&text).unwrap();
+fn real_cities_at_default_limits() {
+    for (name, scene) in real_cities(&[0, 21, 48]) {
         let mut tally = Tally::default();
         check_city(&mut tally, &scene, &with_chains(), [10, 50]);
-        tally.print(&format!("map {id}, R <= 2, D <= 1"));
+        tally.print(&format!("{name}, R <= 2, D <= 1"));
         assert!(tally.paths > 2_000 && tally.fallbacks > 10);
     }
-    let Some(text) = real_map(0) else { return };
-    let scene = Scene::from_radiomapseer(&text).unwrap();
-    let mut tally = Tally::default();
-    check_city(&mut tally, &scene, &two_diffractions(), [4, 20]);
-    tally.print("map 0, R <= 1, D <= 2");
-    assert!(tally.paths > 1_000);
+}
+
+#[test]
+fn real_cities_with_two_diffractions() {
+    for (name, scene) in real_cities(&[0]) {
+        let mut tally = Tally::default();
+        check_city(&mut tally, &scene, &two_diffractions(), [4, 20]);
+        tally.print(&format!("{name}, R <= 1, D <= 2"));
+        assert!(tally.paths > 1_000);
+    }
 }
 
 /// Equal blocks in rows: nearly every ray that meets one corner meets a second, and chains of
@@ -179,7 +172,7 @@ fn lattices_of_equal_blocks() {
                 Footprint::new(shape.map(|(u, v)| DVec2::new((x + u).into(), (y + v).into())))
             })
             .collect();
-        let scene = Scene::new(&blocks, None).unwrap();
+        let scene = scene(&blocks);
         let points: Vec<DVec2> = (0..400)
             .map(|i| DVec2::new((5 * (i * 7 % 20) - 10).into(), (5 * (i / 20) - 10).into()))
             .filter(|&p| scene.locate(p) == Location::Outdoor)
@@ -243,14 +236,11 @@ fn chains_of_equal_strength_are_chosen_alike() {
                 break;
             }
         }
-        let footprints: Vec<Footprint> = boxes
-            .iter()
-            .map(|&[x0, y0, x1, y1]| {
-                let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
-                Footprint::new(corners.map(|(x, y)| DVec2::new(x.into(), y.into())))
-            })
-            .collect();
-        let scene = Scene::new(&footprints, None).unwrap();
+        let house = |corners: &[i32; 4]| {
+            let [x0, y0, x1, y1] = corners.map(f64::from);
+            rectangle(x0, y0, x1, y1)
+        };
+        let scene = scene(&boxes.iter().map(house).collect::<Vec<_>>());
         let tracer = Tracer::new(&scene, config.clone()).unwrap();
         for _ in 0..40 {
             let p = DVec2::new((below(90) - 45).into(), (below(90) - 45).into());
@@ -280,7 +270,7 @@ proptest! {
     ) {
         let scene = small_city(seed);
         let config = TraceConfig {
-            material: aps_raytrace::Material::Dielectric {
+            material: Material::Dielectric {
                 relative_permittivity: eps,
                 conductivity_s_per_m: 0.01,
             },

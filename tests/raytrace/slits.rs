@@ -2,13 +2,8 @@
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Area, Footprint, RepairKind, Scene, SceneConfig};
+use aps_tests::shapes::{points, ring as rectangle};
 use proptest::prelude::*;
-
-fn rectangle(x: [f64; 2], y: [f64; 2]) -> Vec<DVec2> {
-    [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])]
-        .map(DVec2::from)
-        .into()
-}
 
 fn scene(rings: &[Vec<DVec2>], close_gaps_m: f64) -> Scene {
     let footprints: Vec<Footprint> = rings.iter().map(|r| Footprint::new(r.clone())).collect();
@@ -37,10 +32,7 @@ fn terrace_with_slits_is_the_terrace_without() {
         let closed = scene(&houses, 0.04);
         assert_eq!(closed.outlines(), whole.outlines(), "{width_m} m");
         assert_eq!(closed.report().to_string(), "2 gaps closed");
-        let (p, q) = (
-            DVec2::new(120.0 + width_m / 2.0, 60.0),
-            DVec2::new(120.0 + width_m / 2.0, 180.0),
-        );
+        let [p, q] = [60.0, 180.0].map(|y| DVec2::new(120.0 + width_m / 2.0, y));
         assert!(closed.is_blocked(p, q, [None; 2]));
         assert!(!scene(&houses, 0.0).is_blocked(p, q, [None; 2]));
     }
@@ -58,21 +50,8 @@ fn wider_slit_stays_open() {
 
 #[test]
 fn courtyard_behind_a_slit_is_closed() {
-    let c_shape = [
-        (60.0, 60.0),
-        (180.0, 60.0),
-        (180.0, 180.0),
-        (120.01, 180.0),
-        (120.01, 160.0),
-        (160.0, 160.0),
-        (160.0, 80.0),
-        (80.0, 80.0),
-        (80.0, 160.0),
-        (120.0, 160.0),
-        (120.0, 180.0),
-        (60.0, 180.0),
-    ];
-    let ring: Vec<DVec2> = c_shape.map(DVec2::from).into();
+    let c_shape = "60,60 180,60 180,180 120.01,180 120.01,160 160,160 160,80 80,80 80,160 120,160 120,180 60,180";
+    let ring = points(c_shape);
     let yard = DVec2::splat(120.0);
     assert_eq!(
         scene(std::slice::from_ref(&ring), 0.0).courtyard_of(yard),
@@ -88,57 +67,29 @@ fn thin_wall_and_touching_houses_are_left_as_they_are() {
     let thin = rectangle([50.0, 50.001], [50.0, 90.0]);
     // A wedge of street between two houses that touch at its end.
     let left = rectangle([100.0, 120.0], [50.0, 60.0]);
-    let right: Vec<DVec2> = [(120.0, 50.0), (140.0, 50.0), (140.0, 60.0), (120.03, 60.0)]
-        .map(DVec2::from)
-        .into();
+    let right = points("120,50 140,50 140,60 120.03,60");
     let houses = [thin, left, right];
     assert_eq!(scene(&houses, 0.04).walls(), scene(&houses, 0.0).walls());
 }
 
 #[test]
-fn model_city_in_millimetres_keeps_its_streets() {
-    let houses = [
-        rectangle([0.0, 0.1], [0.0, 0.1]),
-        rectangle([0.112, 0.2], [0.0, 0.1]),
-    ];
-    assert_eq!(gaps(&scene(&houses, 0.04)), 0);
-}
-
-#[test]
-fn two_small_houses_alone_are_closed_like_a_city() {
-    let houses = [
-        rectangle([110.0, 112.0], [110.0, 112.0]),
-        rectangle([112.03, 114.0], [110.0, 112.0]),
-    ];
-    assert_eq!(gaps(&scene(&houses, 0.04)), 1);
+fn slits_are_measured_against_the_houses() {
+    let pair = |x: [f64; 4], y| {
+        let houses = [[x[0], x[1]], [x[2], x[3]]].map(|x| rectangle(x, y));
+        gaps(&scene(&houses, 0.04))
+    };
+    // A model city in millimetres keeps its streets.
+    assert_eq!(pair([0.0, 0.1, 0.112, 0.2], [0.0, 0.1]), 0);
+    // Two small houses alone are closed like a city.
+    assert_eq!(pair([110.0, 112.0, 112.03, 114.0], [110.0, 112.0]), 1);
 }
 
 #[test]
 fn bay_behind_a_short_wall_is_no_slit() {
     // A chamfer of 14 mm in a concave corner, and a dead end of 1 cm.
-    let chamfer = [
-        (10., 10.),
-        (40., 10.),
-        (40., 20.),
-        (20.01, 20.),
-        (20., 20.01),
-        (20., 40.),
-        (10., 40.),
-    ];
-    let notch = [
-        (60., 10.),
-        (90., 10.),
-        (90., 20.),
-        (70.01, 20.),
-        (70.01, 15.),
-        (70., 15.),
-        (70., 20.),
-        (60., 20.),
-    ];
-    let rings = [
-        chamfer.map(DVec2::from).to_vec(),
-        notch.map(DVec2::from).to_vec(),
-    ];
+    let chamfer = points("10,10 40,10 40,20 20.01,20 20,20.01 20,40 10,40");
+    let notch = points("60,10 90,10 90,20 70.01,20 70.01,15 70,15 70,20 60,20");
+    let rings = [chamfer, notch];
     assert_eq!(scene(&rings, 0.04).walls(), scene(&rings, 0.0).walls());
 }
 

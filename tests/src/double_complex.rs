@@ -2,7 +2,9 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::double_double::{DoubleDouble, PI};
+use aps_raytrace::{Complex64, SPEED_OF_LIGHT_M_PER_S};
+
+use crate::double_double::{DoubleDouble, PI, dd};
 
 /// re + j im.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,36 +17,33 @@ pub struct DoubleComplex {
 
 impl From<DoubleDouble> for DoubleComplex {
     fn from(re: DoubleDouble) -> Self {
-        Self {
-            re,
-            im: DoubleDouble::ZERO,
-        }
+        Self::new(re, DoubleDouble::ZERO)
     }
 }
 
 impl From<f64> for DoubleComplex {
     fn from(re: f64) -> Self {
-        DoubleDouble::from(re).into()
+        dd(re).into()
+    }
+}
+
+impl From<Complex64> for DoubleComplex {
+    fn from(z: Complex64) -> Self {
+        Self::new(dd(z.re), dd(z.im))
     }
 }
 
 impl Add for DoubleComplex {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            im: self.im + other.im,
-        }
+        Self::new(self.re + other.re, self.im + other.im)
     }
 }
 
 impl Neg for DoubleComplex {
     type Output = Self;
     fn neg(self) -> Self {
-        Self {
-            re: -self.re,
-            im: -self.im,
-        }
+        Self::new(-self.re, -self.im)
     }
 }
 
@@ -58,10 +57,8 @@ impl Sub for DoubleComplex {
 impl Mul for DoubleComplex {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
+        let re = self.re * other.re - self.im * other.im;
+        Self::new(re, self.re * other.im + self.im * other.re)
     }
 }
 
@@ -69,33 +66,35 @@ impl Div for DoubleComplex {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         let square = other.re * other.re + other.im * other.im;
-        let product = self
-            * Self {
-                re: other.re,
-                im: -other.im,
-            };
-        Self {
-            re: product.re / square,
-            im: product.im / square,
-        }
+        let product = self * Self::new(other.re, -other.im);
+        Self::new(product.re / square, product.im / square)
     }
 }
 
 impl DoubleComplex {
+    /// re + j im.
+    #[must_use]
+    pub const fn new(re: DoubleDouble, im: DoubleDouble) -> Self {
+        Self { re, im }
+    }
+
     /// r e^{j pi x}.
     #[must_use]
     pub fn from_half_turns(r: DoubleDouble, x: DoubleDouble) -> Self {
         let (sin, cos) = x.sin_cos_pi();
-        Self {
-            re: r * cos,
-            im: r * sin,
-        }
+        Self::new(r * cos, r * sin)
     }
 
     /// Magnitude.
     #[must_use]
     pub fn norm(self) -> DoubleDouble {
         DoubleDouble::hypot(self.re, self.im)
+    }
+
+    /// Distance from `want` in parts of it.
+    #[must_use]
+    pub fn relative_error(self, want: Self) -> f64 {
+        ((self - want).norm() / want.norm()).to_f64()
     }
 
     /// e to this power.
@@ -107,24 +106,25 @@ impl DoubleComplex {
     /// The square root with a positive real part.
     #[must_use]
     pub fn sqrt(self) -> Self {
-        let half = DoubleDouble::from(0.5);
-        let norm = self.norm();
+        let half = dd(0.5);
         // The larger part first: the other one follows without cancellation.
-        let large = ((norm + self.re.abs()) * half).sqrt();
+        let large = ((self.norm() + self.re.abs()) * half).sqrt();
         let small = self.im * half / large;
         if self.re.high >= 0.0 {
-            Self {
-                re: large,
-                im: small,
-            }
+            Self::new(large, small)
         } else {
             let sign = if self.im.high < 0.0 { -1.0 } else { 1.0 };
-            Self {
-                re: small.abs(),
-                im: large * sign.into(),
-            }
+            Self::new(small.abs(), large * dd(sign))
         }
     }
+}
+
+/// lambda / (4 pi L) e^{-jkL}, the gain of free space over a length.
+#[must_use]
+pub fn spherical_wave(length_m: DoubleDouble, frequency_hz: f64) -> DoubleComplex {
+    let wavelength_m = dd(SPEED_OF_LIGHT_M_PER_S) / dd(frequency_hz);
+    let amplitude = wavelength_m / (dd(4.0) * PI * length_m);
+    DoubleComplex::from_half_turns(amplitude, -(length_m / wavelength_m * dd(2.0)))
 }
 
 /// F(x) of [`crate::utd::transition`], by the same quadrature in 32 digits.
@@ -194,28 +194,18 @@ mod tests {
     /// Against the table of 40 digits rounded to doubles: half an ulp is all that may differ.
     #[test]
     fn transition_is_that_of_the_table() {
-        let table = include_str!("../golden/transition.csv");
-        for line in table.lines().skip(1).step_by(9) {
-            let row: Vec<f64> = line.split(',').map(|s| s.parse().unwrap()).collect();
-            let got = transition(row[0].into());
-            let want = DoubleComplex {
-                re: row[1].into(),
-                im: row[2].into(),
-            };
-            let error = ((got - want).norm() / want.norm()).to_f64();
-            assert!(error < 1.3e-16, "F({}) is off by {error:e}", row[0]);
+        for (x, want) in crate::utd::transition_table().into_iter().step_by(9) {
+            let error = transition(dd(x)).relative_error(want.into());
+            assert!(error < 1.3e-16, "F({x}) is off by {error:e}");
         }
     }
 
     #[test]
     fn square_root_squares_back() {
         for (re, im) in [(3.0, -1.0), (-3.0, 1e-9), (-2.0, -5.0), (0.0, 7.0)] {
-            let z = DoubleComplex {
-                re: re.into(),
-                im: im.into(),
-            };
+            let z = DoubleComplex::new(dd(re), dd(im));
             let root = z.sqrt();
-            assert!(((root * root - z).norm() / z.norm()).to_f64() < 1e-30 && root.re.high >= 0.0);
+            assert!((root * root).relative_error(z) < 1e-30 && root.re.high >= 0.0);
         }
     }
 }

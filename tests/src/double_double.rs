@@ -6,6 +6,7 @@
 //! to about 1e-31 of its result, trigonometric ones to that absolutely. Made to be trusted, not to
 //! be fast.
 
+use std::f64::consts;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The unevaluated sum of two doubles, the second at most half an ulp of the first.
@@ -18,59 +19,45 @@ pub struct DoubleDouble {
 }
 
 /// pi.
-pub const PI: DoubleDouble = DoubleDouble {
-    high: std::f64::consts::PI,
-    low: 1.224_646_799_147_353_2e-16,
-};
+pub const PI: DoubleDouble = DoubleDouble::new(consts::PI, 1.224_646_799_147_353_2e-16);
 /// Natural logarithm of 2.
-const LN_2: DoubleDouble = DoubleDouble {
-    high: std::f64::consts::LN_2,
-    low: 2.319_046_813_846_299_6e-17,
-};
+const LN_2: DoubleDouble = DoubleDouble::new(consts::LN_2, 2.319_046_813_846_299_6e-17);
 /// Natural logarithm of 10.
-const LN_10: DoubleDouble = DoubleDouble {
-    high: std::f64::consts::LN_10,
-    low: -2.170_756_223_382_249_4e-16,
-};
+const LN_10: DoubleDouble = DoubleDouble::new(consts::LN_10, -2.170_756_223_382_249_4e-16);
+
+/// A double as it is.
+#[must_use]
+pub const fn dd(x: f64) -> DoubleDouble {
+    DoubleDouble::new(x, 0.0)
+}
 
 fn exact_sum(a: f64, b: f64) -> DoubleDouble {
     let high = a + b;
     let bb = high - a;
-    DoubleDouble {
-        high,
-        low: (a - (high - bb)) + (b - bb),
-    }
+    DoubleDouble::new(high, (a - (high - bb)) + (b - bb))
 }
 
 fn exact_product(a: f64, b: f64) -> DoubleDouble {
     let high = a * b;
-    DoubleDouble {
-        high,
-        low: a.mul_add(b, -high),
-    }
+    DoubleDouble::new(high, a.mul_add(b, -high))
 }
 
 fn renormalised(high: f64, low: f64) -> DoubleDouble {
     let sum = high + low;
-    DoubleDouble {
-        high: sum,
-        low: low - (sum - high),
-    }
+    DoubleDouble::new(sum, low - (sum - high))
 }
 
 impl From<f64> for DoubleDouble {
     fn from(high: f64) -> Self {
-        Self { high, low: 0.0 }
+        dd(high)
     }
 }
 
 impl Add for DoubleDouble {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        let (s, t) = (
-            exact_sum(self.high, other.high),
-            exact_sum(self.low, other.low),
-        );
+        let s = exact_sum(self.high, other.high);
+        let t = exact_sum(self.low, other.low);
         let s = renormalised(s.high, s.low + t.high);
         renormalised(s.high, s.low + t.low)
     }
@@ -79,10 +66,7 @@ impl Add for DoubleDouble {
 impl Neg for DoubleDouble {
     type Output = Self;
     fn neg(self) -> Self {
-        Self {
-            high: -self.high,
-            low: -self.low,
-        }
+        Self::new(-self.high, -self.low)
     }
 }
 
@@ -97,10 +81,8 @@ impl Mul for DoubleDouble {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let p = exact_product(self.high, other.high);
-        renormalised(
-            p.high,
-            p.low + (self.high * other.low + self.low * other.high),
-        )
+        let low = self.high * other.low + self.low * other.high;
+        renormalised(p.high, p.low + low)
     }
 }
 
@@ -117,15 +99,13 @@ impl Div for DoubleDouble {
 
 impl DoubleDouble {
     /// 0.
-    pub const ZERO: Self = Self {
-        high: 0.0,
-        low: 0.0,
-    };
+    pub const ZERO: Self = dd(0.0);
     /// 1.
-    pub const ONE: Self = Self {
-        high: 1.0,
-        low: 0.0,
-    };
+    pub const ONE: Self = dd(1.0);
+
+    const fn new(high: f64, low: f64) -> Self {
+        Self { high, low }
+    }
 
     /// The nearest double.
     #[must_use]
@@ -244,37 +224,35 @@ impl std::iter::Sum for DoubleDouble {
 mod tests {
     use super::*;
 
-    fn dd(high: f64, low: f64) -> DoubleDouble {
-        DoubleDouble { high, low }
-    }
-
-    #[track_caller]
-    fn check(got: DoubleDouble, want: DoubleDouble) {
-        let error = (got - want).abs().to_f64() / want.abs().to_f64();
-        assert!(error < 1e-29, "{got:?} is not {want:?}: {error:e}");
-    }
-
     /// Digits from mpmath: each constant split into its nearest double and the nearest of the rest.
     #[test]
     fn functions_have_thirty_digits() {
-        check(
-            dd(2.0, 0.0).sqrt(),
-            dd(std::f64::consts::SQRT_2, -9.667_293_313_452_913e-17),
-        );
-        check(
-            dd(1.0, 0.0).exp(),
-            dd(std::f64::consts::E, 1.445_646_891_729_250_2e-16),
-        );
-        check(dd(2.0, 0.0).ln(), LN_2);
-        check(dd(10.0, 0.0).ln(), LN_10);
-        check(dd(0.1, 0.0) / dd(0.3, 0.0) * dd(0.3, 0.0), dd(0.1, 0.0));
-        let (sin, cos) = dd(1.0, 0.0).sin_cos();
-        check(sin, dd(0.841_470_984_807_896_5, 1.776_845_092_935_536e-18));
-        check(cos, dd(0.540_302_305_868_139_8, -4.760_954_612_604_417e-17));
-        let (sin, cos) = (dd(1e6, 0.0) + dd(1.0, 0.0) / dd(4.0, 0.0)).sin_cos_pi();
-        check(sin, dd(0.5, 0.0).sqrt());
-        check(cos, dd(0.5, 0.0).sqrt());
-        check(dd(-87.3, 0.0).from_decibel().decibel(), dd(-87.3, 0.0));
-        check(dd(1e-300, 0.0).ln().exp(), dd(1e-300, 0.0));
+        let split = DoubleDouble::new;
+        let (sin_1, cos_1) = DoubleDouble::ONE.sin_cos();
+        let (sin, cos) = dd(1e6 + 0.25).sin_cos_pi();
+        let root_2 = split(consts::SQRT_2, -9.667_293_313_452_913e-17);
+        let table = [
+            (dd(2.0).sqrt(), root_2),
+            (dd(1.0).exp(), split(consts::E, 1.445_646_891_729_250_2e-16)),
+            (dd(2.0).ln(), LN_2),
+            (dd(10.0).ln(), LN_10),
+            (dd(0.1) / dd(0.3) * dd(0.3), dd(0.1)),
+            (
+                sin_1,
+                split(0.841_470_984_807_896_5, 1.776_845_092_935_536e-18),
+            ),
+            (
+                cos_1,
+                split(0.540_302_305_868_139_8, -4.760_954_612_604_417e-17),
+            ),
+            (sin, root_2 / dd(2.0)),
+            (cos, root_2 / dd(2.0)),
+            (dd(-87.3).from_decibel().decibel(), dd(-87.3)),
+            (dd(1e-300).ln().exp(), dd(1e-300)),
+        ];
+        for (got, want) in table {
+            let error = (got - want).abs().to_f64() / want.abs().to_f64();
+            assert!(error < 1e-29, "{got:?} is not {want:?}: {error:e}");
+        }
     }
 }

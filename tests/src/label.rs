@@ -2,11 +2,7 @@
 
 use aps_label::{Array, LabelConfig, PathSample, Protocol};
 
-use crate::double_double::{DoubleDouble, PI};
-
-fn dd(x: f64) -> DoubleDouble {
-    x.into()
-}
+use crate::double_double::{DoubleDouble, PI, dd};
 
 /// \[sin(pi x) / (pi x)\]^2.
 #[must_use]

@@ -1,5 +1,5 @@
 //! Code that the cross-crate tests share: reference implementations that avoid the tricks of the
-//! crates they check, and access to real maps where there are any.
+//! crates they check, and real cities.
 
 pub mod brute_force;
 pub mod double_complex;
@@ -8,6 +8,8 @@ pub mod label;
 pub mod links;
 pub mod maps;
 pub mod mixed;
+pub mod motion;
+pub mod shapes;
 pub mod ulps;
 pub mod utd;
 pub mod wedge;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use aps_label::PathSample;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
 use aps_raytrace::{Complex64, InteractionKind, PathRecord, Scene, TraceConfig};
@@ -44,6 +45,16 @@ pub fn by_sequence(paths: &[PathRecord], backwards: bool) -> BTreeMap<Sequence, 
         assert!(twin.is_none(), "{:?} is listed twice", sequence(path));
     }
     map
+}
+
+/// A path as labels take it.
+#[must_use]
+pub fn sample(path: &PathRecord) -> PathSample {
+    PathSample {
+        delay_s: path.delay_s,
+        arrival_azimuth_rad: path.arrival_azimuth_rad,
+        gain_db: path.gain_db(),
+    }
 }
 
 /// Power of the strongest path; 0 without any.

@@ -12,13 +12,14 @@ use aps_label::{
 use aps_metrics::{DataRange, Metric, Protocol as Scoring, Scorer};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
-    Complex64, Footprint, Material, SPEED_OF_LIGHT_M_PER_S, Scene, TraceConfig, Tracer,
-    VACUUM_PERMITTIVITY_F_PER_M, transition, utd,
+    Complex64, Material, SPEED_OF_LIGHT_M_PER_S, TraceConfig, Tracer, VACUUM_PERMITTIVITY_F_PER_M,
+    transition, utd,
 };
 
-use crate::double_complex::{self, DoubleComplex};
-use crate::double_double::{DoubleDouble, PI};
+use crate::double_complex::{self, DoubleComplex, spherical_wave};
+use crate::double_double::{DoubleDouble, PI, dd};
 use crate::label::{array_response, q, squared_sinc};
+use crate::shapes::scene;
 
 /// Measured errors of one kernel.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,14 +38,13 @@ pub struct KernelError {
     pub points: usize,
 }
 
-/// An error being measured.
+/// An error being measured; the scale of every kernel is 1.
 struct Meter {
     found: KernelError,
-    scale: f64,
 }
 
 impl Meter {
-    fn new(of: &'static str, kernel: &'static str, scale: f64) -> Self {
+    fn new(of: &'static str, kernel: &'static str) -> Self {
         Self {
             found: KernelError {
                 of,
@@ -54,19 +54,17 @@ impl Meter {
                 at: String::new(),
                 points: 0,
             },
-            scale,
         }
     }
 
     fn add(&mut self, error: DoubleDouble, size: DoubleDouble, at: impl FnOnce() -> String) {
         let found = &mut self.found;
         found.points += 1;
-        let error = error.abs().to_f64();
-        found.absolute_ulps = found.absolute_ulps.max(error / self.scale / f64::EPSILON);
+        let ulps = error.abs().to_f64() / f64::EPSILON;
+        found.absolute_ulps = found.absolute_ulps.max(ulps);
         let size = size.abs().to_f64();
-        let relative = error / size / f64::EPSILON;
-        if size >= 1e-6 * self.scale && relative > found.relative_ulps {
-            (found.relative_ulps, found.at) = (relative, at());
+        if size >= 1e-6 && ulps / size > found.relative_ulps {
+            (found.relative_ulps, found.at) = (ulps / size, at());
         }
     }
 
@@ -75,16 +73,8 @@ impl Meter {
     }
 
     fn complex(&mut self, got: Complex64, want: DoubleComplex, at: impl FnOnce() -> String) {
-        let got = DoubleComplex {
-            re: got.re.into(),
-            im: got.im.into(),
-        };
-        self.add((got - want).norm(), want.norm(), at);
+        self.add((DoubleComplex::from(got) - want).norm(), want.norm(), at);
     }
-}
-
-fn dd(x: f64) -> DoubleDouble {
-    x.into()
 }
 
 /// Measures every kernel: a second or two.
@@ -101,7 +91,7 @@ pub fn worst_errors() -> Vec<KernelError> {
 }
 
 fn transition_function() -> KernelError {
-    let mut meter = Meter::new("aps-raytrace", "transition function F", 1.0);
+    let mut meter = Meter::new("aps-raytrace", "transition function F");
     for i in -63..=63 {
         let x = 10_f64.powf(f64::from(i) / 7.0);
         let want = double_complex::transition(dd(x));
@@ -113,8 +103,8 @@ fn transition_function() -> KernelError {
 fn diffraction_coefficient() -> KernelError {
     let k = std::f64::consts::TAU * 3.5e9 / SPEED_OF_LIGHT_M_PER_S;
     let minus_one = Complex64::new(-1.0, 0.0);
-    // The scale: |D| is at most 2 sqrt(L).
-    let mut meter = Meter::new("aps-raytrace", "diffraction coefficient D / sqrt(L)", 1.0);
+    // |D| is at most 2 sqrt(L).
+    let mut meter = Meter::new("aps-raytrace", "diffraction coefficient D / sqrt(L)");
     for n in [1.1, 1.5, 1.9, 2.0] {
         for distance_m in [0.05, 5.0, 500.0] {
             for (i, j) in [(0.11, 0.93), (0.25, 0.61), (0.4, 0.47), (0.07, 0.12)] {
@@ -124,16 +114,11 @@ fn diffraction_coefficient() -> KernelError {
                     n, k, distance_m, phi[0], phi[1], minus_one, minus_one,
                 );
                 let want = double_complex::diffraction(dd(n), dd(k), dd(distance_m), phi.map(dd));
-                let root = DoubleDouble::from(distance_m).sqrt();
-                let got = DoubleComplex {
-                    re: got.re.into(),
-                    im: got.im.into(),
-                };
-                meter.add((got - want).norm() / root, want.norm() / root, || {
-                    format!(
-                        "n = {n}, L = {distance_m} m, phi = {:.3}, {:.3}",
-                        phi[0], phi[1]
-                    )
+                let root = dd(distance_m).sqrt();
+                let off = (DoubleComplex::from(got) - want).norm();
+                let [p, q] = phi;
+                meter.add(off / root, want.norm() / root, || {
+                    format!("n = {n}, L = {distance_m} m, phi = {p:.3}, {q:.3}")
                 });
             }
         }
@@ -142,7 +127,7 @@ fn diffraction_coefficient() -> KernelError {
 }
 
 fn reflection_coefficient() -> KernelError {
-    let mut meter = Meter::new("aps-raytrace", "reflection coefficient", 1.0);
+    let mut meter = Meter::new("aps-raytrace", "reflection coefficient");
     let omega = std::f64::consts::TAU * 3.5e9;
     for (eps, sigma) in [(5.24, 0.123), (1.000_001, 0.0), (3.0, 1e-4), (1.0, 6e7)] {
         let material = Material::Dielectric {
@@ -151,10 +136,8 @@ fn reflection_coefficient() -> KernelError {
         };
         let reflector = material.at(3.5e9);
         // The loss as a double: what the kernel is given.
-        let permittivity = DoubleComplex {
-            re: dd(eps),
-            im: dd(-(sigma / (omega * VACUUM_PERMITTIVITY_F_PER_M))),
-        };
+        let loss = sigma / (omega * VACUUM_PERMITTIVITY_F_PER_M);
+        let permittivity = DoubleComplex::new(dd(eps), dd(-loss));
         for i in 0..=400 {
             let cos = if i <= 200 {
                 f64::from(i) / 200.0
@@ -172,23 +155,16 @@ fn reflection_coefficient() -> KernelError {
 
 /// A direct ray, as the tracer yields it: length, spreading and phase.
 fn free_space() -> KernelError {
-    let mut meter = Meter::new("aps-raytrace", "gain of free space, phase included", 1.0);
-    let scene = Scene::new(&[] as &[Footprint], None).expect("no footprint is wrong");
+    let mut meter = Meter::new("aps-raytrace", "gain of free space, phase included");
+    let scene = scene(&[]);
     let tracer = Tracer::new(&scene, TraceConfig::default()).expect("default settings");
-    let wavelength_m = dd(SPEED_OF_LIGHT_M_PER_S) / dd(3.5e9);
     for i in 0..200 {
         let rx = DVec2::from_angle(0.3 * f64::from(i)) * 10_f64.powf(f64::from(i % 60) / 20.0);
         let link = tracer.trace(DVec2::ZERO, rx).expect("two places");
-        let length_m = DoubleDouble::hypot(dd(rx.x), dd(rx.y));
-        let amplitude = wavelength_m / (dd(4.0) * PI * length_m);
-        let want = DoubleComplex::from_half_turns(amplitude, -(length_m / wavelength_m * dd(2.0)));
-        let got = link.paths[0].gain;
-        let got = DoubleComplex {
-            re: got.re.into(),
-            im: got.im.into(),
-        };
+        let want = spherical_wave(DoubleDouble::hypot(dd(rx.x), dd(rx.y)), 3.5e9);
+        let off = (DoubleComplex::from(link.paths[0].gain) - want).norm();
         // Relative to the amplitude.
-        meter.add((got - want).norm() / amplitude, DoubleDouble::ONE, || {
+        meter.add(off / want.norm(), DoubleDouble::ONE, || {
             format!("{:.3} m", rx.length())
         });
     }
@@ -210,19 +186,19 @@ fn linear(elements: usize) -> Array {
     }
 }
 
-fn labeler(config: LabelConfig) -> Labeler {
+fn labeler(array: Array, base: LabelConfig) -> Labeler {
+    let config = LabelConfig { array, ..base };
     Labeler::new(&config).expect("settings in range")
 }
 
 /// sinc^2(f_s tau), one term by the formula.
 fn delay_kernel() -> KernelError {
-    let mut meter = Meter::new("aps-label", "delay kernel, direct", 1.0);
-    let config = LabelConfig {
-        array: linear(1),
+    let mut meter = Meter::new("aps-label", "delay kernel, direct");
+    let faster = LabelConfig {
         sampling_rate_hz: 1e9,
         ..LabelConfig::paper()
     };
-    let labeler = labeler(config);
+    let labeler = labeler(linear(1), faster);
     for i in 0..4000 {
         let tau = 1e-12 * f64::from(i * i % 7919) * 10_f64.powf(f64::from(i % 9) - 3.0);
         let got = labeler.q(&[path(0.0, 0.0, 0.0)], tau, 0.0).expect("finite");
@@ -236,22 +212,14 @@ fn delay_kernel() -> KernelError {
 /// The largest of two pulses' sum over a continuous delay, which is a polynomial's top, compared with
 /// the sum in 32 digits at the delay found.
 fn continuous_maximum() -> KernelError {
-    let mut meter = Meter::new("aps-label", "maximum over a continuous delay", 1.0);
-    let config = LabelConfig {
-        array: linear(1),
-        ..LabelConfig::paper()
-    };
-    let labeler = labeler(config);
+    let mut meter = Meter::new("aps-label", "maximum over a continuous delay");
+    let labeler = labeler(linear(1), LabelConfig::paper());
     for i in 0..200 {
         let apart = 0.01 * f64::from(i) / 200e6;
         let paths = [path(3e-7, 0.0, 0.0), path(3e-7 + apart, 0.0, -3.0)];
         let label = labeler.label(&paths).expect("finite").expect("two paths");
-        let want = q(
-            labeler.config(),
-            &paths,
-            dd(label.aps_delay_s[0]),
-            DoubleDouble::ZERO,
-        );
+        let tau = dd(label.aps_delay_s[0]);
+        let want = q(labeler.config(), &paths, tau, DoubleDouble::ZERO);
         let got = dd(label.aps_db[0]).from_decibel();
         meter.add(got - want, want, || {
             format!("{:.2} pulses apart", 0.01 * f64::from(i))
@@ -277,13 +245,11 @@ fn array_direct(circular: bool) -> KernelError {
     } else {
         "array response, linear, direct"
     };
-    let mut meter = Meter::new("aps-label", name, 1.0);
+    let mut meter = Meter::new("aps-label", name);
     let array = array(circular);
     for i in 0..600 {
-        let (theta, theta_k) = (
-            f64::from(i) * 0.013 - 3.1,
-            f64::from(i * 7 % 60) * 0.1 - 2.9,
-        );
+        let theta = f64::from(i) * 0.013 - 3.1;
+        let theta_k = f64::from(i * 7 % 60) * 0.1 - 2.9;
         let want = array_response(&array, dd(theta) / PI, dd(theta_k) / PI);
         meter.real(array.power_response(theta, theta_k), want, || {
             format!("{theta:.3} rad for {theta_k:.3} rad")
@@ -304,18 +270,12 @@ fn array_tables(circular: bool) -> KernelError {
     } else {
         "array response, linear, tables"
     };
-    let mut meter = Meter::new("aps-label", name, 1.0);
-    let config = LabelConfig {
-        array: array(circular),
-        ..LabelConfig::released()
-    };
-    let labeler = labeler(config);
+    let mut meter = Meter::new("aps-label", name);
+    let labeler = labeler(array(circular), LabelConfig::released());
     for i in 0..12 {
         let theta_k = f64::from(i) * 0.53 - 3.1;
-        let label = labeler
-            .label(&[at_first_delay(theta_k, 0.0)])
-            .expect("finite");
-        let label = label.expect("a path");
+        let paths = [at_first_delay(theta_k, 0.0)];
+        let label = labeler.label(&paths).expect("finite").expect("a path");
         for (db, theta) in label.aps_db.iter().zip(labeler.angles_deg()) {
             let want = array_response(
                 &labeler.config().array,
@@ -333,12 +293,8 @@ fn array_tables(circular: bool) -> KernelError {
 
 /// 10 log10 of a sum of two powers.
 fn decibels() -> KernelError {
-    let mut meter = Meter::new("aps-label", "power to dB", 1.0);
-    let config = LabelConfig {
-        array: linear(1),
-        ..LabelConfig::released()
-    };
-    let labeler = labeler(config);
+    let mut meter = Meter::new("aps-label", "power to dB");
+    let labeler = labeler(linear(1), LabelConfig::released());
     for i in 1..600 {
         let gain_db = -0.05 * f64::from(i);
         let paths = [at_first_delay(0.0, 0.0), at_first_delay(0.0, gain_db)];
@@ -354,7 +310,7 @@ fn decibels() -> KernelError {
 
 /// 10^(dB/10) of labels.
 fn powers() -> KernelError {
-    let mut meter = Meter::new("aps-label", "dB to relative power", 1.0);
+    let mut meter = Meter::new("aps-label", "dB to relative power");
     let row: Vec<f64> = (0..3000).map(|i| -0.017 * f64::from(i)).collect();
     let mut values = row.clone();
     relative_power(&mut values).expect("finite");
@@ -366,7 +322,7 @@ fn powers() -> KernelError {
 
 /// The released target: relative power, affine, standardised by its own mean and deviation.
 fn standardised() -> KernelError {
-    let mut meter = Meter::new("aps-label", "standardised target", 1.0);
+    let mut meter = Meter::new("aps-label", "standardised target");
     let split = MeanStd {
         mean: 0.17,
         std: 0.26,
@@ -394,7 +350,7 @@ fn standardised() -> KernelError {
 }
 
 fn deviation() -> KernelError {
-    let mut meter = Meter::new("aps-label", "deviation of a training split", 1.0);
+    let mut meter = Meter::new("aps-label", "deviation of a training split");
     for centre in [0.0, 0.1, 0.5] {
         let values: Vec<f64> = (0..9000)
             .map(|i| centre + 0.3 * f64::from(i * 7 % 1000) / 1000.0)
@@ -421,7 +377,7 @@ fn scores() -> Vec<KernelError> {
         (Metric::PsnrDb, "PSNR [dB]"),
         (Metric::Cosine, "cosine similarity"),
     ];
-    let mut meters = metrics.map(|(_, name)| Meter::new("aps-metrics", name, 1.0));
+    let mut meters = metrics.map(|(_, name)| Meter::new("aps-metrics", name));
     let mut scorer = Scorer::new(Scoring::Paper);
     let range = DataRange::new(7.5).expect("positive");
     for seed in 0..40 {

@@ -7,7 +7,7 @@
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-use aps_raytrace::Complex64;
+use aps_raytrace::{Complex64, Material};
 
 /// Speed of light \[m/s\].
 const C: f64 = 299_792_458.0;
@@ -23,6 +23,12 @@ pub enum Wall {
     Perfect,
 }
 
+/// The tracer's names of them.
+pub const MATERIALS: [(Material, Wall); 2] = [
+    (Material::Concrete, Wall::Concrete),
+    (Material::PerfectConductor, Wall::Perfect),
+];
+
 /// Carrier and wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radio {
@@ -33,6 +39,15 @@ pub struct Radio {
 }
 
 impl Radio {
+    /// At the tracer's default carrier.
+    #[must_use]
+    pub const fn of(wall: Wall) -> Self {
+        Self {
+            frequency_hz: 3.5e9,
+            wall,
+        }
+    }
+
     /// 2 pi f / c \[1/m\].
     #[must_use]
     pub fn wavenumber_per_m(&self) -> f64 {

@@ -3,13 +3,11 @@
 use std::f64::consts::PI;
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::CityConfig;
-use aps_raytrace::{Footprint, Material, Scene, TraceConfig, Tracer};
-use aps_tests::links::{by_sequence, outdoor_points, strongest, total_field, with_chains};
+use aps_raytrace::{InteractionKind, Material, PathRecord, TraceConfig, Tracer};
+use aps_tests::links::{outdoor_points, total_field, with_chains};
+use aps_tests::motion::difference;
+use aps_tests::shapes::{city, city_scene, moved, points, polygon, rectangle, scene};
 use aps_tests::utd::{Radio, Wall};
-
-/// Paths this far below the strongest \[dB\] are sums that cancel: rounding decides on their gain.
-const CANCELLED_DB: f64 = 150.0;
 
 /// Everything up to two reflections and a diffraction, perfect conductors: no path is weak enough
 /// to hide a mistake.
@@ -21,82 +19,6 @@ fn all_paths() -> TraceConfig {
     }
 }
 
-fn city(seed: u64) -> CityConfig {
-    CityConfig {
-        size_m: 130,
-        seed,
-        ..CityConfig::default()
-    }
-}
-
-fn moved(footprints: &[Footprint], motion: impl Fn(DVec2) -> DVec2) -> Vec<Footprint> {
-    let ring = |ring: &Vec<DVec2>| ring.iter().map(|&p| motion(p)).collect();
-    footprints
-        .iter()
-        .map(|f| Footprint {
-            outer: ring(&f.outer),
-            holes: f.holes.iter().map(ring).collect(),
-            material: f.material,
-        })
-        .collect()
-}
-
-/// Largest differences between two traces of the same links.
-#[derive(Debug, Default)]
-struct Difference {
-    paths: usize,
-    /// Paths above the cancelled ones that only one of the two has.
-    unmatched: usize,
-    /// Difference of the lengths, relative.
-    length: f64,
-    /// Difference of the gains, relative.
-    gain: f64,
-    /// Distance of the points of interaction, moved with the scene \[m\].
-    point_m: f64,
-}
-
-/// Traces the links between `points` in a scene and in its moved copy, lengths `scale` times as long.
-fn difference(
-    footprints: &[Footprint],
-    points: &[DVec2],
-    config: [&TraceConfig; 2],
-    scale: f64,
-    motion: impl Fn(DVec2) -> DVec2,
-) -> Difference {
-    let scenes = [footprints, &moved(footprints, &motion)].map(|f| Scene::new(f, None).unwrap());
-    assert_eq!(scenes[0].walls().len(), scenes[1].walls().len());
-    let here = Tracer::new(&scenes[0], config[0].clone()).unwrap();
-    let there = Tracer::new(&scenes[1], config[1].clone()).unwrap();
-    let mut d = Difference::default();
-    for (i, &tx) in points.iter().enumerate() {
-        for &rx in &points[..i] {
-            let before = here.trace(tx, rx).unwrap().paths;
-            let after = there.trace(motion(tx), motion(rx)).unwrap().paths;
-            let floor = strongest(&before) * 10_f64.powf(-CANCELLED_DB / 10.0);
-            let (before, after) = (by_sequence(&before, false), by_sequence(&after, false));
-            for (sequence, p) in before.iter().filter(|(_, p)| p.power() > floor) {
-                let Some(q) = after.get(sequence) else {
-                    d.unmatched += 1;
-                    continue;
-                };
-                d.paths += 1;
-                d.length = d
-                    .length
-                    .max((q.length_m / (p.length_m * scale) - 1.0).abs());
-                d.gain = d.gain.max((p.gain - q.gain).norm() / p.gain.norm());
-                for (a, b) in p.interactions.iter().zip(&q.interactions) {
-                    d.point_m = d.point_m.max(motion(a.point).distance(b.point));
-                }
-            }
-            let is_extra = |(sequence, q): &(&_, &&aps_raytrace::PathRecord)| {
-                q.power() > floor && !before.contains_key(*sequence)
-            };
-            d.unmatched += after.iter().filter(is_extra).count();
-        }
-    }
-    d
-}
-
 /// A city at 1e7 m, as UTM northings are, has the paths it has at the origin. Whole metres are
 /// whole metres there too, so nothing of the input is lost, and nothing of the result may be: the
 /// same sequences, lengths to an ulp and gains to an ulp of the phase (100 m are 7e3 rad). Only the points
@@ -105,8 +27,8 @@ fn difference(
 fn utm_coordinates_have_the_paths_of_the_origin() {
     let slanted = |p: DVec2| DVec2::new(3.0 * p.x - 4.0 * p.y, 4.0 * p.x + 3.0 * p.y);
     for seed in 1..=2 {
-        let footprints = city(seed).footprints().unwrap();
-        let points = outdoor_points(&Scene::synthetic(&city(seed)).unwrap(), 10, 5);
+        let footprints = city(130, seed).footprints().unwrap();
+        let points = outdoor_points(&city_scene(130, seed), 10, 5);
         for slant in [false, true] {
             let turn = |p: DVec2| if slant { slanted(p) } else { p };
             let footprints = moved(&footprints, turn);
@@ -137,8 +59,8 @@ fn model_city_of_millimetres_has_the_paths_of_the_city() {
             frequency_hz: config.frequency_hz / scale,
             ..config.clone()
         };
-        let footprints = city(3).footprints().unwrap();
-        let points = outdoor_points(&Scene::synthetic(&city(3)).unwrap(), 10, 5);
+        let footprints = city(130, 3).footprints().unwrap();
+        let points = outdoor_points(&city_scene(130, 3), 10, 5);
         let d = difference(&footprints, &points, [&config, &faster], scale, |p| {
             p * scale
         });
@@ -153,13 +75,9 @@ fn model_city_of_millimetres_has_the_paths_of_the_city() {
 /// length is known from the image, and is met to rounding.
 #[test]
 fn wall_of_a_thousand_kilometres_makes_two_rays() {
-    let wall = [(-1e6, 0.0), (1e6, 0.0), (1e6, -1.0), (-1e6, -1.0)].map(DVec2::from);
-    let scene = Scene::new(&[Footprint::new(wall)], None).unwrap();
+    let scene = scene(&[rectangle(-1e6, -1.0, 1e6, 0.0)]);
     let tracer = Tracer::new(&scene, TraceConfig::reflections_only(1)).unwrap();
-    let radio = Radio {
-        frequency_hz: 3.5e9,
-        wall: Wall::Concrete,
-    };
+    let radio = Radio::of(Wall::Concrete);
     let mut worst = [0.0_f64; 2];
     for (x, y, v) in [(30.0, 4.0, 1.5), (1e4, 2.0, 7.0), (0.25, 1e-3, 40.0)] {
         let paths = tracer
@@ -190,19 +108,10 @@ fn walls_of_a_nanometre_change_no_other_path() {
         max_interactions: 4,
         ..all_paths()
     };
-    let whole = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)].map(DVec2::from);
-    let ends = [(-7.0, -5.0), (30.0, -4.0), (25.0, 22.0), (-3.0, 15.0)].map(DVec2::from);
+    let ends = points("-7,-5 30,-4 25,22 -3,15");
     for cut in [1e-9, 1e-6] {
-        let chamfered = [
-            (0.0, 0.0),
-            (20.0 - cut, 0.0),
-            (20.0, cut),
-            (20.0, 10.0),
-            (0.0, 10.0),
-        ]
-        .map(DVec2::from);
-        let scenes = [Footprint::new(whole), Footprint::new(chamfered)]
-            .map(|f| Scene::new(&[f], None).unwrap());
+        let chamfered = polygon(&format!("0,0 {},0 20,{cut} 20,10 0,10", 20.0 - cut));
+        let scenes = [rectangle(0.0, 0.0, 20.0, 10.0), chamfered].map(|f| scene(&[f]));
         assert_eq!(scenes[1].walls().len(), 5);
         let tracers = scenes
             .each_ref()
@@ -215,11 +124,10 @@ fn walls_of_a_nanometre_change_no_other_path() {
                     assert!(path.gain.is_finite() && path.length_m.is_finite());
                     assert!(path.gain.norm() <= 2.0 * friis(path.length_m), "{path:?}");
                 }
-                let specular = |paths: &[aps_raytrace::PathRecord]| -> Vec<_> {
-                    let is_specular = |p: &&aps_raytrace::PathRecord| {
-                        p.interactions
-                            .iter()
-                            .all(|i| i.kind == aps_raytrace::InteractionKind::Reflection)
+                let specular = |paths: &[PathRecord]| -> Vec<f64> {
+                    let is_specular = |p: &&PathRecord| {
+                        let mut kinds = p.interactions.iter().map(|i| i.kind);
+                        kinds.all(|kind| kind == InteractionKind::Reflection)
                     };
                     paths
                         .iter()

@@ -14,11 +14,11 @@ fn kernels_keep_their_worst_errors() {
         ("transition function F", 2e5),
         ("diffraction coefficient D / sqrt(L)", 4e6),
         ("reflection coefficient", 3e5),
-        ("gain of free space, phase included", 1e5),
+        ("gain of free space, phase included", 9e4),
         ("delay kernel, direct", 7.0),
         ("maximum over a continuous delay", 1e8),
         ("array response, linear, direct", 8e3),
-        ("array response, circular, direct", 3e3),
+        ("array response, circular, direct", 2.5e3),
         ("array response, linear, tables", 1.5e4),
         ("array response, circular, tables", 7e3),
         ("power to dB", 1e3),
@@ -27,9 +27,9 @@ fn kernels_keep_their_worst_errors() {
         ("deviation of a training split", 40.0),
         ("MAE", 3.0),
         ("MSE", 4.0),
-        ("NMSE", 6.0),
+        ("NMSE", 5.0),
         ("NMSE [dB]", 5.0),
-        ("PSNR [dB]", 2.0),
+        ("PSNR [dB]", 1.5),
         ("cosine similarity", 4.0),
     ];
     let errors = worst_errors();
@@ -38,5 +38,6 @@ fn kernels_keep_their_worst_errors() {
         eprintln!("{error:?}");
         assert_eq!(error.kernel, kernel);
         assert!(error.points > 2 && error.relative_ulps <= ulps, "{error:?}");
+        assert!(ulps <= 3.0 * error.relative_ulps, "loose: {error:?}");
     }
 }

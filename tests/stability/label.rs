@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use aps_label::{
     Array, ConfigError, DelayAxis, Label, LabelConfig, Labeler, PathError, PathSample, Protocol,
 };
-use aps_tests::double_double::DoubleDouble;
+use aps_tests::double_double::{self, DoubleDouble, dd};
 use aps_tests::label::{array_response, q, squared_sinc};
 
 const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
@@ -37,10 +37,6 @@ fn labeled(config: &LabelConfig, paths: &[PathSample]) -> Label {
     label
 }
 
-fn dd(x: f64) -> DoubleDouble {
-    x.into()
-}
-
 /// The relative error allowed for a value where no response vanishes: 1e-6 dB of a continuous
 /// maximum, rounding otherwise.
 fn relative_error(protocol: Protocol) -> f64 {
@@ -62,14 +58,10 @@ fn check(config: &LabelConfig, paths: &[PathSample], root: f64, what: &str) -> f
         .map(|p| 10_f64.powf(0.1 * (p.gain_db + send_db - strongest)))
         .sum();
     let mut worst = 0.0_f64;
-    for ((db, tau), theta) in label
-        .aps_db
-        .iter()
-        .zip(&label.aps_delay_s)
-        .zip(labeler.angles_deg())
-    {
-        let want =
-            q(config, paths, dd(*tau), dd(*theta) / dd(180.0)) / dd(strongest).from_decibel();
+    let bins = label.aps_db.iter().zip(&label.aps_delay_s);
+    for ((db, tau), theta) in bins.zip(labeler.angles_deg()) {
+        let theta_half_turns = dd(*theta) / dd(180.0);
+        let want = q(config, paths, dd(*tau), theta_half_turns) / dd(strongest).from_decibel();
         let (got, want) = (10_f64.powf(0.1 * (db - strongest)), want.to_f64());
         let allowed = relative_error(config.protocol) * want
             + 2.0 * root * (want * total).sqrt()
@@ -91,15 +83,8 @@ fn check(config: &LabelConfig, paths: &[PathSample], root: f64, what: &str) -> f
 /// lost to the sum. Expected: Q of 32 digits.
 #[test]
 fn three_hundred_decibels_in_one_link() {
-    let paths: Vec<PathSample> = (0..=30)
-        .map(|i| {
-            path(
-                1e-7 + 2.7e-8 * f64::from(i),
-                -3.0 + 0.2 * f64::from(i),
-                -10.0 * f64::from(i) - 0.5,
-            )
-        })
-        .collect();
+    let of = |i: f64| path(1e-7 + 2.7e-8 * i, -3.0 + 0.2 * i, -10.0 * i - 0.5);
+    let paths: Vec<PathSample> = (0..=30).map(|i| of(i.into())).collect();
     for protocol in PROTOCOLS {
         let worst = check(&LabelConfig::of(protocol), &paths, 2e-14, "300 dB");
         eprintln!("{protocol}: powers over 300 dB, worst relative error {worst:.1e}");
@@ -120,17 +105,11 @@ fn ten_thousand_equal_paths_are_forty_decibels() {
             ..LabelConfig::of(protocol)
         };
         let one = path(4e-7, 0.7, -90.0);
-        let (single, many) = (
-            labeled(&config, &[one]),
-            labeled(&config, &vec![one; 10_000]),
-        );
+        let single = labeled(&config, &[one]);
+        let many = labeled(&config, &vec![one; 10_000]);
         // Where the floor of -350 dB does not count.
-        for (a, b) in single
-            .aps_db
-            .iter()
-            .zip(&many.aps_db)
-            .chain(single.pdp_db.iter().zip(&many.pdp_db))
-        {
+        let spectra = single.aps_db.iter().zip(&many.aps_db);
+        for (a, b) in spectra.chain(single.pdp_db.iter().zip(&many.pdp_db)) {
             assert!(
                 *a < -300.0 || (b - a - 40.0).abs() < 1e-10,
                 "{protocol}: {a} {b}"
@@ -194,10 +173,8 @@ fn one_path_is_its_own_label() {
 #[test]
 fn no_path_is_no_label() {
     for protocol in PROTOCOLS {
-        assert_eq!(
-            Labeler::new(&LabelConfig::of(protocol)).unwrap().label(&[]),
-            Ok(None)
-        );
+        let labeler = Labeler::new(&LabelConfig::of(protocol)).unwrap();
+        assert_eq!(labeler.label(&[]), Ok(None));
     }
 }
 
@@ -241,12 +218,8 @@ fn response_at_every_multiple_of_pi() {
                 for step in -3..=3 {
                     let theta = grating + f64::from(step) * f64::EPSILON;
                     let got = array.power_response(theta, 0.0);
-                    let want = array_response(
-                        &array,
-                        dd(theta) / aps_tests::double_double::PI,
-                        DoubleDouble::ZERO,
-                    )
-                    .to_f64();
+                    let half_turns = dd(theta) / double_double::PI;
+                    let want = array_response(&array, half_turns, DoubleDouble::ZERO).to_f64();
                     // The slope of N psi over the angle is at most pi d N.
                     let ulps = 4.0 * f64::EPSILON * PI * spacing * elements as f64;
                     worst = worst.max((got - want).abs());
@@ -281,12 +254,8 @@ fn arrays_from_one_to_4096_elements() {
                 array,
                 ..LabelConfig::released()
             };
-            let worst = check(
-                &config,
-                &paths,
-                2e-15 * (elements as f64).max(10.0),
-                &format!("{array:?}"),
-            );
+            let root = 2e-15 * (elements as f64).max(10.0);
+            let worst = check(&config, &paths, root, &format!("{array:?}"));
             eprintln!("{array:?}: worst relative error {worst:.1e}");
         }
     }

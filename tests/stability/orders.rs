@@ -3,40 +3,31 @@
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
-    ConfigError, Footprint, Material, PathRecord, SPEED_OF_LIGHT_M_PER_S, Scene, TerminalError,
+    ConfigError, Footprint, Material, PathRecord, SPEED_OF_LIGHT_M_PER_S, TerminalError,
     TraceConfig, TraceError, Tracer,
 };
-use aps_tests::double_double::{DoubleDouble, PI};
+use aps_tests::double_complex::{DoubleComplex, spherical_wave};
+use aps_tests::double_double::{DoubleDouble, dd};
 use aps_tests::links::with_chains;
-use aps_tests::utd::{Radio, Wall};
+use aps_tests::shapes::{block, moved, rectangle, ring, scene};
+use aps_tests::utd::{MATERIALS, Radio};
 
 const FREQUENCY_HZ: f64 = 3.5e9;
 
-fn dd(x: f64) -> DoubleDouble {
-    x.into()
-}
-
-/// lambda / (4 pi L) e^{-jkL}, and the length, in 32 digits.
-fn spherical_wave(length_m: DoubleDouble) -> [DoubleDouble; 2] {
-    let wavelength_m = dd(SPEED_OF_LIGHT_M_PER_S) / dd(FREQUENCY_HZ);
-    let (sin, cos) = (length_m / wavelength_m * dd(2.0)).sin_cos_pi();
-    let amplitude = wavelength_m / (dd(4.0) * PI * length_m);
-    [amplitude * cos, -(amplitude * sin)]
-}
-
 /// Relative error of a path's length, and of its gain.
-fn errors(path: &PathRecord, length_m: DoubleDouble, gain: [DoubleDouble; 2]) -> [f64; 2] {
-    let [re, im] = gain;
-    let off = DoubleDouble::hypot(dd(path.gain.re) - re, dd(path.gain.im) - im);
+fn errors(path: &PathRecord, length_m: DoubleDouble, gain: DoubleComplex) -> [f64; 2] {
     let length = (dd(path.length_m) - length_m).abs() / length_m;
-    [
-        length.to_f64(),
-        (off / DoubleDouble::hypot(re, im)).to_f64(),
-    ]
+    let gain = DoubleComplex::from(path.gain).relative_error(gain);
+    [length.to_f64(), gain]
 }
 
-fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> [DVec2; 4] {
-    [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(DVec2::from)
+/// Images across two walls `size` apart, of a source at `from`: distance from `to`, and number of reflections.
+fn images(from: f64, to: f64, size: f64, orders: i32) -> impl Iterator<Item = (f64, i32)> {
+    (-orders..=orders).flat_map(move |k| {
+        let shift = 2.0 * f64::from(k) * size;
+        let even = (shift + from - to, (2 * k).abs());
+        [even, (shift - from - to, (2 * k - 1).abs())]
+    })
 }
 
 /// A street between two perfectly conducting walls, to order 50: 101 paths, two of each order, from
@@ -47,14 +38,11 @@ fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> [DVec2; 4] {
 /// most 2 (lambda / 4 pi w)^2 / (R - 1) of power. Tested against the sum over 100,000 orders.
 #[test]
 fn canyon_of_perfect_conductors_to_order_fifty() {
-    const ORDERS: i64 = 50;
+    const ORDERS: i32 = 50;
     let (width, y, x, v) = (17.0, 3.0, 20.0, 11.0);
     for turn in [DVec2::X, DVec2::from_angle(0.7)] {
-        let bar = |y: f64, back: f64| {
-            let corners = [(-1e3, y), (1e3, y), (1e3, back), (-1e3, back)];
-            Footprint::new(corners.map(|p| turn.rotate(p.into())))
-        };
-        let scene = Scene::new(&[bar(0.0, -1.0), bar(width, width + 1.0)], None).unwrap();
+        let bars = [-1.0, width].map(|y| rectangle(-1e3, y, 1e3, y + 1.0));
+        let scene = scene(&moved(&bars, |p| turn.rotate(p)));
         let config = TraceConfig {
             material: Material::PerfectConductor,
             ..TraceConfig::reflections_only(ORDERS as usize)
@@ -63,15 +51,7 @@ fn canyon_of_perfect_conductors_to_order_fifty() {
         let at = |x: f64, y: f64| turn.rotate(DVec2::new(x, y));
         let paths = tracer.trace(at(-10.0, y), at(x - 10.0, v)).unwrap().paths;
         assert_eq!(paths.len(), 2 * ORDERS as usize + 1);
-        let images = |orders: i64| {
-            (-orders..=orders).flat_map(move |k| {
-                let shift = 2.0 * k as f64 * width;
-                [
-                    (shift + y - v, (2 * k).abs()),
-                    (shift - y - v, (2 * k - 1).abs()),
-                ]
-            })
-        };
+        let images = |orders| images(y, v, width, orders);
         let mut worst = [0.0_f64; 2];
         for (across, order) in images(ORDERS).filter(|i| i.1 <= ORDERS) {
             let length_m = DoubleDouble::hypot(dd(x), dd(across));
@@ -80,13 +60,10 @@ fn canyon_of_perfect_conductors_to_order_fifty() {
                 .iter()
                 .min_by(|p, q| nearest(p).total_cmp(&nearest(q)))
                 .unwrap();
-            assert_eq!(path.interactions.len() as i64, order);
+            assert_eq!(path.interactions.len() as i32, order);
             let sign = dd(if order % 2 == 0 { 1.0 } else { -1.0 });
-            let found = errors(
-                path,
-                length_m,
-                spherical_wave(length_m).map(|part| sign * part),
-            );
+            let gain = spherical_wave(length_m, FREQUENCY_HZ) * sign.into();
+            let found = errors(path, length_m, gain);
             worst = [worst[0].max(found[0]), worst[1].max(found[1])];
         }
         let amplitude_m = SPEED_OF_LIGHT_M_PER_S / FREQUENCY_HZ / (4.0 * std::f64::consts::PI);
@@ -94,7 +71,7 @@ fn canyon_of_perfect_conductors_to_order_fifty() {
         let all: f64 = images(50_000)
             .map(|(across, _)| amplitude_m.powi(2) / (x * x + across * across))
             .sum();
-        let bound = 2.0 * (amplitude_m / width).powi(2) / (ORDERS as f64 - 1.0);
+        let bound = 2.0 * (amplitude_m / width).powi(2) / (f64::from(ORDERS) - 1.0);
         eprintln!(
             "canyon, order {ORDERS}: lengths {:.1e}, gains {:.1e}; left out {:.2e} of the power, bound {:.2e}",
             worst[0],
@@ -119,16 +96,9 @@ fn closed_courtyard_is_a_lattice_of_images() {
     const ORDERS: i32 = 20;
     let (w, h) = (31.0, 19.0);
     let (tx, rx) = (DVec2::new(7.3, 4.1), DVec2::new(21.9, 15.7));
-    let block = Footprint {
-        outer: rectangle(-5.0, -5.0, w + 5.0, h + 5.0).into(),
-        holes: vec![rectangle(0.0, 0.0, w, h).into()],
-        material: None,
-    };
-    let scene = Scene::new(&[block], None).unwrap();
-    for (material, wall) in [
-        (Material::Concrete, Wall::Concrete),
-        (Material::PerfectConductor, Wall::Perfect),
-    ] {
+    let around = ring([-5.0, w + 5.0], [-5.0, h + 5.0]);
+    let scene = scene(&[block(around, ring([0.0, w], [0.0, h]))]);
+    for (material, wall) in MATERIALS {
         let config = TraceConfig {
             material,
             ..TraceConfig::reflections_only(ORDERS as usize)
@@ -136,35 +106,16 @@ fn closed_courtyard_is_a_lattice_of_images() {
         let tracer = Tracer::new(&scene, config).unwrap();
         let paths = tracer.trace(tx, rx).unwrap().paths;
         assert_eq!(paths.len(), 841);
-        let radio = Radio {
-            frequency_hz: FREQUENCY_HZ,
-            wall,
-        };
-        // Along one axis: distance and number of reflections.
-        let line = |from: f64, to: f64, size: f64| -> Vec<(f64, i32)> {
-            (-ORDERS..=ORDERS)
-                .flat_map(|k| {
-                    let shift = 2.0 * f64::from(k) * size;
-                    [
-                        (shift + from - to, (2 * k).abs()),
-                        (shift - from - to, (2 * k - 1).abs()),
-                    ]
-                })
-                .collect()
-        };
+        let radio = Radio::of(wall);
         let mut worst = [0.0_f64; 2];
         let mut by_order = [0.0; ORDERS as usize + 1];
-        for &(dx, nx) in &line(tx.x, rx.x, w) {
-            for &(dy, ny) in line(tx.y, rx.y, h).iter().filter(|i| nx + i.1 <= ORDERS) {
+        for (dx, nx) in images(tx.x, rx.x, w, ORDERS) {
+            for (dy, ny) in images(tx.y, rx.y, h, ORDERS).filter(|i| nx + i.1 <= ORDERS) {
                 let length_m = DoubleDouble::hypot(dd(dx), dd(dy));
                 let length = length_m.to_f64();
                 let gamma = radio.reflection((dx.abs() / length).acos()).powi(nx)
                     * radio.reflection((dy.abs() / length).acos()).powi(ny);
-                let [re, im] = spherical_wave(length_m);
-                let gain = [
-                    re * dd(gamma.re) - im * dd(gamma.im),
-                    re * dd(gamma.im) + im * dd(gamma.re),
-                ];
+                let gain = spherical_wave(length_m, FREQUENCY_HZ) * gamma.into();
                 // Among paths of one order and nearly one length, the one with this gain.
                 let (found, path) = paths
                     .iter()
@@ -207,12 +158,7 @@ fn corridor_where_images_explode_meets_a_stated_limit() {
         |y: f64| (0..=12).map(move |i| DVec2::new(5.0 * f64::from(i), y + 2.0 * f64::from(i % 2)));
     let mut corridor: Vec<DVec2> = teeth(10.0).collect();
     corridor.extend(teeth(14.0).collect::<Vec<_>>().into_iter().rev());
-    let block = Footprint {
-        outer: rectangle(-10.0, 0.0, 70.0, 30.0).into(),
-        holes: vec![corridor],
-        material: None,
-    };
-    let scene = Scene::new(&[block], None).unwrap();
+    let scene = scene(&[block(ring([-10.0, 70.0], [0.0, 30.0]), corridor)]);
     let (tx, rx) = (DVec2::new(2.0, 12.5), DVec2::new(55.0, 13.3));
     let mut last = 0;
     for max_images in [100, 1_000, 10_000, 100_000] {
@@ -252,8 +198,7 @@ fn corridor_where_images_explode_meets_a_stated_limit() {
 /// not met changes nothing.
 #[test]
 fn waves_between_corners_meet_a_stated_limit() {
-    let house = Footprint::new(rectangle(0.0, 0.0, 12.0, 10.0));
-    let scene = Scene::new(&[house], None).unwrap();
+    let house = scene(&[rectangle(0.0, 0.0, 12.0, 10.0)]);
     let config = TraceConfig {
         max_reflections: 0,
         max_diffractions: 1000,
@@ -261,7 +206,7 @@ fn waves_between_corners_meet_a_stated_limit() {
         max_wave_bytes: 1 << 22,
         ..with_chains()
     };
-    let tracer = Tracer::new(&scene, config).unwrap();
+    let tracer = Tracer::new(&house, config).unwrap();
     let error = tracer.transmitter(DVec2::new(-5.0, 3.0)).unwrap_err();
     assert!(
         matches!(error, TerminalError::TooManyWaves { limit, .. } if limit == 1 << 22),
@@ -272,10 +217,10 @@ fn waves_between_corners_meet_a_stated_limit() {
     let city: Vec<Footprint> = (0..36)
         .map(|i| {
             let (x, y) = (20.0 * f64::from(i % 6), 20.0 * f64::from(i / 6));
-            Footprint::new(rectangle(x, y, x + 10.0, y + 10.0))
+            rectangle(x, y, x + 10.0, y + 10.0)
         })
         .collect();
-    let scene = Scene::new(&city, None).unwrap();
+    let scene = scene(&city);
     let (tx, rx) = (DVec2::new(15.0, 15.0), DVec2::new(93.0, 112.0));
     for max_diffractions in [1, 2] {
         let config = |max_wave_bytes| TraceConfig {

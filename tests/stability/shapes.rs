@@ -5,12 +5,11 @@ use std::f64::consts::TAU;
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Location, RepairKind};
-use aps_raytrace::{Footprint, InteractionKind, Scene, TraceConfig, TraceError, Tracer, utd};
+use aps_raytrace::{
+    Complex64, Footprint, InteractionKind, Material, TraceConfig, TraceError, Tracer, utd,
+};
 use aps_tests::links::with_chains;
-
-fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Footprint {
-    Footprint::new([(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(DVec2::from))
-}
+use aps_tests::shapes::{block, moved, polygon, rectangle, ring, scene};
 
 fn circle(centre: DVec2, radius: f64, vertices: u32) -> Footprint {
     let at = |i: u32| centre + DVec2::from_angle(TAU * f64::from(i) / f64::from(vertices)) * radius;
@@ -24,8 +23,7 @@ fn circle(centre: DVec2, radius: f64, vertices: u32) -> Footprint {
 fn needle_is_a_half_plane_or_reported_as_dropped() {
     let (tx, rx) = (DVec2::new(30.0, 5.0), DVec2::new(25.0, -8.0));
     for (base, is_kept) in [(1e-2, true), (1e-4, true), (1e-6, false), (1e-9, false)] {
-        let needle = [(0.0, 0.0), (100.0, 0.0), (100.0, base)].map(DVec2::from);
-        let scene = Scene::new(&[Footprint::new(needle)], None).unwrap();
+        let scene = scene(&[polygon(&format!("0,0 100,0 100,{base}"))]);
         let dropped = scene.report().count(|k| matches!(k, RepairKind::Sliver));
         assert_eq!(
             (scene.walls().len(), dropped),
@@ -36,7 +34,7 @@ fn needle_is_a_half_plane_or_reported_as_dropped() {
             continue;
         }
         let config = TraceConfig {
-            material: aps_raytrace::Material::PerfectConductor,
+            material: Material::PerfectConductor,
             max_reflections: 0,
             dynamic_range_db: None,
             ..with_chains()
@@ -51,16 +49,8 @@ fn needle_is_a_half_plane_or_reported_as_dropped() {
         let (s1, s2) = (tx.length(), rx.length());
         // Angles from the upper face.
         let (phi_1, phi_2) = (tx.to_angle(), TAU + rx.to_angle());
-        let minus_one = aps_raytrace::Complex64::from(-1.0);
-        let d = utd::diffraction_coefficient(
-            2.0,
-            k,
-            utd::distance_m(s1, s2),
-            phi_1,
-            phi_2,
-            minus_one,
-            minus_one,
-        );
+        let (distance_m, gamma) = (utd::distance_m(s1, s2), Complex64::from(-1.0));
+        let d = utd::diffraction_coefficient(2.0, k, distance_m, phi_1, phi_2, gamma, gamma);
         let want = d.norm() / (s1 * s2 * (s1 + s2)).sqrt() / (2.0 * k);
         let error = (tip.gain.norm() / want - 1.0).abs();
         eprintln!("needle of {base} m over 100 m: {error:.1e} from the half-plane");
@@ -74,7 +64,7 @@ fn needle_is_a_half_plane_or_reported_as_dropped() {
 /// that out takes chains from 2854 lit corners, refused where they exceed the memory allowed.
 #[test]
 fn circle_of_ten_thousand_vertices_costs_in_proportion() {
-    let scene = Scene::new(&[circle(DVec2::ZERO, 50.0, 10_000)], None).unwrap();
+    let scene = scene(&[circle(DVec2::ZERO, 50.0, 10_000)]);
     assert_eq!(scene.walls().len(), 10_000);
     let config = TraceConfig {
         max_wave_bytes: 1 << 26,
@@ -85,16 +75,9 @@ fn circle_of_ten_thousand_vertices_costs_in_proportion() {
     let tx = tracer.transmitter(DVec2::new(-80.0, 3.0)).unwrap();
     // From 80 m the tower shows acos(50/80) of its half turn to either side.
     let lit = 10_000.0 * (50.0_f64 / DVec2::new(80.0, 3.0).length()).acos() / (TAU / 2.0);
-    assert!(
-        (tx.image_count() as f64 - lit).abs() < 4.0,
-        "{} of {lit}",
-        tx.image_count()
-    );
-    assert!(
-        (tx.front_count() as f64 - lit).abs() < 4.0,
-        "{} of {lit}",
-        tx.front_count()
-    );
+    for count in [tx.image_count(), tx.front_count()] {
+        assert!((count as f64 - lit).abs() < 4.0, "{count} of {lit}");
+    }
     let mut link = Default::default();
     let rx = tracer.receiver(DVec2::new(-40.0, 60.0)).unwrap();
     tracer.link(&tx, &rx, &mut link).unwrap();
@@ -120,7 +103,7 @@ fn two_facing_circles_meet_a_stated_limit() {
         circle(DVec2::ZERO, 50.0, 4_000),
         circle(DVec2::new(150.0, 0.0), 50.0, 4_000),
     ];
-    let scene = Scene::new(&towers, None).unwrap();
+    let scene = scene(&towers);
     let error = Tracer::new(&scene, with_chains()).unwrap_err().to_string();
     assert!(error.contains("max_fallback_diffractions"), "{error}");
     let config = TraceConfig {
@@ -139,21 +122,12 @@ fn two_facing_circles_meet_a_stated_limit() {
 #[test]
 fn nested_courtyards_are_told_apart() {
     const DEPTH: u32 = 8;
-    let square = |half: f64| {
-        [(-half, -half), (half, -half), (half, half), (-half, half)]
-            .map(DVec2::from)
-            .to_vec()
-    };
-    let ring = |level: u32| {
+    let square = |half: f64| ring([-half, half], [-half, half]);
+    let around = |level: u32| {
         let half = 10.0 * f64::from(level + 1);
-        Footprint {
-            outer: square(half),
-            holes: vec![square(half - 4.0)],
-            material: None,
-        }
+        block(square(half), square(half - 4.0))
     };
-    let blocks: Vec<_> = (0..DEPTH).map(ring).collect();
-    let scene = Scene::new(&blocks, None).unwrap();
+    let scene = scene(&(0..DEPTH).map(around).collect::<Vec<_>>());
     assert_eq!(scene.walls().len(), 8 * DEPTH as usize);
     let tracer = Tracer::new(&scene, with_chains()).unwrap();
     // Between two rings, and beyond the last.
@@ -181,22 +155,16 @@ fn nested_courtyards_are_told_apart() {
 fn checkerboard_with_touching_corners_lets_nothing_through() {
     for turn in [DVec2::X, DVec2::new(3.0, 4.0)] {
         let at = |x: f64, y: f64| turn.rotate(DVec2::new(x, y));
-        let houses: Vec<Footprint> = (0..49)
-            .filter(|i| (i % 7 + i / 7) % 2 == 0)
-            .map(|i| {
-                let (x, y) = (10.0 * f64::from(i % 7), 10.0 * f64::from(i / 7));
-                let corners = [(x, y), (x + 10.0, y), (x + 10.0, y + 10.0), (x, y + 10.0)];
-                Footprint::new(corners.map(|(x, y)| at(x, y)))
-            })
-            .collect();
-        let scene = Scene::new(&houses, None).unwrap();
+        let house = |i: i32| {
+            let (x, y) = (10.0 * f64::from(i % 7), 10.0 * f64::from(i / 7));
+            rectangle(x, y, x + 10.0, y + 10.0)
+        };
+        let is_built = |i: &i32| (i % 7 + i / 7) % 2 == 0;
+        let houses: Vec<Footprint> = (0..49).filter(is_built).map(house).collect();
+        let scene = scene(&moved(&houses, |p| turn.rotate(p)));
         let tracer = Tracer::new(&scene, with_chains()).unwrap();
-        let (inside, beside, rim, away) = (
-            at(15.0, 24.0),
-            at(35.0, 24.0),
-            at(15.0, 4.0),
-            at(-20.0, -30.0),
-        );
+        let (inside, beside) = (at(15.0, 24.0), at(35.0, 24.0));
+        let (rim, away) = (at(15.0, 4.0), at(-20.0, -30.0));
         assert_eq!(scene.locate(inside), Location::Outdoor);
         for other in [beside, rim, away] {
             for (tx, rx) in [(inside, other), (other, inside)] {
@@ -210,12 +178,8 @@ fn checkerboard_with_touching_corners_lets_nothing_through() {
         // Its own four walls.
         let link = tracer.trace(inside, at(12.0, 27.0)).unwrap();
         assert!(link.paths.len() > 5 && link.paths[0].is_line_of_sight());
-        assert!(
-            link.paths
-                .iter()
-                .flat_map(|p| &p.interactions)
-                .all(|i| i.kind == InteractionKind::Reflection)
-        );
+        let mut all = link.paths.iter().flat_map(|p| &p.interactions);
+        assert!(all.all(|i| i.kind == InteractionKind::Reflection));
     }
 }
 
@@ -230,39 +194,28 @@ fn houses_a_picometre_apart_are_one_row() {
             rectangle(10.0 + gap, 0.0, 20.0, 10.0),
             rectangle(20.0, 10.0 + gap, 30.0, 20.0),
         ];
-        let scene = Scene::new(&row[..2], None).unwrap();
-        assert_eq!(scene.walls().len(), 4, "{:?}", scene.walls());
-        assert!(matches!(
-            scene.locate(DVec2::new(10.0 + gap / 2.0, 5.0)),
-            Location::Inside { .. }
-        ));
-        let tracer = Tracer::new(&scene, with_chains()).unwrap();
+        let two = scene(&row[..2]);
+        assert_eq!(two.walls().len(), 4, "{:?}", two.walls());
+        let between = two.locate(DVec2::new(10.0 + gap / 2.0, 5.0));
+        assert!(matches!(between, Location::Inside { .. }));
+        let tracer = Tracer::new(&two, with_chains()).unwrap();
         let link = tracer
             .trace(DVec2::new(10.0, -5.0), DVec2::new(10.0, 15.0))
             .unwrap();
         assert!(!link.paths.iter().any(|p| p.is_line_of_sight()));
-        assert!(
-            link.paths
-                .iter()
-                .flat_map(|p| &p.interactions)
-                .all(|i| i.point.x < 1e-9 || i.point.x > 20.0 - 1e-9)
-        );
+        let mut all = link.paths.iter().flat_map(|p| &p.interactions);
+        assert!(all.all(|i| i.point.x < 1e-9 || i.point.x > 20.0 - 1e-9));
         // Corner to corner, and shifted along a wall.
-        let scene = Scene::new(&row, None).unwrap();
-        assert!(
-            scene.is_blocked(DVec2::new(15.0, 15.0), DVec2::new(25.0, 5.0), [None; 2]),
-            "{gap}"
-        );
+        let (p, q) = (DVec2::new(15.0, 15.0), DVec2::new(25.0, 5.0));
+        assert!(scene(&row).is_blocked(p, q, [None; 2]), "{gap}");
         let shifted = [
             rectangle(0.0, 0.0, 10.0, 10.0),
             rectangle(10.0 + gap, 3.0, 20.0, 17.0),
         ];
-        let scene = Scene::new(&shifted, None).unwrap();
+        let shifted = scene(&shifted);
         for x in [10.0, 10.0 + gap / 2.0, 10.0 + gap] {
-            assert!(
-                scene.is_blocked(DVec2::new(x, -1.0), DVec2::new(x, 11.0), [None; 2]),
-                "{gap} {x}"
-            );
+            let (p, q) = (DVec2::new(x, -1.0), DVec2::new(x, 11.0));
+            assert!(shifted.is_blocked(p, q, [None; 2]), "{gap} {x}");
         }
     }
 }
@@ -272,7 +225,7 @@ fn houses_a_picometre_apart_are_one_row() {
 #[test]
 fn collinear_footprints_leave_free_space() {
     let flat = |d: DVec2| Footprint::new([0.0, 3.0, 1.0, 7.0, 2.0].map(|t| d * t));
-    let scene = Scene::new(&[DVec2::X, DVec2::Y, DVec2::new(3.0, 4.0)].map(flat), None).unwrap();
+    let scene = scene(&[DVec2::X, DVec2::Y, DVec2::new(3.0, 4.0)].map(flat));
     assert!(scene.walls().is_empty());
     assert_eq!(scene.report().count(|k| matches!(k, RepairKind::Sliver)), 3);
     let tracer = Tracer::new(&scene, with_chains()).unwrap();

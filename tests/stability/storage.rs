@@ -3,31 +3,29 @@
 use aps_data::released::ProfileFile;
 use aps_data::{Axis, LinkStatus, Precision, Profile, ProfileLayout, ProfileRows};
 
-fn layout(bins: usize, dtype: Precision, argmax: bool) -> ProfileLayout {
-    ProfileLayout {
-        axis: Axis {
-            start: 0.0,
-            stop: 1.0,
-            count: bins,
-            endpoint: true,
-        },
+/// A row as it is stored, perhaps with delays.
+fn encode(
+    db: &[f64],
+    argmax: Option<&[f64]>,
+    dtype: Precision,
+) -> Result<Profile, aps_data::Error> {
+    let axis = Axis {
+        start: 0.0,
+        stop: 1.0,
+        count: db.len(),
+        endpoint: true,
+    };
+    let layout = ProfileLayout {
+        axis,
         dtype,
-        argmax,
-    }
+        argmax: argmax.is_some(),
+    };
+    Profile::encode(&ProfileRows { db, argmax }, &layout, &[LinkStatus::Valid])
 }
 
 /// A row after storing and reading, absolute \[dB\].
 fn stored(row: &[f64], dtype: Precision) -> Vec<f64> {
-    let rows = ProfileRows {
-        db: row,
-        argmax: None,
-    };
-    let profile = Profile::encode(
-        &rows,
-        &layout(row.len(), dtype, false),
-        &[LinkStatus::Valid],
-    )
-    .unwrap();
+    let profile = encode(row, None, dtype).unwrap();
     let mut relative = vec![0.0; row.len()];
     profile.read_relative_db(0, &mut relative);
     let peak = f64::from(profile.max_db()[0]);
@@ -75,11 +73,8 @@ fn half_precision_loses_what_the_format_states() {
 /// whose bins differ by less than half precision tells come back tied, never in another order.
 #[test]
 fn order_of_bins_survives_up_to_ties() {
-    assert!(
-        stored(&[-93.7; 180], Precision::F16)
-            .iter()
-            .all(|v| *v == f64::from(-93.7_f32))
-    );
+    let constant = stored(&[-93.7; 180], Precision::F16);
+    assert!(constant.iter().all(|v| *v == f64::from(-93.7_f32)));
     let row: Vec<f64> = (0..10_000)
         .map(|i| -80.0 - f64::from(i) * 1.7e-4 - 30.0)
         .collect();
@@ -96,31 +91,14 @@ fn delays_keep_eleven_bits_and_end_at_twenty_kilometres() {
     let mut worst = 0.0_f64;
     for i in 0..=65_504_u32 {
         let delay_ns = f64::from(i) * 0.999_9;
-        let rows = ProfileRows {
-            db: &[-80.0],
-            argmax: Some(&[delay_ns]),
-        };
-        let profile = Profile::encode(
-            &rows,
-            &layout(1, Precision::F16, true),
-            &[LinkStatus::Valid],
-        )
-        .unwrap();
+        let profile = encode(&[-80.0], Some(&[delay_ns]), Precision::F16).unwrap();
         let back = profile.argmax().unwrap()[0].to_f64();
         let step = delay_ns.max(6.2e-5).log2().floor().exp2() / 2048.0;
         worst = worst.max((back - delay_ns).abs() / step);
     }
     assert!(worst <= 1.0, "{worst} half steps");
     for beyond in [65_520.0, 1e9, 1e300] {
-        let rows = ProfileRows {
-            db: &[-80.0],
-            argmax: Some(&[beyond]),
-        };
-        let refused = Profile::encode(
-            &rows,
-            &layout(1, Precision::F16, true),
-            &[LinkStatus::Valid],
-        );
+        let refused = encode(&[-80.0], Some(&[beyond]), Precision::F16);
         assert!(refused.unwrap_err().to_string().contains("out of range"));
     }
 }
@@ -131,16 +109,7 @@ fn delays_keep_eleven_bits_and_end_at_twenty_kilometres() {
 fn ends_of_the_range_are_finite() {
     for peak in [3e38, 1e4, 0.0, -1e-320, 1e-45, -300.0, -3e38] {
         let row = [peak, peak - 65_504.0, peak - 1e5, -1.7e308, peak - 1e-9];
-        let rows = ProfileRows {
-            db: &row,
-            argmax: None,
-        };
-        let profile = Profile::encode(
-            &rows,
-            &layout(5, Precision::F16, false),
-            &[LinkStatus::Valid],
-        )
-        .unwrap();
+        let profile = encode(&row, None, Precision::F16).unwrap();
         assert!(profile.max_db()[0].is_finite());
         let mut relative = [0.0; 5];
         profile.read_relative_db(0, &mut relative);
@@ -150,18 +119,7 @@ fn ends_of_the_range_are_finite() {
         );
         assert_eq!((relative[0], relative[3]), (0.0, -65_504.0));
     }
-    let rows = ProfileRows {
-        db: &[1e39],
-        argmax: None,
-    };
-    assert!(
-        Profile::encode(
-            &rows,
-            &layout(1, Precision::F16, false),
-            &[LinkStatus::Valid]
-        )
-        .is_err()
-    );
+    assert!(encode(&[1e39], None, Precision::F16).is_err());
 }
 
 /// Released files hold absolute dB: around -100 dB a step is 1/16 dB, around -300 dB 1/4 dB, many

@@ -4,9 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
-    Complex64, Footprint, Link, Material, Scene, TerminalError, TraceConfig, TraceError, Tracer,
+    Complex64, Footprint, Link, Material, TerminalError, TraceConfig, TraceError, Tracer,
 };
 use aps_tests::links::{by_sequence, total_field, with_chains};
+use aps_tests::shapes::{points, polygon, rectangle, scene};
 
 const K: f64 = TAU * 3.5e9 / 299_792_458.0;
 
@@ -35,7 +36,7 @@ fn with(material: Material) -> TraceConfig {
 }
 
 fn house() -> Footprint {
-    Footprint::new([(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)].map(DVec2::from))
+    rectangle(0.0, 0.0, 20.0, 10.0)
 }
 
 /// No NaN, no infinity, in any number of a link.
@@ -91,24 +92,12 @@ fn both_ways(tracer: &Tracer, p: DVec2, q: DVec2, what: &str) -> Link {
 /// corners on one line are where the theory's double diffraction has no continuous form.
 #[test]
 fn transmitter_on_the_extension_of_a_wall() {
-    let scene = Scene::new(&[house()], None).unwrap();
+    let scene = scene(&[house()]);
     for material in MATERIALS {
         let tracer = Tracer::new(&scene, with(material)).unwrap();
-        for (tx, across) in [
-            ((-8.0, 0.0), DVec2::Y),
-            ((33.0, 10.0), DVec2::Y),
-            ((20.0, -3.0), DVec2::X),
-        ] {
-            let tx = DVec2::from(tx);
-            for rx in [
-                (25.0, -7.0),
-                (26.0, 13.0),
-                (-5.0, 12.0),
-                (40.0, 0.0),
-                (50.0, 10.0),
-            ]
-            .map(DVec2::from)
-            {
+        let txs = points("-8,0 33,10 20,-3").into_iter();
+        for (tx, across) in txs.zip([DVec2::Y, DVec2::Y, DVec2::X]) {
+            for rx in points("25,-7 26,13 -5,12 40,0 50,10") {
                 let what = format!("{material:?}, {tx} -> {rx}");
                 let here = total_field(&both_ways(&tracer, tx, rx, &what).paths);
                 let scale = 1.0 / (2.0 * K * tx.distance(rx));
@@ -128,15 +117,7 @@ fn transmitter_on_the_extension_of_a_wall() {
 /// of the distance: at 1e-9 m sixteen digits cancel, and rounding of each term is all that is left.
 #[test]
 fn receiver_in_an_inner_corner_sees_four_images_cancel() {
-    let angle = [
-        (0.0, 0.0),
-        (0.0, 90.0),
-        (-5.0, 90.0),
-        (-5.0, -5.0),
-        (90.0, -5.0),
-        (90.0, 0.0),
-    ];
-    let scene = Scene::new(&[Footprint::new(angle.map(DVec2::from))], None).unwrap();
+    let scene = scene(&[polygon("0,0 0,90 -5,90 -5,-5 90,-5 90,0")]);
     let config = TraceConfig {
         material: Material::PerfectConductor,
         ..TraceConfig::reflections_only(3)
@@ -148,13 +129,9 @@ fn receiver_in_an_inner_corner_sees_four_images_cancel() {
         let link = both_ways(&tracer, tx, rx, &format!("{d}"));
         assert_eq!(link.paths.len(), 4, "{d}: {:?}", link.paths);
         // To second order: (4 k^2 x y cos sin) of a plane wave; exactly at 1 m, from the images.
-        let images = [
-            (1.0, 1.0, 1.0),
-            (-1.0, 1.0, -1.0),
-            (1.0, -1.0, -1.0),
-            (-1.0, -1.0, 1.0),
-        ];
+        let images = [1.0, -1.0].map(|sx| [1.0, -1.0].map(|sy| (sx, sy, sx * sy)));
         let want: Complex64 = images
+            .as_flattened()
             .iter()
             .map(|&(sx, sy, sign)| {
                 let r = tx.distance(DVec2::new(sx * rx.x, sy * rx.y));
@@ -176,20 +153,19 @@ fn receiver_in_an_inner_corner_sees_four_images_cancel() {
 /// a corner are finite, so the level must settle while the receiver approaches, and never overflow.
 #[test]
 fn receiver_at_an_outer_corner_has_a_finite_level() {
-    let scene = Scene::new(&[house()], None).unwrap();
+    let scene = scene(&[house()]);
     for material in MATERIALS {
         let tracer = Tracer::new(&scene, with(material)).unwrap();
         let mut levels = Vec::new();
-        for d in [
-            1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-18, 1e-30, 1e-100, 1e-170, 1e-300,
-        ] {
+        for exponent in [-3, -6, -9, -12, -15, -18, -30, -100, -170, -300] {
+            let d: f64 = 10_f64.powi(exponent);
             let rx = DVec2::new(-d, -2.0 * d);
-            for tx in [(-30.0, -40.0), (30.0, -8.0), (-7.0, 25.0)].map(DVec2::from) {
+            for tx in points("-30,-40 30,-8 -7,25") {
                 let link = both_ways(&tracer, tx, rx, &format!("{material:?} {d}"));
                 let level = total_field(&link.paths).norm() * 2.0 * K * tx.distance(rx);
                 // Known limit: nearer than about 1e-16 m the wave of this corner is missing; the level is
                 // finite, but that of the direct ray alone.
-                if (1e-15..1e-9).contains(&d) {
+                if (-15..-9).contains(&exponent) {
                     let before: f64 = levels[levels.len() - 3];
                     assert!(
                         (level - before).abs() < 0.1,
@@ -209,8 +185,7 @@ fn receiver_at_an_outer_corner_has_a_finite_level() {
 /// reflected ray cancel to 2 k h_1 h_2 / d of the direct ray on a perfect conductor.
 #[test]
 fn grazing_rays_cancel_as_two_rays_do() {
-    let bar = [(-500.0, 0.0), (500.0, 0.0), (500.0, -1.0), (-500.0, -1.0)].map(DVec2::from);
-    let scene = Scene::new(&[Footprint::new(bar)], None).unwrap();
+    let scene = scene(&[rectangle(-500.0, -1.0, 500.0, 0.0)]);
     let config = TraceConfig {
         material: Material::PerfectConductor,
         ..TraceConfig::reflections_only(2)
@@ -228,12 +203,8 @@ fn grazing_rays_cancel_as_two_rays_do() {
         assert!((left - want).abs() < 3e-12);
     }
     // On the wall's line: beside its ends, and over its whole length.
-    let link = both_ways(
-        &tracer,
-        DVec2::new(-510.0, 0.0),
-        DVec2::new(600.0, 0.0),
-        "along",
-    );
+    let [tx, rx] = [-510.0, 600.0].map(|x| DVec2::new(x, 0.0));
+    let link = both_ways(&tracer, tx, rx, "along");
     assert_eq!(link.paths.len(), 1);
     assert!(link.paths[0].is_line_of_sight());
 }
@@ -242,25 +213,16 @@ fn grazing_rays_cancel_as_two_rays_do() {
 /// and is free; all corners on it are seen behind one another.
 #[test]
 fn everything_on_one_line() {
-    let row: Vec<Footprint> = (0..12)
-        .map(|i| {
-            let x = 20.0 * f64::from(i);
-            Footprint::new(
-                [(x, 0.0), (x + 10.0, 0.0), (x + 10.0, 10.0), (x, 10.0)].map(DVec2::from),
-            )
-        })
-        .collect();
-    let scene = Scene::new(&row, None).unwrap();
+    let starts = (0..12).map(|i| 20.0 * f64::from(i));
+    let row: Vec<Footprint> = starts.map(|x| rectangle(x, 0.0, x + 10.0, 10.0)).collect();
+    let scene = scene(&row);
     for material in MATERIALS {
         let tracer = Tracer::new(&scene, with(material)).unwrap();
         for (p, q) in [(-10.0, 300.0), (-10.0, 15.0), (15.0, 35.0), (15.0, 300.0)] {
             let what = format!("{material:?}: {p} -> {q}");
             let link = both_ways(&tracer, DVec2::new(p, 0.0), DVec2::new(q, 0.0), &what);
-            assert_eq!(
-                link.paths.iter().filter(|p| p.is_line_of_sight()).count(),
-                1,
-                "{what}"
-            );
+            let free = link.paths.iter().filter(|p| p.is_line_of_sight());
+            assert_eq!(free.count(), 1, "{what}");
         }
     }
 }
@@ -268,21 +230,16 @@ fn everything_on_one_line() {
 /// Two terminals at one place have no link; nor have two so near that 1 / distance^2 is no number.
 #[test]
 fn coincident_terminals_are_an_error() {
-    let scene = Scene::new(&[house()], None).unwrap();
-    let tracer = Tracer::new(&scene, with_chains()).unwrap();
+    let one_house = scene(&[house()]);
+    let tracer = Tracer::new(&one_house, with_chains()).unwrap();
     let tx = DVec2::new(-1.0, -1.0);
-    assert!(matches!(
-        tracer.trace(tx, tx),
-        Err(TraceError::Coincident { .. })
-    ));
-    let empty = Scene::new(&[], None).unwrap();
+    let is_coincident = |link: &_| matches!(link, Err(TraceError::Coincident { .. }));
+    assert!(is_coincident(&tracer.trace(tx, tx)));
+    let empty = scene(&[]);
     let tracer = Tracer::new(&empty, with_chains()).unwrap();
     for d in [1e-110, 1e-160, 1e-200, f64::MIN_POSITIVE] {
         let link = tracer.trace(DVec2::ZERO, DVec2::new(d, 0.0));
-        assert!(
-            matches!(link, Err(TraceError::Coincident { .. })),
-            "{d}: {link:?}"
-        );
+        assert!(is_coincident(&link), "{d}: {link:?}");
     }
     for d in [1e-3, 1e-9, 1e-15, 1e-90] {
         let link = both_ways(&tracer, DVec2::ZERO, DVec2::new(0.0, d), "near");
@@ -294,14 +251,10 @@ fn coincident_terminals_are_an_error() {
 /// overflow, and signs are no longer exact.
 #[test]
 fn terminals_out_of_this_world_are_refused() {
-    let scene = Scene::new(&[house()], None).unwrap();
+    let scene = scene(&[house()]);
     let tracer = Tracer::new(&scene, with_chains()).unwrap();
     for far in [1e10, 1e155, 1e200, 1e308, f64::MAX] {
-        for place in [
-            DVec2::new(far, 5.0),
-            DVec2::new(-3.0, -far),
-            DVec2::splat(far),
-        ] {
+        for place in [(far, 5.0), (-3.0, -far), (far, far)].map(DVec2::from) {
             let refused = tracer.transmitter(place).err();
             assert!(
                 matches!(refused, Some(TerminalError::NotFinite(..))),
@@ -318,31 +271,25 @@ fn terminals_out_of_this_world_are_refused() {
 /// Settings at the ends of what is accepted give finite numbers; beyond they are refused by name.
 #[test]
 fn settings_are_refused_or_give_finite_numbers() {
-    let scene = Scene::new(&[house()], None).unwrap();
+    let scene = scene(&[house()]);
     let powers = (-308..=308).step_by(4).map(|e| 10_f64.powi(e));
     let (mut accepted, mut refused) = (0, 0);
     for value in powers.chain([5e-324, f64::MAX]) {
-        let dielectric = |relative_permittivity, conductivity_s_per_m| TraceConfig {
-            material: Material::Dielectric {
-                relative_permittivity,
-                conductivity_s_per_m,
-            },
-            ..with_chains()
+        let dielectric = |relative_permittivity, conductivity_s_per_m| Material::Dielectric {
+            relative_permittivity,
+            conductivity_s_per_m,
         };
-        let frequency = |material| TraceConfig {
-            frequency_hz: value,
+        let made = |frequency_hz, material| TraceConfig {
+            frequency_hz,
             material,
             ..with_chains()
         };
         let configs = [
-            frequency(Material::Concrete),
-            frequency(Material::PerfectConductor),
-            frequency(Material::Dielectric {
-                relative_permittivity: 5.0,
-                conductivity_s_per_m: 1e3,
-            }),
-            dielectric(1.0 + value, 0.0),
-            dielectric(1.0, value),
+            made(value, Material::Concrete),
+            made(value, Material::PerfectConductor),
+            made(value, dielectric(5.0, 1e3)),
+            made(3.5e9, dielectric(1.0 + value, 0.0)),
+            made(3.5e9, dielectric(1.0, value)),
             TraceConfig {
                 dynamic_range_db: Some(value),
                 ..with_chains()
@@ -354,7 +301,7 @@ fn settings_are_refused_or_give_finite_numbers() {
                 continue;
             };
             accepted += 1;
-            for rx in [(25.0, -7.0), (-5.0, 12.0), (40.0, 0.0), (50.0, 10.0)].map(DVec2::from) {
+            for rx in points("25,-7 -5,12 40,0 50,10") {
                 let link = tracer.trace(DVec2::new(-8.0, 0.0), rx).unwrap();
                 assert_finite(&link, &format!("{config:?}"));
             }
@@ -367,7 +314,7 @@ fn settings_are_refused_or_give_finite_numbers() {
 /// Arrival and departure azimuths keep to (-pi, pi], at both ends of the half turn.
 #[test]
 fn azimuths_at_half_a_turn() {
-    let empty = Scene::new(&[], None).unwrap();
+    let empty = scene(&[]);
     let tracer = Tracer::new(&empty, with_chains()).unwrap();
     for y in [0.0, -0.0, 1e-300, -1e-300, 1e-9, -1e-9] {
         let link = tracer

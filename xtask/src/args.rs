@@ -9,7 +9,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, TraceConfig};
 use clap::{Args, ValueEnum};
 
-use crate::settings::Stored;
+use aps_data::Stored;
 
 /// A value of `--shard`: `I/N`, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,6 +11,7 @@ use crate::output;
 /// City maps to ray-traced paths to angle power spectra.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
+#[command(after_help = "Checks that every change must pass: cargo xtask ci")]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -54,8 +55,6 @@ enum Command {
     /// Train, score and time models against each other, baselines and the tracer, and report.
     #[command(disable_help_flag = true)]
     BenchModels(commands::programs::Args),
-    /// Run the checks that every change must pass.
-    Ci(commands::ci::Args),
 }
 
 /// Runs the command line of this process.
@@ -77,7 +76,6 @@ pub fn run() -> ExitCode {
         Command::Train(args) => args.run("xtask-models", "train"),
         Command::Predict(args) => args.run("xtask-models", "predict"),
         Command::BenchModels(args) => args.run("xtask-models", "bench-models"),
-        Command::Ci(args) => args.run(),
     };
     exit_code(result)
 }

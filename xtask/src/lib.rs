@@ -28,13 +28,10 @@ mod source;
 mod summary;
 pub mod targets;
 mod tiles;
-mod whole_files;
 mod wire;
 
 pub use commands::programs::{child, hand_over};
 pub use maps::{IdList, MapSource, SceneSettings, choose as choose_maps, ranges as map_ranges};
 pub use plan::{DatasetPlan, MapTime};
 pub use progress::use_threads;
-pub use samples::of_record as sample_of;
 pub use sampling::{Receivers, draw as draw_terminals};
-pub use settings::Stored;

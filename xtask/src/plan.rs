@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, Split};
+use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, Layout, Split, Stored};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::glam::DVec2;
@@ -15,7 +15,7 @@ use crate::produce::Choice;
 use crate::produce::Run;
 use crate::production;
 use crate::sampling::{self, Receivers, Sampling, Terminals};
-use crate::settings::{self, Stored};
+use crate::settings;
 use crate::summary::Tally;
 
 /// Settings that a traced data set is made from: the same plan gives the same bytes.
@@ -151,7 +151,7 @@ impl DatasetPlan {
         let (maps, trace, label) = (self.maps.describe(), &self.trace, &self.label);
         DatasetConfig {
             seed: self.seed,
-            layout: settings::layout(label, self.maps.raster(), self.stored),
+            layout: Layout::of_labels(label, self.maps.raster(), self.stored),
             configuration: settings::of_traced(maps, self.scene, sampling, trace, label),
         }
     }

@@ -20,13 +20,11 @@ use crate::maps;
 use crate::sampling::Terminals;
 use crate::summary::Tally;
 
-mod columns;
 mod links;
 mod receivers;
 mod relabel;
 mod rows;
 
-pub use columns::PathColumns;
 pub use links::LinkMaker;
 pub use receivers::{Choice, Pool};
 pub use rows::{Rows, profile_rows};

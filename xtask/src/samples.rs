@@ -1,30 +1,9 @@
-//! Converts paths to the samples that labels are made from, from each form in which the runner meets a path.
+//! Samples of labels from paths in JSON, and the azimuths that others' programs may give.
 
 use anyhow::{Result, ensure};
-use aps_data::PathTable;
 use aps_label::PathSample;
-use aps_raytrace::PathRecord;
 
 use crate::wire::PathEntry;
-
-/// Sample of a traced path.
-pub fn of_record(path: &PathRecord) -> PathSample {
-    PathSample {
-        delay_s: path.delay_s,
-        arrival_azimuth_rad: path.arrival_azimuth_rad,
-        gain_db: path.gain_db(),
-    }
-}
-
-/// Sample of a stored path: the same bits as from the traced path that was stored.
-pub fn of_stored(table: &PathTable, path: usize) -> PathSample {
-    let [re, im] = table.gain[path];
-    PathSample {
-        delay_s: table.delay_s[path],
-        arrival_azimuth_rad: table.arrival_azimuth_rad[path],
-        gain_db: 10.0 * (re * re + im * im).log10(),
-    }
-}
 
 /// Sample of a path in JSON.
 ///

@@ -4,45 +4,13 @@
 //! a stored data set can be labelled anew, and its links computed again and compared.
 
 use anyhow::{Context, Result, bail};
-use aps_data::{Axis, Layout, ProfileLayout, RasterGrid};
-use aps_label::{LabelConfig, Protocol};
+use aps_label::LabelConfig;
 use aps_raytrace::{Material, TraceConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::maps::SceneSettings;
 use crate::sampling::Sampling;
-
-/// Kinds of data that are stored of each link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stored {
-    /// Angle power spectra.
-    pub aps: bool,
-    /// Power delay profiles.
-    pub pdp: bool,
-    /// Path records.
-    pub paths: bool,
-}
-
-/// The layout of labels made with these settings.
-pub fn layout(label: &LabelConfig, raster: RasterGrid, stored: Stored) -> Layout {
-    let angles = match label.protocol {
-        Protocol::Released => Axis::ANGLE_RELEASED_DEG,
-        _ => Axis::ANGLE_PAPER_DEG,
-    };
-    let delays = Axis {
-        start: 0.0,
-        stop: label.delay_axis.last_s * 1e9,
-        count: label.delay_axis.points,
-        endpoint: true,
-    };
-    Layout {
-        raster,
-        aps: stored.aps.then(|| ProfileLayout::over(angles)),
-        pdp: stored.pdp.then(|| ProfileLayout::over(delays)),
-        paths: stored.paths,
-    }
-}
 
 /// The `configuration` of a traced data set; `maps` says what kind they are of.
 pub fn of_traced(

@@ -4,16 +4,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, InteractionKind, MapData, PathTable, Raster, UNKNOWN_ID};
+use aps_data::{Dataset, MapData, PathTable, Raster};
 use aps_label::LabelConfig;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer, Transmitter};
-use aps_report::link::{Bend, BendKind, LinkView, PathView};
+use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
 use rayon::prelude::*;
 
 use crate::maps::{self, MapSource, SceneSettings};
-use crate::samples;
 use crate::settings;
 use crate::tiles::TileArgs;
 
@@ -146,13 +145,10 @@ impl SourceMap {
         }
         let view = |&row: &usize| {
             let (tx, rx) = self.data.ends_m(row);
-            LinkView {
-                tx: tx.into(),
-                rx: rx.into(),
-                paths: match &self.stored {
-                    Some(table) => stored_paths(table, row),
-                    None => Vec::new(),
-                },
+            let [tx, rx] = [tx, rx].map(DVec2::from);
+            match &self.stored {
+                Some(table) => LinkView::stored([tx, rx], table, row),
+                None => LinkView::traced(tx, rx, &[]),
             }
         };
         Ok(rows.iter().map(view).collect())
@@ -178,29 +174,6 @@ fn outlines(raster: &Raster) -> Outlines {
     let grid = raster.grid();
     let is_set = |x: usize, y: usize| raster.row(y)[x] != 0;
     Outlines::of_pixels([grid.width, grid.height], grid.metres_per_pixel, is_set)
-}
-
-/// The paths of a link as a data set stores them.
-fn stored_paths(table: &PathTable, link: usize) -> Vec<PathView> {
-    let bend = |i: usize| Bend {
-        kind: match table.interaction_kind[i] {
-            InteractionKind::Reflection => BendKind::Reflection,
-            InteractionKind::Diffraction => BendKind::Diffraction,
-            InteractionKind::Other(_) => BendKind::Unknown,
-        },
-        id: Some(table.interaction_id[i]).filter(|&id| id != UNKNOWN_ID),
-        point: DVec2::from(table.interaction_point_m[i]),
-    };
-    let path = |p: usize| {
-        let sample = samples::of_stored(table, p);
-        PathView {
-            bends: table.interactions_of(p).map(bend).collect(),
-            delay_s: sample.delay_s,
-            arrival_azimuth_rad: sample.arrival_azimuth_rad,
-            gain_db: sample.gain_db,
-        }
-    };
-    table.paths_of(link).map(path).collect()
 }
 
 fn trace_again(

@@ -101,10 +101,7 @@ impl Tally {
         links: impl Iterator<Item = usize>,
         protocol: Protocol,
     ) -> Result<()> {
-        let definition = match protocol {
-            Protocol::Released => aps_metrics::Protocol::Released.definition(),
-            _ => aps_metrics::Protocol::Paper.definition(),
-        };
+        let definition = aps_metrics::Protocol::from(protocol).definition();
         let mut stored = vec![0.0; aps.bins()];
         let mut shape = vec![0.0; aps.bins()];
         for link in links {

@@ -11,14 +11,6 @@ pub fn protocol_of(dataset: &Dataset) -> Option<Protocol> {
     configuration["label"]["protocol"].as_str()?.parse().ok()
 }
 
-/// A protocol's target, with the statistics of the training maps.
-pub fn normalization(protocol: Protocol, train: MeanStd) -> Normalization {
-    match protocol {
-        Protocol::Released => Normalization::Released(train),
-        _ => Normalization::Paper(train),
-    }
-}
-
 /// The form in which labels are compared.
 #[derive(Debug, Clone, Copy)]
 pub enum Target {
@@ -47,7 +39,7 @@ impl Target {
         samples.read(link * bins..(link + 1) * bins, row);
         match self {
             Target::Linear => relative_power(row).map(|_| ()),
-            Target::Normalised(normalization) => normalization.apply(row).map(|_| ()),
+            Target::Normalised(normalization) => normalization.apply(row),
         }
     }
 }

@@ -3,8 +3,9 @@
 use std::io::Read;
 
 use anyhow::{Context, Result, anyhow};
+use aps_data::InteractionKind;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Interaction, InteractionKind, PathRecord};
+use aps_raytrace::{Interaction, PathRecord};
 use serde::{Deserialize, Serialize};
 
 #[cfg(test)]
@@ -47,20 +48,12 @@ pub struct PathEntry {
 /// One interaction: a reflection at a wall or a diffraction at a corner.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct InteractionEntry {
-    pub kind: Kind,
+    pub kind: InteractionKind,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall: Option<u32>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner: Option<u32>,
     pub point: [f64; 2],
-}
-
-/// Kinds of interactions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    Reflection,
-    Diffraction,
 }
 
 impl LinkList {
@@ -108,12 +101,12 @@ impl From<&PathRecord> for PathEntry {
 
 impl From<&Interaction> for InteractionEntry {
     fn from(i: &Interaction) -> Self {
-        let (kind, wall, corner) = match i.kind {
-            InteractionKind::Reflection => (Kind::Reflection, Some(i.id), None),
-            InteractionKind::Diffraction => (Kind::Diffraction, None, Some(i.id)),
+        let (wall, corner) = match i.kind {
+            aps_raytrace::InteractionKind::Reflection => (Some(i.id), None),
+            aps_raytrace::InteractionKind::Diffraction => (None, Some(i.id)),
         };
         Self {
-            kind,
+            kind: i.kind.into(),
             wall,
             corner,
             point: i.point.to_array(),

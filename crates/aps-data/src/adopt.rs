@@ -38,7 +38,9 @@ impl DatasetWriter {
         self.must_want(id)?;
         let source = other.as_ref().join(MapEntry::folder_of(id));
         let manifest = MapManifest::read_of(id, &source)?;
-        manifest.must_be_made_with(self.config(), &source.join(MAP_FILE))?;
+        let version = manifest.format_version;
+        self.config()
+            .must_have_made(&manifest.config(), version, &source.join(MAP_FILE))?;
         let folder = PartialFolder::create(self.root(), &MapEntry::folder_of(id))?;
         for file in &manifest.map.files {
             let (from, to) = (source.join(&file.name), folder.path().join(&file.name));

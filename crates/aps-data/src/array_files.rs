@@ -4,196 +4,124 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use half::f16;
-
-use crate::arrays::ProfileNames;
+use crate::arrays::{ArraySpec, Counts, ProfileNames, arrays_of};
 use crate::error::{Error, at, in_array};
-use crate::layout::{Precision, ProfileLayout};
+use crate::layout::Layout;
 use crate::npy::{Element, Writer};
-use crate::paths::{InteractionKind, PathRows};
-use crate::profile::{EncodedRows, Samples};
+use crate::paths::{InteractionKind, PathTable};
+use crate::profile::{Profile, Samples};
 
 /// An array file under construction.
 #[derive(Debug)]
-pub(crate) struct ArrayFile<T> {
+struct ArrayFile {
+    name: &'static str,
     path: PathBuf,
-    writer: Writer<T, BufWriter<File>>,
+    writer: Writer<BufWriter<File>>,
 }
 
-impl<T: Element> ArrayFile<T> {
-    pub fn create(folder: &Path, name: &str, row_shape: &[usize]) -> Result<Self, Error> {
-        let path = folder.join(format!("{name}.npy"));
-        let file = File::create_new(&path).map_err(at(&path, "create"))?;
-        let writer =
-            Writer::new(BufWriter::new(file), row_shape).map_err(in_array(&path, "write"))?;
-        Ok(ArrayFile { path, writer })
-    }
-
-    pub fn write(folder: &Path, name: &str, row_shape: &[usize], data: &[T]) -> Result<(), Error> {
-        let mut file = Self::create(folder, name, row_shape)?;
-        file.push(data)?;
-        file.finish().map(|_| ())
-    }
-
-    pub fn push(&mut self, data: &[T]) -> Result<(), Error> {
-        self.writer
-            .push(data)
-            .map_err(in_array(&self.path, "write"))
-    }
-
-    /// Returns the number of rows; the file is on disk.
-    pub fn finish(self) -> Result<usize, Error> {
-        let (sink, rows) = self
-            .writer
-            .finish()
-            .map_err(in_array(&self.path, "write"))?;
-        sink.get_ref().sync_all().map_err(at(&self.path, "write"))?;
-        Ok(rows)
-    }
-}
-
+/// The array files of a map, one for each array of its layout.
 #[derive(Debug)]
-pub(crate) struct ProfileArrays {
-    db: SampleFile,
-    max_db: ArrayFile<f32>,
-    argmax: Option<ArrayFile<f16>>,
+pub(crate) struct ArrayFiles {
+    files: Vec<ArrayFile>,
+    /// Paths and interactions so far.
+    paths: u64,
+    interactions: u64,
 }
 
-#[derive(Debug)]
-enum SampleFile {
-    F16(ArrayFile<f16>),
-    F32(ArrayFile<f32>),
-}
-
-impl ProfileArrays {
-    pub fn create(
-        folder: &Path,
-        names: ProfileNames,
-        layout: &ProfileLayout,
-    ) -> Result<Self, Error> {
-        let row = [layout.axis.count];
-        let db = match layout.dtype {
-            Precision::F16 => SampleFile::F16(ArrayFile::create(folder, names.db, &row)?),
-            Precision::F32 => SampleFile::F32(ArrayFile::create(folder, names.db, &row)?),
+impl ArrayFiles {
+    /// Creates the files of a layout in a folder.
+    pub fn create(folder: &Path, layout: &Layout) -> Result<Self, Error> {
+        let specs = arrays_of(layout, &Counts::default()).expect("no rows overflow nothing");
+        let create = |spec: &ArraySpec| {
+            let path = folder.join(format!("{}.npy", spec.name));
+            let file = File::create_new(&path).map_err(at(&path, "create"))?;
+            let writer = Writer::new(BufWriter::new(file), spec.dtype, &spec.shape[1..]);
+            Ok(ArrayFile {
+                name: spec.name,
+                writer: writer.map_err(in_array(&path, "write"))?,
+                path,
+            })
         };
-        let argmax = layout
-            .argmax
-            .then(|| ArrayFile::create(folder, names.argmax, &row))
-            .transpose()?;
-        Ok(ProfileArrays {
-            db,
-            max_db: ArrayFile::create(folder, names.max_db, &[])?,
-            argmax,
-        })
+        let mut files = ArrayFiles {
+            files: specs.iter().map(create).collect::<Result<_, _>>()?,
+            paths: 0,
+            interactions: 0,
+        };
+        if layout.paths {
+            files.push("path_offset", &[0_u64])?;
+            files.push("interaction_offset", &[0_u64])?;
+        }
+        Ok(files)
     }
 
-    pub fn push(&mut self, rows: &EncodedRows) -> Result<(), Error> {
-        match (&mut self.db, &rows.db) {
-            (SampleFile::F16(file), Samples::F16(values)) => file.push(values)?,
-            (SampleFile::F32(file), Samples::F32(values)) => file.push(values)?,
-            _ => unreachable!("rows are encoded by the layout that made the file"),
+    /// Appends elements to an array of the layout.
+    pub fn push<T: Element>(&mut self, name: &str, data: &[T]) -> Result<(), Error> {
+        let file = self.files.iter_mut().find(|file| file.name == name);
+        let file = file.expect("the layout has the array");
+        let pushed = file.writer.push(data);
+        pushed.map_err(in_array(&file.path, "write"))
+    }
+
+    /// Appends links, as indices of transmitter and receiver.
+    pub fn push_links(&mut self, links: &[[u32; 2]]) -> Result<(), Error> {
+        let (tx, rx): (Vec<u32>, Vec<u32>) = links.iter().map(|&[t, r]| (t, r)).unzip();
+        self.push("link_tx", &tx)?;
+        self.push("link_rx", &rx)
+    }
+
+    /// Appends the rows of a profile.
+    pub fn push_profile(&mut self, names: ProfileNames, rows: &Profile) -> Result<(), Error> {
+        match &rows.db {
+            Samples::F16(values) => self.push(names.db, values)?,
+            Samples::F32(values) => self.push(names.db, values)?,
         }
-        self.max_db.push(&rows.max_db)?;
-        match (&mut self.argmax, &rows.argmax) {
-            (Some(file), Some(values)) => file.push(values),
-            _ => Ok(()),
+        self.push(names.max_db, &rows.max_db)?;
+        match &rows.argmax {
+            Some(places) => self.push(names.argmax, places),
+            None => Ok(()),
         }
     }
 
-    pub fn finish(self) -> Result<(), Error> {
-        match self.db {
-            SampleFile::F16(file) => file.finish()?,
-            SampleFile::F32(file) => file.finish()?,
+    /// Appends the paths of links.
+    pub fn push_paths(&mut self, table: &PathTable) -> Result<(), Error> {
+        let after = |first: u64, offset: &[u64]| -> Vec<u64> {
+            offset[1..].iter().map(|end| first + end).collect()
         };
-        self.max_db.finish()?;
-        self.argmax.map(ArrayFile::finish).transpose()?;
+        let kinds = table.interaction_kind.iter();
+        let kinds: Vec<u8> = kinds.copied().map(InteractionKind::code).collect();
+        self.push("path_offset", &after(self.paths, &table.path_offset))?;
+        self.push("path_delay_s", &table.delay_s)?;
+        self.push("path_departure_azimuth_rad", &table.departure_azimuth_rad)?;
+        self.push("path_arrival_azimuth_rad", &table.arrival_azimuth_rad)?;
+        self.push("path_gain", &table.gain)?;
+        let ends = after(self.interactions, &table.interaction_offset);
+        self.push("interaction_offset", &ends)?;
+        self.push("interaction_kind", &kinds)?;
+        self.push("interaction_id", &table.interaction_id)?;
+        self.push(
+            "interaction_point",
+            table.interaction_point_m.as_flattened(),
+        )?;
+        self.paths += table.delay_s.len() as u64;
+        self.interactions += kinds.len() as u64;
         Ok(())
     }
-}
 
-#[derive(Debug)]
-pub(crate) struct PathArrays {
-    offset: OffsetFile,
-    delay_s: ArrayFile<f64>,
-    departure_azimuth_rad: ArrayFile<f64>,
-    arrival_azimuth_rad: ArrayFile<f64>,
-    gain: ArrayFile<[f64; 2]>,
-    interaction_offset: OffsetFile,
-    interaction_kind: ArrayFile<u8>,
-    interaction_id: ArrayFile<u32>,
-    interaction_point: ArrayFile<f64>,
-}
-
-impl PathArrays {
-    pub fn create(folder: &Path) -> Result<Self, Error> {
-        Ok(PathArrays {
-            offset: OffsetFile::create(folder, "path_offset")?,
-            delay_s: ArrayFile::create(folder, "path_delay_s", &[])?,
-            departure_azimuth_rad: ArrayFile::create(folder, "path_departure_azimuth_rad", &[])?,
-            arrival_azimuth_rad: ArrayFile::create(folder, "path_arrival_azimuth_rad", &[])?,
-            gain: ArrayFile::create(folder, "path_gain", &[])?,
-            interaction_offset: OffsetFile::create(folder, "interaction_offset")?,
-            interaction_kind: ArrayFile::create(folder, "interaction_kind", &[])?,
-            interaction_id: ArrayFile::create(folder, "interaction_id", &[])?,
-            interaction_point: ArrayFile::create(folder, "interaction_point", &[2])?,
-        })
-    }
-
-    pub fn push(&mut self, rows: &PathRows<'_>) -> Result<(), Error> {
-        let kinds: Vec<u8> = rows
-            .interaction_kind
-            .iter()
-            .copied()
-            .map(InteractionKind::code)
-            .collect();
-        self.offset.push(rows.paths_per_link)?;
-        self.delay_s.push(rows.delay_s)?;
-        self.departure_azimuth_rad
-            .push(rows.departure_azimuth_rad)?;
-        self.arrival_azimuth_rad.push(rows.arrival_azimuth_rad)?;
-        self.gain.push(rows.gain)?;
-        self.interaction_offset.push(rows.interactions_per_path)?;
-        self.interaction_kind.push(&kinds)?;
-        self.interaction_id.push(rows.interaction_id)?;
-        self.interaction_point
-            .push(rows.interaction_point_m.as_flattened())
-    }
-
-    /// Returns the number of paths and of interactions.
-    pub fn finish(self) -> Result<(usize, usize), Error> {
-        self.offset.file.finish()?;
-        let paths = self.delay_s.finish()?;
-        self.departure_azimuth_rad.finish()?;
-        self.arrival_azimuth_rad.finish()?;
-        self.gain.finish()?;
-        self.interaction_offset.file.finish()?;
-        let interactions = self.interaction_kind.finish()?;
-        self.interaction_id.finish()?;
-        self.interaction_point.finish()?;
-        Ok((paths, interactions))
-    }
-}
-
-/// Running sums: 0, then one entry a row.
-#[derive(Debug)]
-struct OffsetFile {
-    file: ArrayFile<u64>,
-    sum: u64,
-}
-
-impl OffsetFile {
-    fn create(folder: &Path, name: &str) -> Result<Self, Error> {
-        let mut file = ArrayFile::create(folder, name, &[])?;
-        file.push(&[0])?;
-        Ok(OffsetFile { file, sum: 0 })
-    }
-
-    fn push(&mut self, counts: &[usize]) -> Result<(), Error> {
-        let sums = counts.iter().map(|&count| {
-            self.sum += count as u64;
-            self.sum
-        });
-        let sums: Vec<u64> = sums.collect();
-        self.file.push(&sums)
+    /// Completes the files, which are on disk then, and returns the lengths that decide their shapes.
+    pub fn finish(self) -> Result<Counts, Error> {
+        let mut counts = Counts::default();
+        for ArrayFile { name, path, writer } in self.files {
+            let (sink, rows) = writer.finish().map_err(in_array(&path, "write"))?;
+            sink.get_ref().sync_all().map_err(at(&path, "write"))?;
+            match name {
+                "tx" => counts.tx = rows,
+                "rx" => counts.rx = rows,
+                "status" => counts.links = rows,
+                "path_delay_s" => counts.paths = rows,
+                "interaction_kind" => counts.interactions = rows,
+                _ => {}
+            }
+        }
+        Ok(counts)
     }
 }

@@ -1,7 +1,7 @@
 //! The array files of a map: the one list that writer, reader and checks go by.
 
 use crate::layout::{Layout, Precision, ProfileLayout};
-use crate::npy::Header;
+use crate::npy::{Header, size_of_dtype};
 
 /// The lengths that decide the shapes of a map's arrays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,9 +24,7 @@ pub(crate) struct ArraySpec {
 impl ArraySpec {
     /// Size of the file \[bytes\]; `None` beyond what can be addressed.
     pub fn file_bytes(&self) -> Option<u64> {
-        let size: u64 = self.dtype[2..]
-            .parse()
-            .expect("all types end in their size");
+        let size = size_of_dtype(self.dtype) as u64;
         let header = Header::bytes_for(self.dtype, &self.shape).len() as u64;
         let data = self
             .shape

@@ -36,26 +36,57 @@ pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 pub(crate) fn remove_file(path: &Path) -> Result<(), Error> {
     match fs::remove_file(path) {
         Err(source) if source.kind() != io::ErrorKind::NotFound => Err(at(path, "remove")(source)),
-        _ => sync_folder(path.parent().unwrap_or(Path::new("."))),
+        _ => sync_folder(folder_of(path)),
     }
 }
 
-/// Creates or replaces a file such that at any moment either the old or the new one is there,
+/// Creates or replaces a file such that at any moment, also after a power cut, either the old or the new one is there,
 /// whole.
-pub(crate) fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let folder = path.parent().unwrap_or(Path::new("."));
+///
+/// # Errors
+/// [`Error::Io`]; the file is then as it was.
+pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write_renamed(path, bytes, write_synced)?;
+    sync_folder(folder_of(path))
+}
+
+/// Creates or replaces a file such that a killed program leaves either the old or the new one, whole.
+///
+/// Nothing is synced, which would take longer than the writing of many small files: after a power cut the file may be
+/// short, so a program that resumes must look at its length.
+///
+/// # Errors
+/// [`Error::Io`]; the file is then as it was.
+pub fn replace_unsynced(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write_renamed(path, bytes, |path, bytes| {
+        fs::write(path, bytes).map_err(at(path, "write"))
+    })
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Writes a file under another name, which `write` does, and renames it.
+fn write_renamed(
+    path: &Path,
+    bytes: &[u8],
+    write: impl Fn(&Path, &[u8]) -> Result<(), Error>,
+) -> Result<(), Error> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     // Shards that write the same file must not meet in one partial file.
-    let partial = folder.join(format!(".{name}{PARTIAL}{:016x}", *WRITER));
-    let written = write_synced(&partial, bytes);
+    let partial = path.with_file_name(format!(".{name}{PARTIAL}{:016x}", *WRITER));
+    let written = write(&partial, bytes);
     let renamed =
         written.and_then(|()| fs::rename(&partial, path).map_err(at(path, "rename a file to")));
     if renamed.is_err() {
         // Best effort: the error that matters is the one returned.
         let _ = fs::remove_file(&partial);
     }
-    renamed?;
-    sync_folder(folder)
+    renamed
 }
 
 /// A folder under construction; removed when dropped before [`PartialFolder::complete`].
@@ -90,7 +121,7 @@ impl PartialFolder {
     pub fn complete(self) -> Result<(), Error> {
         sync_folder(&self.path)?;
         fs::rename(&self.path, &self.target).map_err(at(&self.target, "rename a folder to"))?;
-        sync_folder(self.target.parent().unwrap_or(Path::new(".")))
+        sync_folder(folder_of(&self.target))
     }
 
     /// Removes what killed runs and finished shards left in `root`. Nothing else may be writing

@@ -3,8 +3,8 @@
 //! A data set is a folder with a manifest and one folder a map, each holding `.npy` arrays: link
 //! table, angle power spectra (APS), and optionally power delay profiles (PDP) and the propagation
 //! paths. The page `data-spec/README.md` of the workspace states the format; this crate is the only
-//! one that knows it. It in turn knows nothing of tracers and labels: it takes and returns plain
-//! slices of numbers.
+//! one that knows it. It takes and returns plain slices of numbers; of labels it knows their settings, axes and what they see
+//! of a path, of tracers nothing but, with the feature `raytrace`, their path records.
 //!
 //! - Writing: [`DatasetWriter`] makes a [`MapWriter`] a map, which takes [`LinkRows`] in any portions.
 //! - Reading: [`Dataset`] loads a map at a time as [`MapData`], and its [`PathTable`].
@@ -66,7 +66,9 @@
 //!
 //! # Features
 //!
-//! There are none: the JSON of a data set needs `serde` in any case, and the types that stand in it implement it.
+//! - `raytrace` (off by default): path records of `aps-raytrace` as rows of a [`PathTable`] and as samples of a label.
+//!
+//! The JSON of a data set needs `serde` in any case, and the types that stand in it implement it.
 //!
 //! # Foreign bytes
 //!
@@ -93,6 +95,8 @@ mod profile;
 pub mod propbin;
 mod raster;
 mod reader;
+#[cfg(feature = "raytrace")]
+mod records;
 pub mod released;
 mod round;
 mod split;
@@ -100,17 +104,21 @@ mod status;
 mod survey;
 mod writer;
 
+pub use aps_label::Axis;
 pub use condition::{ConditionConfig, ConditionImages};
+pub use durable::{replace_file, replace_unsynced};
 pub use error::{Difference, Error};
-pub use layout::{Axis, Layout, Precision, ProfileLayout};
+pub use layout::{Layout, Precision, ProfileLayout, Stored};
 pub use manifest::{DatasetConfig, FORMAT_VERSION, FileEntry, Manifest, MapEntry, Totals};
 pub use map_data::MapData;
 pub use map_writer::{LinkRows, Links, MapInput, MapWriter};
-pub use paths::{InteractionKind, PathRows, PathTable, UNKNOWN_ID};
+pub use paths::{InteractionKind, PathTable, UNKNOWN_ID};
 pub use plan::Plan;
 pub use profile::{FILL_DB, Profile, ProfileRows, Samples};
 pub use raster::{Raster, RasterError, RasterGrid};
 pub use reader::Dataset;
+#[cfg(feature = "raytrace")]
+pub use records::sample_of;
 pub use split::{Part, Split};
 pub use status::LinkStatus;
 pub use survey::Survey;

@@ -151,6 +151,23 @@ impl DatasetConfig {
         }
     }
 
+    /// Refuses what is stored at `path` if this version, with these settings, would not have written it.
+    pub(crate) fn must_have_made(
+        &self,
+        stored: &DatasetConfig,
+        format_version: u64,
+        path: &Path,
+    ) -> Result<(), Error> {
+        match format_version {
+            FORMAT_VERSION => self.must_equal(stored, path),
+            found => Err(Error::OlderFormat {
+                path: path.into(),
+                found,
+                written: FORMAT_VERSION,
+            }),
+        }
+    }
+
     /// Refuses settings other than those in the file at `path`.
     pub(crate) fn must_equal(&self, stored: &DatasetConfig, path: &Path) -> Result<(), Error> {
         let as_value = |config: &DatasetConfig| {
@@ -203,16 +220,6 @@ impl Manifest {
         }
     }
 
-    /// Refuses a data set that this version, with these settings, would not have written.
-    pub(crate) fn must_be_made_with(
-        &self,
-        config: &DatasetConfig,
-        path: &Path,
-    ) -> Result<(), Error> {
-        must_be_current(self.format_version, path)?;
-        config.must_equal(&self.config(), path)
-    }
-
     /// Reads a manifest and checks that it agrees with itself.
     pub(crate) fn read(path: &Path) -> Result<Self, Error> {
         Self::parse(path, &json::read_bytes(path)?)
@@ -220,13 +227,8 @@ impl Manifest {
 
     fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let manifest: Manifest = parse(path, bytes)?;
-        match manifest.problem() {
-            Some(problem) => Err(Error::Damaged {
-                path: path.into(),
-                problem,
-            }),
-            None => Ok(manifest),
-        }
+        let problem = manifest.problem();
+        sound(path, manifest, problem)
     }
 
     fn problem(&self) -> Option<String> {
@@ -264,12 +266,6 @@ impl MapManifest {
         }
     }
 
-    /// Refuses a map that this version, with these settings, would not have written.
-    pub fn must_be_made_with(&self, config: &DatasetConfig, path: &Path) -> Result<(), Error> {
-        must_be_current(self.format_version, path)?;
-        config.must_equal(&self.config(), path)
-    }
-
     /// Reads the manifest of map `id` in its folder and checks that it agrees with itself.
     pub fn read_of(id: u32, folder: &Path) -> Result<Self, Error> {
         let path = folder.join(MAP_FILE);
@@ -278,13 +274,8 @@ impl MapManifest {
 
     fn parse(id: u32, path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let manifest: MapManifest = parse(path, bytes)?;
-        match manifest.problem(id) {
-            Some(problem) => Err(Error::Damaged {
-                path: path.into(),
-                problem,
-            }),
-            None => Ok(manifest),
-        }
+        let problem = manifest.problem(id);
+        sound(path, manifest, problem)
     }
 
     fn problem(&self, id: u32) -> Option<String> {
@@ -411,14 +402,14 @@ impl Totals {
     }
 }
 
-fn must_be_current(found: u64, path: &Path) -> Result<(), Error> {
-    match found {
-        FORMAT_VERSION => Ok(()),
-        _ => Err(Error::OlderFormat {
+/// Returns a value read from a file, or the fault of the file.
+pub(crate) fn sound<T>(path: &Path, value: T, problem: Option<String>) -> Result<T, Error> {
+    match problem {
+        Some(problem) => Err(Error::Damaged {
             path: path.into(),
-            found,
-            written: FORMAT_VERSION,
+            problem,
         }),
+        None => Ok(value),
     }
 }
 

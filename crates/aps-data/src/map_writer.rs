@@ -6,14 +6,14 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::array_files::{ArrayFile, PathArrays, ProfileArrays};
+use crate::array_files::ArrayFiles;
 use crate::arrays::{ArraySpec, Counts, ProfileNames, arrays_of};
 use crate::durable::{self, PartialFolder};
 use crate::error::Error;
 use crate::json;
 use crate::layout::{Layout, ProfileLayout};
 use crate::manifest::{FileEntry, MAP_FILE, MapEntry, MapManifest};
-use crate::paths::PathRows;
+use crate::paths::PathTable;
 use crate::profile::{self, ProfileRows};
 use crate::raster::{Raster, RasterGrid};
 use crate::status::LinkStatus;
@@ -62,7 +62,7 @@ pub struct LinkRows<'a> {
     /// PDP of the links, if the layout stores it.
     pub pdp: Option<ProfileRows<'a>>,
     /// Paths of the links, if the layout stores them.
-    pub paths: Option<PathRows<'a>>,
+    pub paths: Option<&'a PathTable>,
 }
 
 /// A map being written. Dropping it unfinished removes all of it.
@@ -70,27 +70,17 @@ pub struct LinkRows<'a> {
 pub struct MapWriter<'w> {
     dataset: &'w DatasetWriter,
     id: u32,
-    counts: Counts,
+    /// Number of transmitters and of receivers.
+    tx: usize,
+    rx: usize,
     /// Number of links; not known before the last row where links come with their rows.
     planned: Option<usize>,
     written: usize,
     status_counts: BTreeMap<String, u64>,
     statistics: Value,
-    arrays: LinkArrays,
+    files: ArrayFiles,
     // Last: the files above are closed before the folder is removed.
     folder: PartialFolder,
-}
-
-/// The files that grow by rows of links.
-#[derive(Debug)]
-struct LinkArrays {
-    link_tx: ArrayFile<u32>,
-    link_rx: ArrayFile<u32>,
-    status: ArrayFile<u8>,
-    fallback: ArrayFile<u8>,
-    aps: Option<ProfileArrays>,
-    pdp: Option<ProfileArrays>,
-    paths: Option<PathArrays>,
 }
 
 impl<'w> MapWriter<'w> {
@@ -104,48 +94,21 @@ impl<'w> MapWriter<'w> {
             links_of(input).and_then(|links| check_input(input, layout.raster).map(|()| links));
         let links = links.map_err(|problem| Error::Input { map: id, problem })?;
         let folder = PartialFolder::create(dataset.root(), &MapEntry::folder_of(id))?;
-        let at = folder.path();
-        ArrayFile::write(
-            at,
-            "buildings",
-            &[layout.raster.width],
-            input.buildings.pixels(),
-        )?;
-        ArrayFile::write(at, "tx", &[2], input.tx_m.as_flattened())?;
-        ArrayFile::write(at, "rx", &[2], input.rx_m.as_flattened())?;
-        let aps = layout
-            .aps
-            .map(|aps| ProfileArrays::create(at, ProfileNames::APS, &aps))
-            .transpose()?;
-        let pdp = layout
-            .pdp
-            .map(|pdp| ProfileArrays::create(at, ProfileNames::PDP, &pdp))
-            .transpose()?;
-        let paths = layout.paths.then(|| PathArrays::create(at)).transpose()?;
-        let mut arrays = LinkArrays {
-            link_tx: ArrayFile::create(at, "link_tx", &[])?,
-            link_rx: ArrayFile::create(at, "link_rx", &[])?,
-            status: ArrayFile::create(at, "status", &[])?,
-            fallback: ArrayFile::create(at, "fallback", &[])?,
-            aps,
-            pdp,
-            paths,
-        };
-        arrays.push_links(&links)?;
-        let counts = Counts {
-            tx: input.tx_m.len(),
-            rx: input.rx_m.len(),
-            ..Counts::default()
-        };
+        let mut files = ArrayFiles::create(folder.path(), layout)?;
+        files.push("buildings", input.buildings.pixels())?;
+        files.push("tx", input.tx_m.as_flattened())?;
+        files.push("rx", input.rx_m.as_flattened())?;
+        files.push_links(&links)?;
         Ok(MapWriter {
             dataset,
             id,
-            counts,
             planned: (!matches!(input.links, Links::WithRows)).then_some(links.len()),
             written: 0,
             status_counts: BTreeMap::new(),
             statistics: Value::Null,
-            arrays,
+            tx: input.tx_m.len(),
+            rx: input.rx_m.len(),
+            files,
             folder,
         })
     }
@@ -172,7 +135,7 @@ impl<'w> MapWriter<'w> {
         let links = match (rows.links, self.planned) {
             (None, Some(_)) => &[],
             (Some(links), None) if links.len() == rows.status.len() => {
-                check_links(links, self.counts.tx, self.counts.rx).map_err(refuse)?;
+                check_links(links, self.tx, self.rx).map_err(refuse)?;
                 links
             }
             (Some(links), None) => {
@@ -206,7 +169,7 @@ impl<'w> MapWriter<'w> {
                 "fallback has {found} values, expected {wanted}"
             )));
         }
-        let problem = match (&rows.paths, layout.paths) {
+        let problem = match (rows.paths, layout.paths) {
             (Some(paths), true) => paths.problem(rows.status, first),
             (paths, stores) => {
                 (paths.is_some() != stores).then(|| "must be given if and only if stored".into())
@@ -216,21 +179,19 @@ impl<'w> MapWriter<'w> {
             return Err(refuse(format!("paths: {problem}")));
         }
 
-        self.arrays.push_links(links)?;
+        self.files.push_links(links)?;
         let codes: Vec<u8> = rows.status.iter().map(|status| status.code()).collect();
-        self.arrays.status.push(&codes)?;
-        match rows.fallback {
-            Some(fallback) => self.arrays.fallback.push(fallback)?,
-            None => self.arrays.fallback.push(&vec![0; codes.len()])?,
+        self.files.push("status", &codes)?;
+        let within = vec![0; codes.len()];
+        self.files
+            .push("fallback", rows.fallback.unwrap_or(&within))?;
+        for (names, profile) in [(ProfileNames::APS, aps), (ProfileNames::PDP, pdp)] {
+            if let Some(profile) = profile {
+                self.files.push_profile(names, &profile)?;
+            }
         }
-        if let (Some(file), Some(encoded)) = (&mut self.arrays.aps, &aps) {
-            file.push(encoded)?;
-        }
-        if let (Some(file), Some(encoded)) = (&mut self.arrays.pdp, &pdp) {
-            file.push(encoded)?;
-        }
-        if let (Some(file), Some(paths)) = (&mut self.arrays.paths, &rows.paths) {
-            file.push(paths)?;
+        if let Some(paths) = rows.paths {
+            self.files.push_paths(paths)?;
         }
         for status in rows.status {
             *self.status_counts.entry(status.to_string()).or_insert(0) += 1;
@@ -254,13 +215,13 @@ impl<'w> MapWriter<'w> {
         let MapWriter {
             dataset,
             id,
-            mut counts,
             planned,
             written,
             status_counts,
             statistics,
-            arrays,
+            files,
             folder,
+            ..
         } = self;
         if let Some(planned) = planned
             && written != planned
@@ -268,26 +229,7 @@ impl<'w> MapWriter<'w> {
             let problem = format!("only {written} of its {planned} links were written");
             return Err(Error::Input { map: id, problem });
         }
-        counts.links = written;
-        let LinkArrays {
-            link_tx,
-            link_rx,
-            status,
-            fallback,
-            aps,
-            pdp,
-            paths,
-        } = arrays;
-        link_tx.finish()?;
-        link_rx.finish()?;
-        status.finish()?;
-        fallback.finish()?;
-        for profile in [aps, pdp].into_iter().flatten() {
-            profile.finish()?;
-        }
-        if let Some(paths) = paths {
-            (counts.paths, counts.interactions) = paths.finish()?;
-        }
+        let counts = files.finish()?;
         let files = file_entries(folder.path(), &dataset.config().layout, &counts)?;
         let Counts {
             tx,
@@ -312,14 +254,6 @@ impl<'w> MapWriter<'w> {
         folder.complete()?;
         dataset.register(entry.clone());
         Ok(entry)
-    }
-}
-
-impl LinkArrays {
-    fn push_links(&mut self, links: &[[u32; 2]]) -> Result<(), Error> {
-        let (tx, rx): (Vec<u32>, Vec<u32>) = links.iter().map(|&[t, r]| (t, r)).unzip();
-        self.link_tx.push(&tx)?;
-        self.link_rx.push(&rx)
     }
 }
 

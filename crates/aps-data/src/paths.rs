@@ -6,19 +6,24 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use aps_label::PathSample;
+use serde::{Deserialize, Serialize};
+
 use crate::status::LinkStatus;
 
 /// Stored as the id of an interaction when wall or corner is not known.
 pub const UNKNOWN_ID: u32 = u32::MAX;
 
-/// Kind of an interaction, at which a path bends: stored as one byte.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// Kind of an interaction, at which a path bends: stored as one byte, in JSON `reflection` or `diffraction`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum InteractionKind {
     /// Code 0: specular reflection at a wall.
     Reflection,
     /// Code 1: diffraction at a corner.
     Diffraction,
-    /// A code this version does not know; 255 for imported points of unknown kind.
+    /// A code this version does not know; 255 for imported points of unknown kind. Has no name in JSON.
+    #[serde(skip)]
     Other(u8),
 }
 
@@ -42,143 +47,13 @@ impl InteractionKind {
     }
 }
 
-/// The paths of some links to be written, flat: those of the first link first, and within a path
-/// its interactions in the order from transmitter to receiver.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct PathRows<'a> {
-    /// Number of paths of each link.
-    pub paths_per_link: &'a [usize],
-    /// Delay of each path \[s\].
-    pub delay_s: &'a [f64],
-    /// Azimuth from the transmitter to the first interaction, or to the receiver \[rad\].
-    pub departure_azimuth_rad: &'a [f64],
-    /// Azimuth from the receiver to the last interaction, or to the transmitter \[rad\].
-    pub arrival_azimuth_rad: &'a [f64],
-    /// Complex amplitude `[re, im]` relative to isotropic antennas; power gain is its squared
-    /// magnitude.
-    pub gain: &'a [[f64; 2]],
-    /// Number of interactions of each path.
-    pub interactions_per_path: &'a [usize],
-    /// Kind of each interaction.
-    pub interaction_kind: &'a [InteractionKind],
-    /// Number of each interaction's wall or corner in the map, or [`UNKNOWN_ID`].
-    pub interaction_id: &'a [u32],
-    /// Position of each interaction \[m\].
-    pub interaction_point_m: &'a [[f64; 2]],
-}
-
-impl PathRows<'_> {
-    /// Describes a fault of the rows; `None` if they are sound. `status` holds the states of the
-    /// links, of which the first is link number `first`.
-    pub(crate) fn problem(&self, status: &[LinkStatus], first: usize) -> Option<String> {
-        let paths = self.delay_s.len();
-        let interactions = self.interaction_kind.len();
-        let columns = [
-            ("paths_per_link", self.paths_per_link.len(), status.len()),
-            (
-                "departure_azimuth_rad",
-                self.departure_azimuth_rad.len(),
-                paths,
-            ),
-            ("arrival_azimuth_rad", self.arrival_azimuth_rad.len(), paths),
-            ("gain", self.gain.len(), paths),
-            (
-                "interactions_per_path",
-                self.interactions_per_path.len(),
-                paths,
-            ),
-            ("interaction_id", self.interaction_id.len(), interactions),
-            (
-                "interaction_point_m",
-                self.interaction_point_m.len(),
-                interactions,
-            ),
-            ("delay_s", paths, sum_of(self.paths_per_link)),
-            (
-                "interaction_kind",
-                interactions,
-                sum_of(self.interactions_per_path),
-            ),
-        ];
-        if let Some((name, found, wanted)) = columns
-            .into_iter()
-            .find(|(_, found, wanted)| found != wanted)
-        {
-            return Some(format!("{name} has {found} values, expected {wanted}"));
-        }
-        for (i, (status, &paths)) in status.iter().zip(self.paths_per_link).enumerate() {
-            if !may_have_paths(*status, paths) {
-                return Some(format!(
-                    "link {} is {status}, but has {paths} paths",
-                    first + i
-                ));
-            }
-        }
-        let out_of_range = out_of_range(
-            self.delay_s,
-            self.departure_azimuth_rad,
-            self.arrival_azimuth_rad,
-        );
-        if out_of_range.is_some() {
-            return out_of_range;
-        }
-        first_not_finite([
-            ("delay_s", self.delay_s),
-            ("departure_azimuth_rad", self.departure_azimuth_rad),
-            ("arrival_azimuth_rad", self.arrival_azimuth_rad),
-            ("gain", self.gain.as_flattened()),
-            (
-                "interaction_point_m",
-                self.interaction_point_m.as_flattened(),
-            ),
-        ])
-    }
-}
-
-/// Sums the counts; a sum that does not fit becomes `usize::MAX`, which no column is long enough for.
-fn sum_of(counts: &[usize]) -> usize {
-    counts
-        .iter()
-        .fold(0, |sum: usize, &n| sum.saturating_add(n))
-}
-
-/// Returns true when a link of this state may have so many paths: a labelled link has a path; only a
-/// labelled one or one whose paths were all dropped has any.
-fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
-    match status {
-        LinkStatus::Valid => paths > 0,
-        LinkStatus::Unlabelled | LinkStatus::Other(_) => true,
-        _ => paths == 0,
-    }
-}
-
-/// Describes the first delay below zero or azimuth beyond a full turn.
-fn out_of_range(delay_s: &[f64], departure_rad: &[f64], arrival_rad: &[f64]) -> Option<String> {
-    if let Some(bad) = delay_s.iter().position(|&x| x < 0.0) {
-        return Some(format!("delay_s number {bad} is {}, below 0", delay_s[bad]));
-    }
-    let azimuths = [
-        ("departure_azimuth_rad", departure_rad),
-        ("arrival_azimuth_rad", arrival_rad),
-    ];
-    azimuths.into_iter().find_map(|(name, values)| {
-        let bad = values.iter().position(|x| x.abs() > TAU)?;
-        let value = values[bad];
-        Some(format!(
-            "{name} number {bad} is {value}, beyond a full turn"
-        ))
-    })
-}
-
-fn first_not_finite<const N: usize>(columns: [(&str, &[f64]); N]) -> Option<String> {
-    columns.into_iter().find_map(|(name, values)| {
-        let bad = values.iter().position(|value| !value.is_finite())?;
-        Some(format!("{name} number {bad} is {}", values[bad]))
-    })
-}
-
-/// The paths of all links of a map, as stored.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// Paths of links: flat columns, those of the first link first, and within a path its interactions from transmitter to
+/// receiver.
+///
+/// To append, push the values of interactions and paths to their columns and close each path by
+/// [`PathTable::end_path`], each link by [`PathTable::end_link`]. Columns that do not fit each other are refused when they
+/// are written.
+#[derive(Debug, Clone, PartialEq)]
 pub struct PathTable {
     pub(crate) path_offset: Vec<u64>,
     /// Delay of each path \[s\].
@@ -187,7 +62,7 @@ pub struct PathTable {
     pub departure_azimuth_rad: Vec<f64>,
     /// Azimuth from the receiver to the last interaction, or to the transmitter \[rad\].
     pub arrival_azimuth_rad: Vec<f64>,
-    /// Complex amplitude `[re, im]` relative to isotropic antennas.
+    /// Complex amplitude `[re, im]` relative to isotropic antennas; power gain is its squared magnitude.
     pub gain: Vec<[f64; 2]>,
     pub(crate) interaction_offset: Vec<u64>,
     /// Kind of each interaction.
@@ -198,7 +73,29 @@ pub struct PathTable {
     pub interaction_point_m: Vec<[f64; 2]>,
 }
 
+impl Default for PathTable {
+    /// A table without links.
+    fn default() -> Self {
+        PathTable {
+            path_offset: vec![0],
+            delay_s: Vec::new(),
+            departure_azimuth_rad: Vec::new(),
+            arrival_azimuth_rad: Vec::new(),
+            gain: Vec::new(),
+            interaction_offset: vec![0],
+            interaction_kind: Vec::new(),
+            interaction_id: Vec::new(),
+            interaction_point_m: Vec::new(),
+        }
+    }
+}
+
 impl PathTable {
+    /// Returns the number of links.
+    pub fn links(&self) -> usize {
+        self.path_offset.len() - 1
+    }
+
     /// Returns the paths of a link: indices into `delay_s` and the other columns of paths.
     ///
     /// # Panics
@@ -216,38 +113,78 @@ impl PathTable {
         self.interaction_offset[path] as usize..self.interaction_offset[path + 1] as usize
     }
 
-    /// Describes a contradiction to the states of the links; `None` if there is none, and then no
-    /// range leads outside its columns.
-    pub(crate) fn problem(&self, status: &[LinkStatus]) -> Option<String> {
-        let is_sound = |offset: &[u64], rows: usize| {
-            offset.first() == Some(&0)
-                && offset.is_sorted()
-                && offset.last() == Some(&(rows as u64))
-        };
-        if !is_sound(&self.path_offset, self.delay_s.len()) {
-            return Some("path_offset does not rise from 0 to the number of paths".into());
+    /// Returns the part of a path that a label sees: the same bits as from the traced path that was stored.
+    ///
+    /// # Panics
+    /// When there is no such path.
+    pub fn sample(&self, path: usize) -> PathSample {
+        let [re, im] = self.gain[path];
+        PathSample {
+            delay_s: self.delay_s[path],
+            arrival_azimuth_rad: self.arrival_azimuth_rad[path],
+            gain_db: 10.0 * (re * re + im * im).log10(),
         }
-        if !is_sound(&self.interaction_offset, self.interaction_kind.len()) {
-            return Some(
-                "interaction_offset does not rise from 0 to the number of interactions".into(),
-            );
-        }
-        for (link, status) in status.iter().enumerate() {
-            let paths = self.paths_of(link).len();
-            if !may_have_paths(*status, paths) {
-                return Some(format!("link {link} is {status}, but has {paths} paths"));
-            }
-        }
-        out_of_range(
-            &self.delay_s,
-            &self.departure_azimuth_rad,
-            &self.arrival_azimuth_rad,
-        )
-        .or_else(|| self.not_finite())
     }
 
-    fn not_finite(&self) -> Option<String> {
-        first_not_finite([
+    /// Gives the interactions pushed since the path before to the path pushed last.
+    pub fn end_path(&mut self) {
+        let end = self.interaction_kind.len() as u64;
+        self.interaction_offset.push(end);
+    }
+
+    /// Gives the paths pushed since the link before to the next link.
+    pub fn end_link(&mut self) {
+        self.path_offset.push(self.delay_s.len() as u64);
+    }
+
+    /// Appends a link of another table.
+    ///
+    /// # Panics
+    /// When there is no such link.
+    pub fn push_link(&mut self, other: &PathTable, link: usize) {
+        let paths = other.paths_of(link);
+        let offset = &other.interaction_offset[paths.start..=paths.end];
+        let interactions = offset[0] as usize..offset[paths.len()] as usize;
+        let base = self.interaction_kind.len() as u64;
+        let moved = offset[1..].iter().map(|end| end - offset[0] + base);
+        self.interaction_offset.extend(moved);
+        for (own, other) in [
+            (&mut self.delay_s, &other.delay_s),
+            (
+                &mut self.departure_azimuth_rad,
+                &other.departure_azimuth_rad,
+            ),
+            (&mut self.arrival_azimuth_rad, &other.arrival_azimuth_rad),
+        ] {
+            own.extend_from_slice(&other[paths.clone()]);
+        }
+        self.gain.extend_from_slice(&other.gain[paths]);
+        let kinds = &other.interaction_kind[interactions.clone()];
+        self.interaction_kind.extend_from_slice(kinds);
+        let ids = &other.interaction_id[interactions.clone()];
+        self.interaction_id.extend_from_slice(ids);
+        let points = &other.interaction_point_m[interactions];
+        self.interaction_point_m.extend_from_slice(points);
+        self.end_link();
+    }
+
+    /// Returns true when every number has the same bits.
+    pub fn is_same(&self, other: &PathTable) -> bool {
+        let same = |(a, b): ((&str, &[f64]), (&str, &[f64]))| {
+            a.1.iter()
+                .map(|v| v.to_bits())
+                .eq(b.1.iter().map(|v| v.to_bits()))
+        };
+        self.path_offset == other.path_offset
+            && self.interaction_offset == other.interaction_offset
+            && self.interaction_kind == other.interaction_kind
+            && self.interaction_id == other.interaction_id
+            && self.numbers().into_iter().zip(other.numbers()).all(same)
+    }
+
+    /// The columns of real numbers, by name.
+    fn numbers(&self) -> [(&'static str, &[f64]); 5] {
+        [
             ("delay_s", &self.delay_s),
             ("departure_azimuth_rad", &self.departure_azimuth_rad),
             ("arrival_azimuth_rad", &self.arrival_azimuth_rad),
@@ -256,6 +193,89 @@ impl PathTable {
                 "interaction_point_m",
                 self.interaction_point_m.as_flattened(),
             ),
-        ])
+        ]
+    }
+
+    /// Describes a fault, or a contradiction to the states of the links, of which the first is link number `first`;
+    /// `None` if there is none, and then no range leads outside its columns.
+    pub(crate) fn problem(&self, status: &[LinkStatus], first: usize) -> Option<String> {
+        let (paths, interactions) = (self.delay_s.len(), self.interaction_kind.len());
+        let columns = [
+            ("path_offset", self.path_offset.len(), status.len() + 1),
+            (
+                "departure_azimuth_rad",
+                self.departure_azimuth_rad.len(),
+                paths,
+            ),
+            ("arrival_azimuth_rad", self.arrival_azimuth_rad.len(), paths),
+            ("gain", self.gain.len(), paths),
+            (
+                "interaction_offset",
+                self.interaction_offset.len(),
+                paths + 1,
+            ),
+            ("interaction_id", self.interaction_id.len(), interactions),
+            (
+                "interaction_point_m",
+                self.interaction_point_m.len(),
+                interactions,
+            ),
+        ];
+        let misfit = columns
+            .into_iter()
+            .find(|(_, found, wanted)| found != wanted);
+        if let Some((name, found, wanted)) = misfit {
+            return Some(format!("{name} has {found} values, expected {wanted}"));
+        }
+        let offsets = [
+            ("path_offset", &self.path_offset, paths, "paths"),
+            (
+                "interaction_offset",
+                &self.interaction_offset,
+                interactions,
+                "interactions",
+            ),
+        ];
+        for (name, offset, rows, of) in offsets {
+            let ends = (offset.first(), offset.last());
+            if ends != (Some(&0), Some(&(rows as u64))) || !offset.is_sorted() {
+                return Some(format!("{name} does not rise from 0 to the number of {of}"));
+            }
+        }
+        for (link, status) in status.iter().enumerate() {
+            let paths = self.paths_of(link).len();
+            if !may_have_paths(*status, paths) {
+                let link = first + link;
+                return Some(format!("link {link} is {status}, but has {paths} paths"));
+            }
+        }
+        if let Some(bad) = self.delay_s.iter().position(|&x| x < 0.0) {
+            let delay_s = self.delay_s[bad];
+            return Some(format!("delay_s number {bad} is {delay_s}, below 0"));
+        }
+        let numbers = self.numbers();
+        let fault = |(name, values): (&str, &[f64]), test: fn(f64) -> bool, words: &str| {
+            let bad = values.iter().position(|&value| test(value))?;
+            Some(format!("{name} number {bad} is {}{words}", values[bad]))
+        };
+        let turns = numbers[1..3].iter().copied();
+        turns
+            .map(|column| fault(column, |x| x.abs() > TAU, ", beyond a full turn"))
+            .chain(
+                numbers
+                    .into_iter()
+                    .map(|column| fault(column, |x| !x.is_finite(), "")),
+            )
+            .find_map(|fault| fault)
+    }
+}
+
+/// Returns true when a link of this state may have so many paths: a labelled link has a path; only a
+/// labelled one or one whose paths were all dropped has any.
+fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
+    match status {
+        LinkStatus::Valid => paths > 0,
+        LinkStatus::Unlabelled | LinkStatus::Other(_) => true,
+        _ => paths == 0,
     }
 }

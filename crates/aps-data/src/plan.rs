@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::durable;
 use crate::error::Error;
 use crate::json;
-use crate::manifest::{FORMAT, FORMAT_VERSION, parse};
+use crate::manifest::{FORMAT, FORMAT_VERSION, parse, sound};
 
 /// File name of the plan of an unfinished data set.
 pub(crate) const PLAN_FILE: &str = "plan.json";
@@ -55,20 +55,16 @@ impl Plan {
             ..
         } = parse(path, bytes)?;
         let problem = if !maps.is_sorted_by(|a, b| a < b) {
-            "maps are not in ascending order"
-        } else if shards == Some(0) {
-            "no data set is made of 0 shards"
+            Some("maps are not in ascending order".into())
         } else {
-            return Ok(Plan {
-                maps,
-                shards,
-                command,
-            });
+            (shards == Some(0)).then(|| "no data set is made of 0 shards".into())
         };
-        Err(Error::Damaged {
-            path: path.into(),
-            problem: problem.into(),
-        })
+        let plan = Plan {
+            maps,
+            shards,
+            command,
+        };
+        sound(path, plan, problem)
     }
 
     pub(crate) fn write(&self, root: &Path) -> Result<(), Error> {

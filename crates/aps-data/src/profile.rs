@@ -97,15 +97,7 @@ impl Profile {
         layout: &ProfileLayout,
         status: &[LinkStatus],
     ) -> Result<Self, Error> {
-        let encoded = encode(rows, layout, status, 0);
-        let EncodedRows { db, max_db, argmax } =
-            encoded.map_err(|problem| Error::Rows { problem })?;
-        Ok(Profile {
-            bins: layout.axis.count,
-            db,
-            max_db,
-            argmax,
-        })
+        encode(rows, layout, status, 0).map_err(|problem| Error::Rows { problem })
     }
 
     /// Returns true when two links, of this profile and another one, have the same bits in every array.
@@ -206,13 +198,6 @@ impl Profile {
     }
 }
 
-/// Rows in the form in which they are stored.
-pub(crate) struct EncodedRows {
-    pub db: Samples,
-    pub max_db: Vec<f32>,
-    pub argmax: Option<Vec<f16>>,
-}
-
 /// Encodes the rows of links with the given states, of which the first is link number `first`.
 ///
 /// The error describes the fault of the rows.
@@ -221,7 +206,7 @@ pub(crate) fn encode(
     layout: &ProfileLayout,
     status: &[LinkStatus],
     first: usize,
-) -> Result<EncodedRows, String> {
+) -> Result<Profile, String> {
     let bins = layout.axis.count;
     let wanted = status.len() * bins;
     if rows.db.len() != wanted {
@@ -272,7 +257,12 @@ pub(crate) fn encode(
         Precision::F16 => Samples::F16(relative.iter().map(|&value| to_f16(value)).collect()),
         Precision::F32 => Samples::F32(relative.iter().map(|&value| value as f32).collect()),
     };
-    Ok(EncodedRows { db, max_db, argmax })
+    Ok(Profile {
+        bins,
+        db,
+        max_db,
+        argmax,
+    })
 }
 
 fn encode_places(
@@ -305,7 +295,7 @@ fn encode_places(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layout::Axis;
+    use aps_label::Axis;
 
     fn layout(dtype: Precision, bins: usize) -> ProfileLayout {
         let axis = Axis {
@@ -327,14 +317,7 @@ mod tests {
             db: row,
             argmax: None,
         };
-        let encoded = encode(&rows, &layout(dtype, row.len()), &[LinkStatus::Valid], 0).unwrap();
-        let EncodedRows { db, max_db, argmax } = encoded;
-        let profile = Profile {
-            bins: row.len(),
-            db,
-            max_db,
-            argmax,
-        };
+        let profile = encode(&rows, &layout(dtype, row.len()), &[LinkStatus::Valid], 0).unwrap();
         assert_eq!(profile.problem(&[LinkStatus::Valid]), None);
         let mut relative = vec![0.0; row.len()];
         profile.read_relative_db(0, &mut relative);

@@ -147,7 +147,7 @@ impl Dataset {
             interaction_id: self.array(map, "interaction_id")?,
             interaction_point_m: pairs(self.array(map, "interaction_point")?),
         };
-        match table.problem(&self.status(map)?) {
+        match table.problem(&self.status(map)?, 0) {
             Some(problem) => Err(self.damaged(id, problem)),
             None => Ok(table),
         }

@@ -248,14 +248,16 @@ fn is_of_dataset(name: &str) -> bool {
 
 /// Finds the whole maps in a folder, all made with the given settings.
 fn finished_maps(root: &Path, config: &DatasetConfig) -> Result<BTreeMap<u32, MapEntry>, Error> {
-    let manifest = root.join(MANIFEST_FILE);
-    if manifest.exists() {
-        Manifest::read(&manifest)?.must_be_made_with(config, &manifest)?;
+    let path = root.join(MANIFEST_FILE);
+    if path.exists() {
+        let stored = Manifest::read(&path)?;
+        config.must_have_made(&stored.config(), stored.format_version, &path)?;
     }
     let mut finished = BTreeMap::new();
     for (id, folder) in MapEntry::folders_in(root)? {
         let stored = MapManifest::read_of(id, &folder)?;
-        stored.must_be_made_with(config, &folder.join(MAP_FILE))?;
+        let path = folder.join(MAP_FILE);
+        config.must_have_made(&stored.config(), stored.format_version, &path)?;
         check_sizes(&folder, &stored.map)?;
         finished.insert(id, stored.map);
     }

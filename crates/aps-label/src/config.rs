@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::{Array, ConfigError, MAX_DELAY_S, Protocol};
+use crate::{Array, Axis, ConfigError, MAX_DELAY_S, Protocol};
 
 /// Sampling rates for which every promise of accuracy holds \[Hz\].
 pub(crate) const SAMPLING_RATE_HZ: RangeInclusive<f64> = 1.0..=1e12;
@@ -68,18 +68,21 @@ impl DelayAxis {
 
     /// The delays \[s\].
     pub(crate) fn delays_s(self) -> Vec<f64> {
-        // As NumPy makes its linspace: the last point is set, not computed.
-        let last = self.points - 1;
-        let step = self.last_s / last as f64;
-        (0..=last)
-            .map(|i| {
-                if i == last {
-                    self.last_s
-                } else {
-                    i as f64 * step
-                }
-            })
-            .collect()
+        self.axis(self.last_s).values().collect()
+    }
+
+    /// The delays \[ns\].
+    pub fn axis_ns(self) -> Axis {
+        self.axis(self.last_s * 1e9)
+    }
+
+    fn axis(self, last: f64) -> Axis {
+        Axis {
+            start: 0.0,
+            stop: last,
+            count: self.points,
+            endpoint: true,
+        }
     }
 }
 
@@ -114,6 +117,20 @@ impl LabelConfig {
         match protocol {
             Protocol::Paper => Self::paper(),
             Protocol::Released => Self::released(),
+        }
+    }
+
+    /// The same label under a protocol: array and bandwidth stay, the delay axis becomes the protocol's unless it was
+    /// this protocol's already.
+    pub fn under(&self, protocol: Protocol) -> Self {
+        let delay_axis = match self.protocol == protocol {
+            true => self.delay_axis,
+            false => Self::of(protocol).delay_axis,
+        };
+        Self {
+            protocol,
+            delay_axis,
+            ..self.clone()
         }
     }
 

@@ -108,8 +108,8 @@ pub(crate) struct Continuous {
     /// Per column: the maximum, and where it is [1/f_s after the first path].
     pub best: Vec<Lanes>,
     pub place: Vec<Lanes>,
-    /// Polynomials searched for the last label.
-    pub polynomials: usize,
+    /// Polynomials searched for the last label, for tests of the cost.
+    polynomials: usize,
 }
 
 impl Continuous {
@@ -140,11 +140,6 @@ impl Continuous {
         self.place.resize(blocks, [0.0; LANES]);
         search(self, response, columns);
         earliest
-    }
-
-    /// Number of sample points in the last search.
-    pub fn delays(&self) -> usize {
-        self.cells.len()
     }
 }
 
@@ -522,9 +517,9 @@ mod tests {
         }
     }
 
-    /// Not run by default: the figure of the documentation.
+    /// The figure of the documentation.
     #[test]
-    #[ignore = "takes minutes"]
+    #[ignore = "long: takes minutes"]
     fn worst_error_of_many_links() {
         use proptest::strategy::ValueTree;
         use proptest::test_runner::TestRunner;

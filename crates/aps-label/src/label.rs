@@ -60,34 +60,47 @@ pub struct Scratch {
     phases: Vec<(f64, f64)>,
     response: Vec<Lanes>,
     pulse: Vec<Lanes>,
+    maxima: Maxima,
+    continuous: Continuous,
+}
+
+/// A matrix `[path][block]` with its number of points, the last block's padding left out.
+#[derive(Debug, Clone, Copy)]
+struct Matrix<'a> {
+    values: &'a [Lanes],
+    blocks: usize,
+    points: usize,
+}
+
+/// Maxima of the product of two matrices over the points of one of them.
+#[derive(Debug, Clone, Default)]
+struct Maxima {
     selector: Selector,
     lanes: Vec<Lanes>,
     rows: Vec<[f64; ROWS]>,
+    /// The maximum for each point of the other, and its position among the selector's rows.
     best: Vec<Lanes>,
     first: Vec<Lanes>,
-    continuous: Continuous,
-    work: Work,
 }
 
-impl Scratch {
-    /// Work of the last label.
-    pub fn work(&self) -> Work {
-        self.work
+impl Maxima {
+    /// Finds the maximum of each point of `across` over the points of `over` that can win.
+    fn fill(&mut self, across: Matrix<'_>, over: Matrix<'_>) {
+        let Self {
+            selector,
+            lanes,
+            rows,
+            best,
+            first,
+        } = self;
+        selector.select(over.values, over.blocks, over.points);
+        pack_lanes(across.values, across.blocks, lanes);
+        pack_rows(over.values, over.blocks, &selector.rows, rows);
+        best.resize(across.blocks, [0.0; LANES]);
+        first.resize(across.blocks, [0.0; LANES]);
+        let paths = across.values.len() / across.blocks;
+        lane_maxima(paths, lanes, rows, best, first);
     }
-}
-
-/// Work that a label took; for reports on speed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Paths that entered the sums.
-    pub paths: usize,
-    /// Delays at which Q was computed over all angles for the APS: of the axis' points those that
-    /// can win (`Released`), or the sample points of the continuous search (`Paper`).
-    pub delays: usize,
-    /// Directions at which Q was computed over all delays for the PDP.
-    pub directions: usize,
-    /// Polynomials searched for the continuous maximum: one a column and cell of delays that remains, and halves.
-    pub evaluations: usize,
 }
 
 /// Computes labels: the tables of one configuration, to be shared by all threads.
@@ -122,7 +135,11 @@ impl Labeler {
     /// The first field of `config` that is out of range.
     pub fn new(config: &LabelConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let angles_deg = config.protocol.angles_deg();
+        let angles_deg = config
+            .protocol
+            .angle_axis_deg()
+            .values()
+            .collect::<Vec<_>>();
         let delays_s = config.delay_axis.delays_s();
         let mut delay_lanes = Vec::new();
         in_lanes(delays_s.iter().copied(), &mut delay_lanes);
@@ -188,10 +205,8 @@ impl Labeler {
         label: &mut Label,
     ) -> Result<Status, PathError> {
         label.clear();
-        scratch.work = Work::default();
         let max = self.max_paths();
         scratch.paths.prepare(self.config.protocol, paths, max)?;
-        scratch.work.paths = scratch.paths.len();
         if scratch.paths.len() == 0 {
             return Ok(Status::NoPath);
         }
@@ -278,36 +293,21 @@ impl Labeler {
         );
     }
 
-    /// The maximum over the delay axis: angles in lanes, the delays that can win in rows.
+    /// The maximum over the delay axis.
     fn sampled_aps(&self, scratch: &mut Scratch, label: &mut Label) {
-        let Scratch {
-            paths,
-            response,
-            pulse,
-            selector,
-            lanes,
-            rows,
-            best,
-            first,
-            work,
-            ..
-        } = scratch;
-        selector.select(pulse, self.delay_lanes.len(), self.delays_s.len());
-        work.delays = selector.rows.len();
-        pack_lanes(response, self.columns.blocks(), lanes);
-        pack_rows(pulse, self.delay_lanes.len(), &selector.rows, rows);
-        best.resize(self.columns.blocks(), [0.0; LANES]);
-        first.resize(self.columns.blocks(), [0.0; LANES]);
-        lane_maxima(paths.len(), lanes, rows, best, first);
-
-        let (powers, first) = (best.as_flattened_mut(), first.as_flattened());
-        let of_bin = &self.columns.of_bin;
+        let maxima = &mut scratch.maxima;
+        maxima.fill(
+            self.matrix_of_columns(&scratch.response),
+            self.matrix_of_delays(&scratch.pulse),
+        );
+        let (powers, first) = (maxima.best.as_flattened_mut(), maxima.first.as_flattened());
+        let (of_bin, selector) = (&self.columns.of_bin, &maxima.selector);
         label.aps_delay_s.extend(
             of_bin
                 .iter()
                 .map(|&column| self.delays_s[selector.winner(powers[column], first[column])]),
         );
-        self.to_db(paths.strongest_db, powers);
+        self.to_db(scratch.paths.strongest_db, powers);
         label
             .aps_db
             .extend(of_bin.iter().map(|&column| powers[column]));
@@ -324,8 +324,6 @@ impl Labeler {
             self.columns.blocks(),
             self.columns.len(),
         );
-        scratch.work.delays = search.delays();
-        scratch.work.evaluations = search.polynomials;
         let of_bin = &self.columns.of_bin;
         let places = search.place.as_flattened();
         label.aps_delay_s.extend(
@@ -340,37 +338,39 @@ impl Labeler {
             .extend(of_bin.iter().map(|&column| powers[column]));
     }
 
-    /// The maximum over the angles: delays in lanes, the directions that can win in rows.
+    /// The maximum over the angles.
     fn pdp(&self, scratch: &mut Scratch, label: &mut Label) {
-        let Scratch {
-            paths,
-            response,
-            pulse,
-            selector,
-            lanes,
-            rows,
-            best,
-            first,
-            work,
-            ..
-        } = scratch;
-        selector.select(response, self.columns.blocks(), self.columns.len());
-        work.directions = selector.rows.len();
-        pack_lanes(pulse, self.delay_lanes.len(), lanes);
-        pack_rows(response, self.columns.blocks(), &selector.rows, rows);
-        best.resize(self.delay_lanes.len(), [0.0; LANES]);
-        first.resize(self.delay_lanes.len(), [0.0; LANES]);
-        lane_maxima(paths.len(), lanes, rows, best, first);
-
+        let maxima = &mut scratch.maxima;
+        maxima.fill(
+            self.matrix_of_delays(&scratch.pulse),
+            self.matrix_of_columns(&scratch.response),
+        );
         let used = self.delays_s.len();
-        let (powers, first) = (&mut best.as_flattened_mut()[..used], first.as_flattened());
+        let powers = &mut maxima.best.as_flattened_mut()[..used];
+        let (first, selector) = (maxima.first.as_flattened(), &maxima.selector);
         label
             .pdp_angle_deg
             .extend(powers.iter().zip(first).map(|(&power, &first)| {
                 self.angles_deg[self.columns.first_bin[selector.winner(power, first)]]
             }));
-        self.to_db(paths.strongest_db, powers);
+        self.to_db(scratch.paths.strongest_db, powers);
         label.pdp_db.extend_from_slice(powers);
+    }
+
+    fn matrix_of_columns<'a>(&self, values: &'a [Lanes]) -> Matrix<'a> {
+        Matrix {
+            values,
+            blocks: self.columns.blocks(),
+            points: self.columns.len(),
+        }
+    }
+
+    fn matrix_of_delays<'a>(&self, values: &'a [Lanes]) -> Matrix<'a> {
+        Matrix {
+            values,
+            blocks: self.delay_lanes.len(),
+            points: self.delays_s.len(),
+        }
     }
 
     /// Power relative to the strongest path to dB in the protocol's unit, with its floor.

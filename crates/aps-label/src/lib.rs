@@ -63,7 +63,7 @@
 //!
 //! # Features
 //!
-//! - `serde` (off by default): `Serialize` and `Deserialize` for configurations, paths and normalisation.
+//! - `serde` (off by default): `Serialize` and `Deserialize` for configurations, axes, paths and statistics.
 //!
 //! # Accuracy
 //!
@@ -75,6 +75,7 @@
 #![forbid(unsafe_code)]
 
 mod array;
+mod axis;
 mod config;
 mod continuous;
 mod cover;
@@ -92,13 +93,12 @@ mod select;
 mod trig;
 
 pub use array::Array;
+pub use axis::Axis;
 pub use config::{DelayAxis, LabelConfig};
 pub use error::{ConfigError, PathError};
-pub use label::{Label, Labeler, Scratch, Status, Work};
+pub use label::{Label, Labeler, Scratch, Status};
 pub use moments::{MeanStd, Moments};
-pub use normalize::{
-    Normalization, NormalizationError, SAMPLE_EPSILON, SampleScale, relative_db, relative_power,
-};
+pub use normalize::{Normalization, NormalizationError, SAMPLE_EPSILON, relative_power};
 pub use paths::PathSample;
 pub use protocol::{ParseProtocolError, Protocol};
 

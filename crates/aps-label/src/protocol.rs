@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::Axis;
+
 /// Send power the released code assumes \[dBm\].
 const RELEASED_SEND_DBM: f64 = 1.0;
 
@@ -39,7 +41,6 @@ pub(crate) const FLOOR_POWER: f64 = 1e-35;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
-#[non_exhaustive]
 pub enum Protocol {
     /// As the paper defines it.
     Paper,
@@ -59,6 +60,14 @@ impl Protocol {
         match self {
             Self::Paper => 0.0,
             Self::Released => RELEASED_SEND_DBM,
+        }
+    }
+
+    /// Angles of the bins \[deg\].
+    pub fn angle_axis_deg(self) -> Axis {
+        match self {
+            Self::Paper => Axis::ANGLE_PAPER_DEG,
+            Self::Released => Axis::ANGLE_RELEASED_DEG,
         }
     }
 }
@@ -85,26 +94,6 @@ impl fmt::Display for Protocol {
     }
 }
 
-impl Protocol {
-    /// Angle of each bin \[deg\], ascending.
-    pub(crate) fn angles_deg(self) -> Vec<f64> {
-        let bins = crate::ANGLE_BINS;
-        match self {
-            Self::Paper => (0..bins).map(|j| -180.0 + 2.0 * j as f64).collect(),
-            // As NumPy makes its linspace: the last point is set, not computed.
-            Self::Released => (0..bins)
-                .map(|j| {
-                    if j + 1 == bins {
-                        180.0
-                    } else {
-                        j as f64 * (360.0 / (bins - 1) as f64) - 180.0
-                    }
-                })
-                .collect(),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,20 +109,5 @@ mod tests {
             error.to_string(),
             "unknown protocol `papier`: use `paper` or `released`"
         );
-    }
-
-    #[test]
-    fn angle_axes_have_the_published_ends() {
-        let paper = Protocol::Paper.angles_deg();
-        assert_eq!(
-            (paper.len(), paper[0], paper[90], paper[179]),
-            (180, -180.0, 0.0, 178.0)
-        );
-        let released = Protocol::Released.angles_deg();
-        assert_eq!(
-            (released.len(), released[0], released[179]),
-            (180, -180.0, 180.0)
-        );
-        assert!((released[1] - released[0] - 360.0 / 179.0).abs() < 1e-12);
     }
 }

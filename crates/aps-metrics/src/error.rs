@@ -111,9 +111,6 @@ pub enum Error {
         /// Number of samples.
         samples: usize,
     },
-    /// Two evaluations under different definitions cannot be merged.
-    #[error("cannot merge two evaluations made under different definitions")]
-    DefinitionsDiffer,
     /// A data range that is not a positive, finite number.
     #[error("the data range must be positive and finite, got {0}")]
     DataRange(f64),

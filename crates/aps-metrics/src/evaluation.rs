@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::distribution::ccdf;
 use crate::error::{Defect, Error};
 use crate::metric::Metric;
 use crate::protocol::Definition;
@@ -40,9 +39,8 @@ pub struct RejectedSample {
     pub defect: Defect,
 }
 
-/// Scores of a test set that may be larger than memory: push it in chunks, on one machine or
-/// several, and merge. 120 bytes are kept a sample (30 MB for 250,000), so that quantiles are
-/// exact.
+/// Scores of a test set that may be larger than memory: push it in chunks. 120 bytes are kept a
+/// sample (30 MB for 250,000), so that quantiles are exact.
 ///
 /// Samples are scored in parallel on rayon's current pool. The result depends only on the
 /// samples and their order: any number of threads and any cut into chunks gives the same bytes.
@@ -51,14 +49,11 @@ pub struct RejectedSample {
 /// use aps_metrics::{Evaluation, Protocol, Spectra};
 ///
 /// let (truth, prediction) = ([0.0_f32, 3.0, 1.0, 0.0], [0.0_f32, 2.0, f32::NAN, 0.0]);
-/// let mut first = Evaluation::new(Protocol::Released);
-/// first.push(Spectra::new(&truth, 4)?, Spectra::new(&truth, 4)?, Some(&[46]))?;
-/// let mut second = Evaluation::new(Protocol::Released);
-/// second.push(Spectra::new(&truth, 4)?, Spectra::new(&prediction, 4)?, Some(&[47]))?;
-///
-/// first.merge(second)?;
-/// assert_eq!(first.samples(), 2);
-/// assert_eq!(first.rejected()[0].map_id, Some(47)); // told, not averaged
+/// let mut evaluation = Evaluation::new(Protocol::Released);
+/// evaluation.push(Spectra::new(&truth, 4)?, Spectra::new(&truth, 4)?, Some(&[46]))?;
+/// evaluation.push(Spectra::new(&truth, 4)?, Spectra::new(&prediction, 4)?, Some(&[47]))?;
+/// assert_eq!(evaluation.samples(), 2);
+/// assert_eq!(evaluation.rejected()[0].map_id, Some(47)); // told, not averaged
 /// # Ok::<(), aps_metrics::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -149,33 +144,6 @@ impl Evaluation {
         Ok(())
     }
 
-    /// Appends the samples of `later`, as if they had been pushed here.
-    ///
-    /// # Errors
-    /// [`Error::DefinitionsDiffer`] or [`Error::BinsChanged`]; nothing is then appended.
-    pub fn merge(&mut self, later: Evaluation) -> Result<(), Error> {
-        if self.definition != later.definition {
-            return Err(Error::DefinitionsDiffer);
-        }
-        if let Some(bins) = later.bins {
-            self.set_bins(bins)?;
-        }
-        let first = self.samples();
-        let shift = |sample: usize| first + sample;
-        self.scored
-            .extend(later.scored.into_iter().map(|s| ScoredSample {
-                sample: shift(s.sample),
-                ..s
-            }));
-        self.rejected
-            .extend(later.rejected.into_iter().map(|r| RejectedSample {
-                sample: shift(r.sample),
-                ..r
-            }));
-        self.truth.merge(later.truth);
-        Ok(())
-    }
-
     /// Returns the definition of the metrics that the samples are scored under.
     pub fn definition(&self) -> &Definition {
         &self.definition
@@ -209,14 +177,6 @@ impl Evaluation {
             .iter()
             .map(|s| metric.of(&s.scores, range))
             .collect()
-    }
-
-    /// Share of scored samples whose PLE exceeds each threshold \[deg\]; empty without samples.
-    pub fn ple_ccdf(&self, thresholds_deg: &[f64]) -> Vec<f64> {
-        ccdf(
-            self.scored.iter().map(|s| s.scores.ple_deg).collect(),
-            thresholds_deg,
-        )
     }
 
     fn set_bins(&mut self, found: usize) -> Result<(), Error> {

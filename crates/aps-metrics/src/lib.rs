@@ -8,7 +8,7 @@
 //! [`Protocol`]: [`Protocol::Paper`], [`Protocol::Released`], or a [`Definition`] of one's own.
 //!
 //! The main types:
-//! - [`Evaluation`] scores a test set chunk by chunk, in parallel, and merges with others;
+//! - [`Evaluation`] scores a test set chunk by chunk, in parallel;
 //! - [`Report`] is the result: mean, standard deviation and quantiles of every [`Metric`],
 //!   overall and for each map;
 //! - [`Scorer`] gives the [`SampleScores`] of a single pair of spectra;
@@ -50,6 +50,7 @@
 //!
 //! # Features
 //!
+//! - `label` (off by default): the protocol of an `aps-label` as the one it is scored under.
 //! - `serde` (off by default): `Serialize` for definitions, scores and reports.
 //!
 //! `docs/protocol.md` of the repository defines every metric in a table and works through the
@@ -82,7 +83,7 @@ pub use peaks::{Peak, PeakFinder, Topology, prominence};
 pub use protocol::{
     AngleGrid, BinWidth, Definition, PeakScaling, Protocol, RecallCandidates, TOLERANCES_DEG,
 };
-pub use range::{DataRange, RangeScan};
+pub use range::DataRange;
 pub use report::{GroupReport, MapReport, MetricReport, PeakCensus, Report};
 pub use sample::{SampleScores, Scorer};
 pub use spectra::{MAX_MAGNITUDE, Real, Spectra};

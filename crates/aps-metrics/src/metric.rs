@@ -57,40 +57,69 @@ pub enum Better {
     Higher,
 }
 
+/// Each metric in the order of its variant, with key, heading, unit and direction.
+const ABOUT: [(Metric, &str, &str, &str, Better); 16] = {
+    use Better::{Higher, Lower};
+    [
+        (Metric::Mae, "mae", "MAE", "", Lower),
+        (Metric::PsnrDb, "psnr_db", "PSNR", "dB", Higher),
+        (Metric::Cosine, "cosine", "CosSim", "", Higher),
+        (Metric::NmseDb, "nmse_db", "NMSE", "dB", Lower),
+        (
+            Metric::SpectralAngleDeg,
+            "spectral_angle_deg",
+            "Angle",
+            "deg",
+            Lower,
+        ),
+        (Metric::PleDeg, "ple_deg", "PLE", "deg", Lower),
+        (Metric::Hit2Deg, "hit_2deg", "Hit@2", "", Higher),
+        (Metric::Hit4Deg, "hit_4deg", "Hit@4", "", Higher),
+        (Metric::Recall2Deg, "recall_2deg", "Rec.@2", "", Higher),
+        (Metric::Recall4Deg, "recall_4deg", "Rec.@4", "", Higher),
+        (Metric::Mse, "mse", "MSE", "", Lower),
+        (Metric::Rmse, "rmse", "RMSE", "", Lower),
+        (Metric::Nmse, "nmse", "NMSE lin.", "", Lower),
+        (
+            Metric::MirrorPleDeg,
+            "mirror_ple_deg",
+            "mirror PLE",
+            "deg",
+            Lower,
+        ),
+        (
+            Metric::MirrorHit2Deg,
+            "mirror_hit_2deg",
+            "mirror Hit@2",
+            "",
+            Higher,
+        ),
+        (
+            Metric::MirrorHit4Deg,
+            "mirror_hit_4deg",
+            "mirror Hit@4",
+            "",
+            Higher,
+        ),
+    ]
+};
+
+const fn first<const N: usize>() -> [Metric; N] {
+    let mut first = [Metric::Mae; N];
+    let mut i = 0;
+    while i < N {
+        first[i] = ABOUT[i].0;
+        i += 1;
+    }
+    first
+}
+
 impl Metric {
     /// The columns of the paper's result tables, in their order.
-    pub const PAPER_COLUMNS: [Metric; 10] = [
-        Metric::Mae,
-        Metric::PsnrDb,
-        Metric::Cosine,
-        Metric::NmseDb,
-        Metric::SpectralAngleDeg,
-        Metric::PleDeg,
-        Metric::Hit2Deg,
-        Metric::Hit4Deg,
-        Metric::Recall2Deg,
-        Metric::Recall4Deg,
-    ];
+    pub const PAPER_COLUMNS: [Metric; 10] = first();
 
     /// Every metric, the paper's columns first.
-    pub const ALL: [Metric; 16] = [
-        Metric::Mae,
-        Metric::PsnrDb,
-        Metric::Cosine,
-        Metric::NmseDb,
-        Metric::SpectralAngleDeg,
-        Metric::PleDeg,
-        Metric::Hit2Deg,
-        Metric::Hit4Deg,
-        Metric::Recall2Deg,
-        Metric::Recall4Deg,
-        Metric::Mse,
-        Metric::Rmse,
-        Metric::Nmse,
-        Metric::MirrorPleDeg,
-        Metric::MirrorHit2Deg,
-        Metric::MirrorHit4Deg,
-    ];
+    pub const ALL: [Metric; 16] = first();
 
     /// Returns the value of the metric for one sample. Finite. Only PSNR depends on `range`.
     pub fn of(self, scores: &SampleScores, range: DataRange) -> f64 {
@@ -117,77 +146,22 @@ impl Metric {
 
     /// Name as a key in machine-read output, with its unit.
     pub fn key(self) -> &'static str {
-        match self {
-            Metric::Mae => "mae",
-            Metric::PsnrDb => "psnr_db",
-            Metric::Cosine => "cosine",
-            Metric::NmseDb => "nmse_db",
-            Metric::SpectralAngleDeg => "spectral_angle_deg",
-            Metric::PleDeg => "ple_deg",
-            Metric::Hit2Deg => "hit_2deg",
-            Metric::Hit4Deg => "hit_4deg",
-            Metric::Recall2Deg => "recall_2deg",
-            Metric::Recall4Deg => "recall_4deg",
-            Metric::Mse => "mse",
-            Metric::Rmse => "rmse",
-            Metric::Nmse => "nmse",
-            Metric::MirrorPleDeg => "mirror_ple_deg",
-            Metric::MirrorHit2Deg => "mirror_hit_2deg",
-            Metric::MirrorHit4Deg => "mirror_hit_4deg",
-        }
+        ABOUT[self as usize].1
     }
 
     /// Name as a column heading, as the paper writes it.
     pub fn label(self) -> &'static str {
-        match self {
-            Metric::Mae => "MAE",
-            Metric::PsnrDb => "PSNR",
-            Metric::Cosine => "CosSim",
-            Metric::NmseDb => "NMSE",
-            Metric::SpectralAngleDeg => "Angle",
-            Metric::PleDeg => "PLE",
-            Metric::Hit2Deg => "Hit@2",
-            Metric::Hit4Deg => "Hit@4",
-            Metric::Recall2Deg => "Rec.@2",
-            Metric::Recall4Deg => "Rec.@4",
-            Metric::Mse => "MSE",
-            Metric::Rmse => "RMSE",
-            Metric::Nmse => "NMSE lin.",
-            Metric::MirrorPleDeg => "mirror PLE",
-            Metric::MirrorHit2Deg => "mirror Hit@2",
-            Metric::MirrorHit4Deg => "mirror Hit@4",
-        }
+        ABOUT[self as usize].2
     }
 
     /// Unit of the metric; empty for a plain number or the unit of the spectra.
     pub fn unit(self) -> &'static str {
-        match self {
-            Metric::PsnrDb | Metric::NmseDb => "dB",
-            Metric::SpectralAngleDeg | Metric::PleDeg | Metric::MirrorPleDeg => "deg",
-            _ => "",
-        }
+        ABOUT[self as usize].3
     }
 
     /// Returns the direction in which the metric improves.
     pub fn better(self) -> Better {
-        match self {
-            Metric::Mae
-            | Metric::NmseDb
-            | Metric::SpectralAngleDeg
-            | Metric::PleDeg
-            | Metric::Mse
-            | Metric::Rmse
-            | Metric::Nmse
-            | Metric::MirrorPleDeg => Better::Lower,
-            Metric::PsnrDb
-            | Metric::Cosine
-            | Metric::Hit2Deg
-            | Metric::Hit4Deg
-            | Metric::Recall2Deg
-            | Metric::Recall4Deg
-            | Metric::MirrorHit2Deg
-            | Metric::MirrorHit4Deg => Better::Higher,
-        }
+        ABOUT[self as usize].4
     }
 }
 
@@ -195,5 +169,18 @@ impl Metric {
 impl serde::Serialize for Metric {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.key())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_metric_is_at_its_place() {
+        for (place, metric) in Metric::ALL.into_iter().enumerate() {
+            assert_eq!(metric as usize, place);
+        }
+        assert_eq!(Metric::PAPER_COLUMNS[9], Metric::Recall4Deg);
     }
 }

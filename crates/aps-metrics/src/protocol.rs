@@ -143,6 +143,17 @@ impl Protocol {
     }
 }
 
+#[cfg(feature = "label")]
+impl From<aps_label::Protocol> for Protocol {
+    /// Scores labels by the definition of their own protocol.
+    fn from(protocol: aps_label::Protocol) -> Self {
+        match protocol {
+            aps_label::Protocol::Paper => Protocol::Paper,
+            aps_label::Protocol::Released => Protocol::Released,
+        }
+    }
+}
+
 impl From<Protocol> for Definition {
     fn from(protocol: Protocol) -> Self {
         protocol.definition()

@@ -6,7 +6,7 @@ use crate::error::{Defect, Error, Shape, Side};
 use crate::peaks::Peak;
 use crate::pointwise::Sums;
 use crate::protocol::{Definition, RecallCandidates, TOLERANCES_DEG};
-use crate::range::{DataRange, RangeScan, scan_finite};
+use crate::range::{DataRange, RangeScan};
 use crate::spectra::{Real, first_defect};
 
 /// Floor of the squared error, of the truth's mean square and of NMSE, before a logarithm or a
@@ -169,7 +169,7 @@ impl Scorer {
                 }),
             };
         }
-        truth_range.merge(scan_finite(&self.truth));
+        truth_range.merge(RangeScan::of(&self.truth));
         let scores = match first_defect(&self.prediction) {
             Some(bin) => Err(Defect {
                 side: Side::Prediction,

@@ -2,18 +2,19 @@
 //! `train` or `infer`, like `step_time ms_areg-train-64-32`.
 //!
 //! A training step holds all that a real one does: making the images, both networks of an adversarial model, clipping,
-//! optimizers. Weights are the first ones, links random.
+//! optimizers. Weights are the initial ones, links random.
 
 use std::error::Error;
 use std::time::{Duration, Instant};
 
 use aps_model::candle_core::{DType, Device};
-use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+use aps_model::candle_nn::VarMap;
+use aps_model::condition::{ConditionConfig, Link, Rasters};
 use aps_model::data::Samples;
-use aps_model::train::{Regularize, TrainConfig, Trainees, Trainer};
-use aps_model::{ANGLE_BINS, Mode, ModelKind, Parameters, Preset};
+use aps_model::train::{TrainConfig, Trainer};
+use aps_model::{ANGLE_BINS, ModelKind, Preset, frozen, seeded};
 
-/// As the runner has: memory of a step is used again in the next one, rather than asked anew from the system page by page.
+/// The runner's allocator: memory of a step is used again in the next one, rather than asked anew from the system page by page.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
@@ -42,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         image_size,
         ..ConditionConfig::default()
     };
-    let conditions = Conditions::new(rasters, config, &device)?;
+    let input = kind.input(rasters, config, &device)?;
     let link = |i: usize| Link {
         map: 0,
         tx_m: [(i * 37 % 256) as f64, (i * 11 % 256) as f64],
@@ -50,34 +51,33 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let links: Vec<Link> = (0..4 * batch).map(link).collect();
 
-    let predictor = kind.build(Preset::Paper, &Parameters::new(&device, DType::F32, 1))?;
+    let builder = |parameters, seed| seeded(parameters, seed, DType::F32, &device);
+    let (parameters, of_regularizer) = (VarMap::new(), VarMap::new());
+    let model = kind.build(Preset::Paper, builder(&parameters, 1))?;
     let best = match what {
         "train" => {
             let target = |i: usize| ((i * 7919 % 1000) as f32 - 500.0) / 290.0;
             let targets = (0..links.len() * ANGLE_BINS).map(target).collect();
-            let regularizer = kind
-                .build_regularizer(Preset::Paper, &Parameters::new(&device, DType::F32, 2))?
-                .map(|r| Box::new(r) as Box<dyn Regularize>);
             let config = TrainConfig {
                 epochs: 1_000_000,
                 batch,
-                ..match regularizer {
-                    Some(_) => TrainConfig::adversarial(),
-                    None => TrainConfig::regression(),
+                ..match kind.is_adversarial() {
+                    true => TrainConfig::adversarial(),
+                    false => TrainConfig::regression(),
                 }
             };
-            let trainees = Trainees {
-                predictor,
-                regularizer,
-            };
-            let mut trainer =
-                Trainer::new(trainees, conditions, Samples::new(links, targets)?, config)?;
+            let samples = Samples::new(links, targets)?;
+            let mut trainer = Trainer::new(model, &parameters, input, samples, config)?;
+            let vb = builder(&of_regularizer, 2);
+            if let Some(regularizer) = kind.build_regularizer(Preset::Paper, vb)? {
+                trainer = trainer.with_regularizer(regularizer, &of_regularizer)?;
+            }
             best_of(|| trainer.step().map(|_| ()))?
         }
         "infer" => {
-            let images = conditions.images(&links[..batch])?;
-            let predictor = kind.build(Preset::Paper, &predictor.parameters().frozen()?)?;
-            best_of(|| predictor.forward(&images, Mode::Eval).map(|_| ()))?
+            let images = input.batch(&links[..batch])?;
+            let model = kind.build(Preset::Paper, frozen(&parameters)?)?;
+            best_of(|| model.forward_t(&images, false).map(|_| ()))?
         }
         other => return Err(format!("'{other}' is neither train nor infer").into()),
     };

@@ -11,7 +11,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A tensor operation failed: shapes, memory, device.
+    /// A tensor operation failed: shapes, names of tensors, memory, device.
     #[error(transparent)]
     Candle(#[from] candle_core::Error),
     /// Condition images cannot be made of the given maps, links or settings.
@@ -20,50 +20,6 @@ pub enum Error {
     /// Examples cannot be used for training.
     #[error("examples: {0}")]
     Samples(String),
-    /// A tensor given to a layer or a model does not have the shape it needs.
-    #[error("{what} must have the shape {expected}, not {found:?}")]
-    Shape {
-        /// Description of the tensor.
-        what: &'static str,
-        /// The shape it needs.
-        expected: String,
-        /// The shape it has.
-        found: Vec<usize>,
-    },
-    /// Batch normalisation in training has only one value a channel, which has no variance.
-    #[error(
-        "batch normalisation needs more than one value a channel in training, found shape {found:?}; use a batch of two or more \
-         samples, or larger images"
-    )]
-    OneValueAChannel {
-        /// Shape of the input.
-        found: Vec<usize>,
-    },
-    /// Two layers of a model ask for the same tensor.
-    #[error("the model already has a tensor {name}")]
-    DuplicateTensor {
-        /// Full name of the tensor.
-        name: String,
-    },
-    /// A model over frozen parameters asks for a tensor that they do not have: they are another model's.
-    #[error("the frozen parameters hold no tensor {name} of shape {expected:?} ({}); they are those of another model", match found {
-        Some(shape) => format!("its shape is {shape:?}"),
-        None => "there is none of that name".into(),
-    })]
-    FrozenTensor {
-        /// Full name of the tensor.
-        name: String,
-        /// Shape that the tensor should have.
-        expected: Vec<usize>,
-        /// The shape of the tensor of that name, if there is one.
-        found: Option<Vec<usize>>,
-    },
-    /// Weights cannot be loaded into frozen parameters, which never change.
-    #[error("cannot load {} into frozen parameters; load it into those they were frozen from, before that", path.display())]
-    Frozen {
-        /// The file.
-        path: PathBuf,
-    },
     /// A word that names no model or no preset.
     #[error("unknown {what} \"{found}\"; known are {known}")]
     UnknownName {
@@ -73,12 +29,6 @@ pub enum Error {
         found: String,
         /// Known names, with commas.
         known: String,
-    },
-    /// Sizes of a model that fit no layer.
-    #[error("{what}")]
-    Config {
-        /// Description of the fault, with the values.
-        what: String,
     },
     /// The operating system refused a file of weights.
     #[error("cannot {action} {}", path.display())]
@@ -136,36 +86,4 @@ impl Error {
             problem: problem.to_string(),
         }
     }
-}
-
-/// Checks that `tensor` has the dimensions of `expected`, where 0 stands for any size.
-pub(crate) fn check_shape(
-    what: &'static str,
-    tensor: &candle_core::Tensor,
-    expected: &[usize],
-) -> Result<()> {
-    let found = tensor.dims();
-    let fits = found.len() == expected.len()
-        && found
-            .iter()
-            .zip(expected)
-            .all(|(&f, &e)| if e == 0 { f > 0 } else { f == e });
-    if fits {
-        return Ok(());
-    }
-    let sizes: Vec<_> = expected
-        .iter()
-        .map(|&e| {
-            if e == 0 {
-                "any".to_owned()
-            } else {
-                e.to_string()
-            }
-        })
-        .collect();
-    Err(Error::Shape {
-        what,
-        expected: format!("[{}]", sizes.join(", ")),
-        found: found.to_vec(),
-    })
 }

@@ -3,89 +3,121 @@
 use std::fmt;
 use std::str::FromStr;
 
+use candle_core::Device;
+use candle_nn::VarBuilder;
 use serde::{Deserialize, Serialize};
 
-use crate::models::{
-    AdvMlp, MsAreg, MsMlp, RadioUnet, Regularizer, ResnetConv1d, ResnetMlp, VitReg, VitRegConfig,
-};
-use crate::{Error, Model, Parameters, Result};
+use crate::condition::{ConditionConfig, ModelInput, Rasters};
+use crate::models::{self, Model, Regularizer, Spec};
+use crate::train::TrainConfig;
+use crate::{Error, Result};
 
-/// The models of the benchmark. Serialized, one is its [`name`](ModelKind::name).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ModelKind {
-    /// [`MsAreg`], the paper's reference.
-    MsAreg,
-    /// [`MsMlp`], an ablation.
-    MsMlp,
-    /// [`AdvMlp`], an ablation.
-    AdvMlp,
-    /// [`ResnetMlp`].
-    ResnetMlp,
-    /// [`RadioUnet`].
-    #[serde(rename = "radiounet")]
-    RadioUnet,
-    /// [`VitReg`].
-    VitReg,
-    /// [`ResnetConv1d`].
-    #[serde(rename = "resnet_conv1d")]
-    ResnetConv1d,
+/// Declares [`ModelKind`] from the modules of [`crate::models`], each with its `SPEC`.
+macro_rules! model_kinds {
+    ($($(#[$doc:meta])* $kind:ident = $module:ident;)*) => {
+        /// The models of the benchmark. Serialized, one is its [`name`](ModelKind::name).
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(into = "&'static str", try_from = "String")]
+        pub enum ModelKind {
+            $($(#[$doc])* $kind,)*
+        }
+
+        impl ModelKind {
+            /// Every model, in the order of this page.
+            pub const ALL: [Self; [$(stringify!($kind)),*].len()] = [$(Self::$kind),*];
+
+            fn spec(self) -> &'static Spec {
+                match self {
+                    $(Self::$kind => &models::$module::SPEC,)*
+                }
+            }
+        }
+    };
+}
+
+model_kinds! {
+    /// MS-AReg, the paper's reference: multi-scale encoder, decoder, trained against a regularizer.
+    MsAreg = ms_areg;
+    /// MS-MLP, an ablation: MS-AReg without the regularizer.
+    MsMlp = ms_mlp;
+    /// Adv-MLP, an ablation: MS-AReg without the multi-scale encoder.
+    AdvMlp = adv_mlp;
+    /// ResNet-18 and a perceptron.
+    ResnetMlp = resnet_mlp;
+    /// A U-Net, averaged over the image, and a perceptron.
+    RadioUnet = radiounet;
+    /// ViT-B/16 and a perceptron.
+    VitReg = vit_reg;
+    /// The multi-scale encoder and convolutions over the angle.
+    ResnetConv1d = resnet_conv1d;
 }
 
 impl ModelKind {
-    /// Every model, in the order of this page.
-    pub const ALL: [Self; 7] = [
-        Self::MsAreg,
-        Self::MsMlp,
-        Self::AdvMlp,
-        Self::ResnetMlp,
-        Self::RadioUnet,
-        Self::VitReg,
-        Self::ResnetConv1d,
-    ];
-
     /// Returns the name on the command line and in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::MsAreg => "ms_areg",
-            Self::MsMlp => "ms_mlp",
-            Self::AdvMlp => "adv_mlp",
-            Self::ResnetMlp => "resnet_mlp",
-            Self::RadioUnet => "radiounet",
-            Self::VitReg => "vit_reg",
-            Self::ResnetConv1d => "resnet_conv1d",
-        }
+        self.spec().name
+    }
+
+    /// Returns the name in tables and texts.
+    pub fn title(self) -> &'static str {
+        self.spec().title
     }
 
     /// Returns true when the model is trained against a [`Regularizer`].
     pub fn is_adversarial(self) -> bool {
-        matches!(self, Self::MsAreg | Self::AdvMlp)
+        self.spec().is_adversarial
     }
 
-    /// Builds the model with initial weights drawn from the seed of `parameters`, which must be empty.
-    pub fn build(self, preset: Preset, parameters: &Parameters) -> Result<Box<dyn Model>> {
-        let width = preset.width(self);
-        Ok(match self {
-            Self::MsAreg => Box::new(MsAreg::new(parameters, width)?),
-            Self::MsMlp => Box::new(MsMlp::new(parameters, width)?),
-            Self::AdvMlp => Box::new(AdvMlp::new(parameters, width)?),
-            Self::ResnetMlp => Box::new(ResnetMlp::new(parameters, width, 0.1)?),
-            Self::RadioUnet => Box::new(RadioUnet::new(parameters, width)?),
-            Self::VitReg => Box::new(VitReg::new(parameters, preset.vit())?),
-            Self::ResnetConv1d => Box::new(ResnetConv1d::new(parameters, width)?),
-        })
+    /// Builds the model from the tensors of `vb`: [`seeded`](crate::seeded) ones to train it as the benchmark does, those of
+    /// any [`VarMap`](candle_nn::VarMap), or constants, as a file's, to evaluate it.
+    ///
+    /// # Errors
+    /// Those of `vb`, where a tensor is missing or has another shape.
+    pub fn build(self, preset: Preset, vb: VarBuilder<'_>) -> candle_core::Result<Box<dyn Model>> {
+        (self.spec().build)(preset, vb)
     }
 
-    /// Builds the regularizer to train the model against; `None` where it needs none. `parameters` must be empty: not the
-    /// model's own.
+    /// Builds the regularizer to train the model against; `None` where it needs none. `vb` must not be the model's own:
+    /// some names of tensors are the same.
+    ///
+    /// # Errors
+    /// Those of [`build`](Self::build).
     pub fn build_regularizer(
         self,
         preset: Preset,
-        parameters: &Parameters,
-    ) -> Result<Option<Regularizer>> {
-        self.is_adversarial()
-            .then(|| Regularizer::new(parameters, preset.width(self)))
-            .transpose()
+        vb: VarBuilder<'_>,
+    ) -> candle_core::Result<Option<Regularizer>> {
+        let build = || models::build_regularizer(preset, vb);
+        self.is_adversarial().then(build).transpose()
+    }
+
+    /// Prepares what the model takes as input: condition images of links on the maps, for all models so far.
+    ///
+    /// # Errors
+    /// [`Error::Condition`] when the pixels do not make whole maps or are no shares, or a setting is not positive.
+    pub fn input(
+        self,
+        rasters: Rasters<'_>,
+        config: ConditionConfig,
+        device: &Device,
+    ) -> Result<Box<dyn ModelInput>> {
+        (self.spec().input)(rasters, config, device)
+    }
+
+    /// Returns the paper's settings of its training, with steps of 64 links for the small preset.
+    pub fn train_config(self, preset: Preset) -> TrainConfig {
+        let papers = match self.is_adversarial() {
+            true => TrainConfig::adversarial(),
+            false => TrainConfig::regression(),
+        };
+        let config = (self.spec().settings)(papers);
+        match preset {
+            Preset::Paper => config,
+            Preset::Small => TrainConfig {
+                batch: 64,
+                ..config
+            },
+        }
     }
 }
 
@@ -103,6 +135,20 @@ impl FromStr for ModelKind {
     }
 }
 
+impl From<ModelKind> for &'static str {
+    fn from(kind: ModelKind) -> Self {
+        kind.name()
+    }
+}
+
+impl TryFrom<String> for ModelKind {
+    type Error = Error;
+
+    fn try_from(name: String) -> Result<Self> {
+        name.parse()
+    }
+}
+
 /// Sizes of a model. Serialized: `paper` or `small`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -110,15 +156,16 @@ pub enum Preset {
     /// Sizes of the paper.
     #[default]
     Paper,
-    /// The same architecture, narrower and shallower, to train on a CPU.
+    /// The same architecture, narrower and shallower, to train on a CPU: half the width, RadioUNet a quarter, ViT-Reg with
+    /// patches of 8 pixels of images of 64, width 192, depth 6, three heads.
     ///
     /// | model | trainable parameters |
     /// |---|---|
-    /// | ms_areg, adv_mlp | 3,789,652, 3,444,564; half the width |
-    /// | their regularizer | 3,009,697; half the width |
-    /// | ms_mlp, resnet_mlp, resnet_conv1d | 3,715,796, 2,910,932, 4,721,921; half the width |
-    /// | radiounet | 1,969,428; a quarter of the width |
-    /// | vit_reg | 2,791,092; [`VitRegConfig::small`] |
+    /// | ms_areg, adv_mlp | 3,789,652, 3,444,564 |
+    /// | their regularizer | 3,009,697 |
+    /// | ms_mlp, resnet_mlp, resnet_conv1d | 3,715,796, 2,910,932, 4,721,921 |
+    /// | radiounet | 1,969,428 |
+    /// | vit_reg | 2,791,092 |
     Small,
 }
 
@@ -131,24 +178,6 @@ impl Preset {
         match self {
             Self::Paper => "paper",
             Self::Small => "small",
-        }
-    }
-
-    /// Returns the number of channels of the first stage of `kind`'s convolutions, to which all its other sizes but the
-    /// spectrum's are proportional. It has no meaning for [`ModelKind::VitReg`].
-    fn width(self, kind: ModelKind) -> usize {
-        match (self, kind) {
-            (Self::Paper, _) => 64,
-            // Its first and last blocks work at full resolution.
-            (Self::Small, ModelKind::RadioUnet) => 16,
-            (Self::Small, _) => 32,
-        }
-    }
-
-    fn vit(self) -> VitRegConfig {
-        match self {
-            Self::Paper => VitRegConfig::default(),
-            Self::Small => VitRegConfig::small(),
         }
     }
 }
@@ -168,12 +197,10 @@ impl FromStr for Preset {
 }
 
 fn find<T: Copy + fmt::Display>(what: &'static str, name: &str, all: &[T]) -> Result<T> {
-    all.iter()
-        .copied()
-        .find(|one| one.to_string() == name)
-        .ok_or_else(|| Error::UnknownName {
-            what,
-            found: name.to_owned(),
-            known: all.iter().map(T::to_string).collect::<Vec<_>>().join(", "),
-        })
+    let found = all.iter().find(|one| one.to_string() == name);
+    found.copied().ok_or_else(|| Error::UnknownName {
+        what,
+        found: name.to_owned(),
+        known: all.iter().map(T::to_string).collect::<Vec<_>>().join(", "),
+    })
 }

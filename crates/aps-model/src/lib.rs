@@ -1,28 +1,29 @@
 //! The models of Map2APS in [candle](candle_core): from a city map and two positions to an angle power spectrum.
 //!
-//! Input of every model is a batch of condition images (batch, 3, height, width): buildings, transmitter heatmap, receiver
-//! heatmap. Output is (batch, 180): the normalised spectrum.
+//! A model is a [`ModuleT`](candle_core::ModuleT), built from a [`VarBuilder`](candle_nn::VarBuilder): from candle's `VarMap`, from
+//! a file, or [`seeded`] as in the benchmark. Input of every model so far is a batch of condition images (batch, 3, height,
+//! width): buildings, transmitter heatmap, receiver heatmap. Output is (batch, 180): the normalised spectrum.
 //!
-//! The main types:
+//! The main items:
 //! - [`ModelKind`] names the seven models of the benchmark and builds them in the sizes of a [`Preset`];
-//! - [`Model`] is the trait of all of them: a forward pass in a [`Mode`], and [`Parameters`];
-//! - [`Regularizer`] is the critic that two of them are trained against;
-//! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included;
-//! - [`condition`] makes their input of map numbers and coordinates, [`train`] teaches them.
+//! - [`Model`] is the trait of all of them, [`Regularizer`] the critic that two of them are trained against;
+//! - [`condition`] makes their input of map numbers and coordinates, [`train`] trains them;
+//! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included.
 //!
 //! ```
-//! use aps_model::candle_core::{DType, Device, Tensor};
-//! use aps_model::{Mode, ModelKind, Parameters, Preset};
+//! use aps_model::candle_core::{DType, Device, ModuleT, Tensor};
+//! use aps_model::candle_nn::VarMap;
+//! use aps_model::{ModelKind, Preset, seeded};
 //!
-//! // Tensors of single precision on the CPU, first values drawn from seed 1.
-//! let parameters = Parameters::new(&Device::Cpu, DType::F32, 1);
-//! let model = ModelKind::MsAreg.build(Preset::Small, &parameters)?;
-//! assert_eq!(model.parameters().count(), 3_789_652);
+//! // Tensors of single precision on the CPU, initial values drawn from seed 1.
+//! let parameters = VarMap::new();
+//! let vb = seeded(&parameters, 1, DType::F32, &Device::Cpu);
+//! let model = ModelKind::MsAreg.build(Preset::Small, vb)?;
 //!
 //! let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;
-//! let spectra = model.forward(&images, Mode::Eval)?;
+//! let spectra = model.forward_t(&images, false)?;
 //! assert_eq!(spectra.dims(), [2, 180]);
-//! # Ok::<(), aps_model::Error>(())
+//! # Ok::<(), aps_model::candle_core::Error>(())
 //! ```
 //!
 //! # Features
@@ -33,7 +34,7 @@
 //!
 //! A tensor has the name, the shape and the distribution of initial values that PyTorch and torchvision give it. Outputs and
 //! gradients agree with PyTorch's to rounding, and so do the weights after three optimizer steps in double precision: tests
-//! hold them against golden values. Where candle's own operations differ from PyTorch's, [`portable`] has others.
+//! hold them against golden values. Where candle's own operations differ from PyTorch's, the layers have others.
 //!
 //! # Types
 //!
@@ -44,42 +45,26 @@
 pub mod condition;
 pub mod data;
 mod error;
-mod init;
 mod kernels;
 mod kind;
-pub mod layers;
-pub mod loss;
-mod mode;
-pub mod models;
-pub mod ops;
+mod layers;
+mod loss;
+mod models;
+mod ops;
 pub mod optim;
 mod parameters;
-pub mod portable;
+mod random;
+#[cfg(test)]
+mod tests;
 pub mod train;
 pub mod weights;
 
 pub use candle_core;
+pub use candle_nn;
 pub use error::{Error, Result};
-pub use init::Init;
 pub use kind::{ModelKind, Preset};
-pub use mode::Mode;
-pub use models::Regularizer;
-pub use parameters::{Kind, Parameter, Parameters, Scope};
-
-use std::fmt::Debug;
-
-use candle_core::Tensor;
+pub use models::{Model, Regularizer};
+pub use parameters::{frozen, seeded, trainable};
 
 /// Angle bins of a spectrum.
 pub const ANGLE_BINS: usize = 180;
-
-/// Predictor of spectra from condition images.
-pub trait Model: Debug + Send + Sync {
-    /// Predicts the spectra (batch, [`ANGLE_BINS`]) of condition images (batch, 3, height, width).
-    ///
-    /// In [`Mode::Train`] batch statistics are used and the running ones moved, and dropout drops.
-    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor>;
-
-    /// Returns all tensors of the model, by their PyTorch names.
-    fn parameters(&self) -> &Parameters;
-}

@@ -1,264 +1,294 @@
-//! Parameters: the tensors of a model, by the names PyTorch gives them.
+//! Tensors of a model: candle's [`VarMap`] with initial values that follow from a seed, and constant copies of it.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::collections::HashMap;
 
 use candle_core::{DType, Device, Shape, Tensor, Var};
+use candle_nn::init::NormalOrUniform;
+use candle_nn::var_builder::SimpleBackend;
+use candle_nn::{Init, VarBuilder, VarMap};
 
-use crate::{Error, Init, Result};
+use crate::Result;
+use crate::random::{generator_of_tensor, normal_pair, unit};
 
-/// The role of a tensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Trainable parameters, which an optimizer updates.
-    Trainable,
-    /// Running statistics of batch normalisation.
-    Buffer,
-    /// Training passes seen by a batch normalisation (`num_batches_tracked`): a whole number that no output depends on,
-    /// kept so that state dicts go both ways without a tensor too many or too few.
-    Counter,
-}
-
-/// A tensor and its role.
-#[derive(Debug, Clone)]
-pub struct Parameter {
-    /// The values; layers hold clones of the same storage.
-    pub var: Var,
-    /// Role of the tensor.
-    pub kind: Kind,
-}
-
-/// Tensors of a model in the order of their names. Cheap to clone: clones share the tensors.
-#[derive(Debug, Clone)]
-pub struct Parameters {
-    inner: Arc<Inner>,
-}
-
-#[derive(Debug)]
-struct Inner {
-    device: Device,
-    dtype: DType,
+/// Returns a builder that makes a model's tensors in `parameters`, floats of type `dtype` on `device`.
+///
+/// The initial values of a tensor follow from `seed` and the tensor's name alone, so that they depend neither on the order
+/// in which a model asks for its tensors nor on the device or the machine. A tensor that is in `parameters` already is
+/// used as it is, as by [`VarBuilder::from_varmap`].
+///
+/// ```
+/// use aps_model::candle_core::{DType, Device};
+/// use aps_model::candle_nn::VarMap;
+/// use aps_model::{ModelKind, Preset, seeded, trainable};
+///
+/// let parameters = VarMap::new();
+/// ModelKind::ResnetMlp.build(Preset::Small, seeded(&parameters, 1, DType::F32, &Device::Cpu))?;
+/// let count: usize = trainable(&parameters).iter().map(|(_, var)| var.elem_count()).sum();
+/// assert_eq!(count, 2_910_932);
+/// # Ok::<(), aps_model::Error>(())
+/// ```
+pub fn seeded(
+    parameters: &VarMap,
     seed: u64,
-    /// True if the tensors are fixed copies of another set's, without gradients.
-    is_frozen: bool,
-    tensors: Mutex<BTreeMap<String, Parameter>>,
+    dtype: DType,
+    device: &Device,
+) -> VarBuilder<'static> {
+    let backend = Seeded {
+        parameters: parameters.clone(),
+        seed,
+    };
+    VarBuilder::from_backend(Box::new(backend), dtype, device.clone())
 }
 
-impl Parameters {
-    /// Creates an empty set whose tensors will be floats of type `dtype` on `device`. Initial values are drawn from `seed`
-    /// and each tensor's name, so that they do not depend on the order in which a model asks for them.
-    pub fn new(device: &Device, dtype: DType, seed: u64) -> Self {
-        let inner = Inner {
-            device: device.clone(),
-            dtype,
-            seed,
-            is_frozen: false,
-            tensors: Mutex::default(),
-        };
-        Self {
-            inner: Arc::new(inner),
+/// Copies `parameters` into a builder of constants, for a model that is only evaluated.
+///
+/// No gradient is asked of a constant: values between the layers are freed as soon as the next layer has read them, instead
+/// of being kept for a backward pass, and convolutions keep a kernel cache (on a CPU, up to four times the weights' memory).
+/// Later changes of `parameters` do not reach the copy.
+///
+/// # Errors
+/// [`Error::Candle`](crate::Error::Candle), where there is no memory for the copy.
+///
+/// ```
+/// use aps_model::candle_core::{DType, Device, ModuleT, Tensor};
+/// use aps_model::candle_nn::VarMap;
+/// use aps_model::{ModelKind, Preset, frozen, seeded};
+///
+/// let parameters = VarMap::new();
+/// ModelKind::ResnetMlp.build(Preset::Small, seeded(&parameters, 1, DType::F32, &Device::Cpu))?;
+/// let model = ModelKind::ResnetMlp.build(Preset::Small, frozen(&parameters)?)?;
+/// let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;
+/// assert!(!model.forward_t(&images, false)?.track_op());
+/// # Ok::<(), aps_model::Error>(())
+/// ```
+pub fn frozen(parameters: &VarMap) -> Result<VarBuilder<'static>> {
+    let (mut dtype, mut device) = (DType::F32, Device::Cpu);
+    let mut constants = HashMap::new();
+    for (name, var) in sorted(parameters) {
+        if var.dtype().is_float() {
+            (dtype, device) = (var.dtype(), var.device().clone());
+        }
+        constants.insert(name, var.as_detached_tensor().copy()?);
+    }
+    Ok(VarBuilder::from_tensors(constants, dtype, &device))
+}
+
+/// Returns the trainable tensors by name, in the order of their names: all but the running statistics and counters of batch
+/// normalisation.
+pub fn trainable(parameters: &VarMap) -> Vec<(String, Var)> {
+    let mut all = sorted(parameters);
+    all.retain(|(name, var)| {
+        let is_running = |part| name.rsplit('.').next() == Some(part);
+        !is_counter(var) && !is_running("running_mean") && !is_running("running_var")
+    });
+    all
+}
+
+/// Returns all tensors by name, in the order of their names.
+pub(crate) fn sorted(parameters: &VarMap) -> Vec<(String, Var)> {
+    let data = parameters.data().lock().expect("no holder panics");
+    let mut all: Vec<(String, Var)> = data.iter().map(|(n, v)| (n.clone(), v.clone())).collect();
+    drop(data);
+    all.sort_by(|(a, _), (b, _)| a.cmp(b));
+    all
+}
+
+/// Returns true for the counter of training passes of a batch normalisation: a whole number that no output depends on, kept
+/// so that state dicts go both ways without a tensor too many or too few.
+pub(crate) fn is_counter(tensor: &Tensor) -> bool {
+    tensor.dtype().is_int()
+}
+
+struct Seeded {
+    parameters: VarMap,
+    seed: u64,
+}
+
+impl SimpleBackend for Seeded {
+    fn get(
+        &self,
+        shape: Shape,
+        name: &str,
+        init: Init,
+        dtype: DType,
+        device: &Device,
+    ) -> candle_core::Result<Tensor> {
+        if !self.contains_tensor(name) {
+            let values = draw(init, self.seed, name, &shape);
+            let values = Tensor::from_vec(values, &shape, &Device::Cpu)?;
+            let var = Var::from_tensor(&values.to_dtype(dtype)?.to_device(device)?)?;
+            let mut data = self.parameters.data().lock().expect("no holder panics");
+            data.insert(name.to_owned(), var);
+        }
+        self.parameters.get(shape, name, init, dtype, device)
+    }
+
+    fn get_unchecked(
+        &self,
+        name: &str,
+        dtype: DType,
+        device: &Device,
+    ) -> candle_core::Result<Tensor> {
+        SimpleBackend::get_unchecked(&self.parameters, name, dtype, device)
+    }
+
+    fn contains_tensor(&self, name: &str) -> bool {
+        self.parameters.contains_tensor(name)
+    }
+}
+
+/// Draws the initial values of the tensor `name` under `seed`.
+fn draw(init: Init, seed: u64, name: &str, shape: &Shape) -> Vec<f64> {
+    let count = shape.elem_count();
+    let mut generator = generator_of_tensor(seed, name);
+    let mut uniform = |low: f64, high: f64| {
+        let (centre, half) = ((low + high) / 2.0, (high - low) / 2.0);
+        (0..count)
+            .map(|_| centre + half * (2.0 * unit(&mut generator) - 1.0))
+            .collect()
+    };
+    match init {
+        Init::Const(value) => vec![value; count],
+        Init::Uniform { lo, up } => uniform(lo, up),
+        Init::Randn { mean, stdev } => {
+            let pairs = std::iter::repeat_with(|| normal_pair(&mut generator));
+            let values = pairs.flatten().map(|z| mean + stdev * z);
+            values.take(count).collect()
+        }
+        Init::Kaiming {
+            dist,
+            fan,
+            non_linearity,
+        } => {
+            let stdev = non_linearity.gain() / (fan.for_shape(shape) as f64).sqrt();
+            let bound = 3.0_f64.sqrt() * stdev;
+            let init = match dist {
+                NormalOrUniform::Uniform => Init::Uniform {
+                    lo: -bound,
+                    up: bound,
+                },
+                NormalOrUniform::Normal => Init::Randn { mean: 0.0, stdev },
+            };
+            draw(init, seed, name, shape)
         }
     }
+}
 
-    /// Copies these tensors for a model that is only evaluated. No gradient passes through the copy's weights, so the values
-    /// between its layers are freed as soon as the next layer has read them, instead of being kept for a backward pass. The
-    /// weights never change, so layers keep what they compute from them (on a CPU, the kernel cache of convolutions: up to
-    /// four times the weights' memory).
-    ///
-    /// Nothing can be loaded into the copy, and it returns no trainable tensors. Do not set a variable of it by hand: the
-    /// kernel cache would not follow.
-    ///
-    /// # Errors
-    /// [`Error::Candle`], where there is no memory for the copy.
-    ///
-    /// ```
-    /// use aps_model::candle_core::{DType, Device, Tensor};
-    /// use aps_model::{Mode, ModelKind, Parameters, Preset};
-    ///
-    /// let learning = Parameters::new(&Device::Cpu, DType::F32, 1);
-    /// ModelKind::ResnetMlp.build(Preset::Small, &learning)?;
-    /// let answering = ModelKind::ResnetMlp.build(Preset::Small, &learning.frozen()?)?;
-    /// let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;
-    /// assert!(!answering.forward(&images, Mode::Eval)?.track_op());
-    /// # Ok::<(), aps_model::Error>(())
-    /// ```
-    pub fn frozen(&self) -> Result<Self> {
-        let copy = |(name, p): (String, Parameter)| -> Result<(String, Parameter)> {
-            let var = Var::from_tensor(&p.var.as_detached_tensor())?;
-            Ok((name, Parameter { var, kind: p.kind }))
+/// Returns the distribution uniform in ±`bound`.
+fn symmetric(bound: f64) -> Init {
+    Init::Uniform {
+        lo: -bound,
+        up: bound,
+    }
+}
+
+/// Returns the distribution uniform in ±1/sqrt(fan_in): PyTorch's choice for weight and bias of linear and convolution layers.
+/// PyTorch writes this as Kaiming's uniform distribution with the slope a = sqrt(5).
+pub(crate) fn fan_in(fan_in: usize) -> Init {
+    symmetric(1.0 / (fan_in as f64).sqrt())
+}
+
+/// Returns the normal distribution of variance 2 / fan_out, which keeps the size of gradients through ReLU (He et al., "Delving
+/// deep into rectifiers", ICCV 2015, eq. 14): torchvision's choice for the convolutions of ResNets.
+pub(crate) fn kaiming_fan_out(fan_out: usize) -> Init {
+    normal((2.0 / fan_out as f64).sqrt())
+}
+
+/// Returns the distribution uniform in ±sqrt(6 / (fan_in + fan_out)) (Glorot and Bengio, AISTATS 2010, eq. 16): torchvision's
+/// choice for the attention and the perceptrons of vision transformers.
+pub(crate) fn xavier(fan_in: usize, fan_out: usize) -> Init {
+    symmetric((6.0 / (fan_in + fan_out) as f64).sqrt())
+}
+
+/// Returns the normal distribution of mean 0.
+pub(crate) fn normal(stdev: f64) -> Init {
+    Init::Randn { mean: 0.0, stdev }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(init: Init, seed: u64, name: &str, count: usize) -> Vec<f64> {
+        draw(init, seed, name, &Shape::from(count))
+    }
+
+    fn moments(values: &[f64]) -> (f64, f64) {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+        (mean, variance)
+    }
+
+    #[test]
+    fn values_follow_from_seed_and_name() {
+        let draw = |seed, name| values(fan_in(16), seed, name, 100);
+        assert_eq!(draw(1, "fc.weight"), draw(1, "fc.weight"));
+        assert_ne!(draw(1, "fc.weight"), draw(2, "fc.weight"));
+        assert_ne!(draw(1, "fc.weight"), draw(1, "fc.bias"));
+    }
+
+    #[test]
+    fn first_values_are_the_same_on_every_machine() {
+        // Values of the first run: a change here changes every seeded training.
+        let uniform = values(symmetric(1.0), 7, "a", 2);
+        let normal = values(normal(1.0), 7, "a", 2);
+        assert_eq!(uniform, [0.35640479366106637, -0.9101713007670271]);
+        assert_eq!(normal, [1.4463098824789244, 0.41934795712579115]);
+    }
+
+    #[test]
+    fn distributions_have_their_moments() {
+        let n = 100_000;
+        let close = |init, expected: [f64; 2], tolerance| {
+            let (mean, variance) = moments(&values(init, 1, "u", n));
+            let off = (mean - expected[0])
+                .abs()
+                .max((variance - expected[1]).abs());
+            assert!(off < tolerance, "{init:?}: {mean} {variance}");
         };
-        let tensors = self.all().into_iter().map(copy).collect::<Result<_>>()?;
-        let inner = Inner {
-            device: self.inner.device.clone(),
-            dtype: self.inner.dtype,
-            seed: self.inner.seed,
-            is_frozen: true,
-            tensors: Mutex::new(tensors),
-        };
-        Ok(Self {
-            inner: Arc::new(inner),
-        })
-    }
-
-    /// Returns true when this is a copy by [`frozen`](Self::frozen).
-    pub fn is_frozen(&self) -> bool {
-        self.inner.is_frozen
-    }
-
-    /// Returns the root of the tree of names, from which layers get their tensors.
-    pub fn root(&self) -> Scope {
-        Scope {
-            parameters: self.clone(),
-            prefix: String::new(),
-        }
-    }
-
-    /// Returns the device of the tensors.
-    pub fn device(&self) -> &Device {
-        &self.inner.device
-    }
-
-    /// Returns the type of trainable tensors and running statistics.
-    pub fn dtype(&self) -> DType {
-        self.inner.dtype
-    }
-
-    /// Returns all tensors by name.
-    pub fn all(&self) -> Vec<(String, Parameter)> {
-        let tensors = self.lock();
-        tensors
+        close(symmetric(3.0), [0.0, 3.0], 0.05);
+        close(Init::Uniform { lo: 1.0, up: 3.0 }, [2.0, 1.0 / 3.0], 0.01);
+        close(
+            Init::Randn {
+                mean: 1.0,
+                stdev: 2.0,
+            },
+            [1.0, 4.0],
+            0.1,
+        );
+        let squares: Vec<f64> = values(normal(1.0), 1, "n", n)
             .iter()
-            .map(|(n, p)| (n.clone(), p.clone()))
-            .collect()
+            .map(|v| v * v)
+            .collect();
+        let (_, spread) = moments(&squares);
+        assert!(
+            (spread - 2.0).abs() < 0.1,
+            "variance of the square of a normal value: {spread}"
+        );
+        let weight = Shape::from((100, 50));
+        let (mean, variance) = moments(&draw(
+            candle_nn::init::DEFAULT_KAIMING_NORMAL,
+            1,
+            "k",
+            &weight,
+        ));
+        assert!(
+            mean.abs() < 0.01 && (variance - 2.0 / 50.0).abs() < 0.003,
+            "{mean} {variance}"
+        );
     }
 
-    /// Returns the tensor of that name.
-    pub fn get(&self, name: &str) -> Option<Parameter> {
-        self.lock().get(name).cloned()
-    }
-
-    /// Returns the trainable tensors by name; none where the set is [frozen](Self::frozen).
-    pub fn trainable(&self) -> Vec<(String, Var)> {
-        let learnt = |p: &Parameter| p.kind == Kind::Trainable && !self.is_frozen();
-        self.all()
-            .into_iter()
-            .filter(|(_, p)| learnt(p))
-            .map(|(name, p)| (name, p.var))
-            .collect()
-    }
-
-    /// Returns the number of trainable parameters, frozen or not.
-    pub fn count(&self) -> usize {
-        let tensors = self.lock();
-        let learnt = tensors.values().filter(|p| p.kind == Kind::Trainable);
-        learnt.map(|p| p.var.elem_count()).sum()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Parameter>> {
-        self.inner
-            .tensors
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// A place in the tree of names.
-#[derive(Debug, Clone)]
-pub struct Scope {
-    parameters: Parameters,
-    prefix: String,
-}
-
-impl Scope {
-    /// Returns the place `name` below this one.
-    pub fn at(&self, name: impl std::fmt::Display) -> Self {
-        Self {
-            parameters: self.parameters.clone(),
-            prefix: format!("{}{name}.", self.prefix),
-        }
-    }
-
-    /// Returns true when the tensors are [frozen](Parameters::frozen).
-    pub fn is_frozen(&self) -> bool {
-        self.parameters.is_frozen()
-    }
-
-    /// Makes the trainable tensor `name` here.
-    ///
-    /// # Errors
-    /// [`Error::DuplicateTensor`] if there is one of that name already; [`Error::FrozenTensor`] if a frozen set has none.
-    pub fn trainable(&self, name: &str, shape: impl Into<Shape>, init: Init) -> Result<Tensor> {
-        let var = self.make_float(name, shape.into(), init, Kind::Trainable)?;
-        Ok(match self.is_frozen() {
-            true => var.as_detached_tensor(),
-            false => var.as_tensor().clone(),
-        })
-    }
-
-    /// Makes the buffer `name` here.
-    ///
-    /// # Errors
-    /// [`Error::DuplicateTensor`] if there is one of that name already.
-    pub fn buffer(&self, name: &str, shape: impl Into<Shape>, init: Init) -> Result<Var> {
-        self.make_float(name, shape.into(), init, Kind::Buffer)
-    }
-
-    /// Makes the counter `name` here, a scalar i64 that starts at 0.
-    ///
-    /// # Errors
-    /// [`Error::DuplicateTensor`] if there is one of that name already.
-    pub fn counter(&self, name: &str) -> Result<Var> {
-        if self.is_frozen() {
-            return self.find(name, &Shape::from(()));
-        }
-        let var = Var::zeros((), DType::I64, self.parameters.device())?;
-        self.insert(name, var, Kind::Counter)
-    }
-
-    fn make_float(&self, name: &str, shape: Shape, init: Init, kind: Kind) -> Result<Var> {
-        let Inner {
-            device,
-            dtype,
-            seed,
-            is_frozen,
-            ..
-        } = &*self.parameters.inner;
-        if *is_frozen {
-            return self.find(name, &shape);
-        }
-        let values = init.values(*seed, &self.full(name), shape.elem_count());
-        let values = Tensor::from_vec(values, shape, &Device::Cpu)?
-            .to_dtype(*dtype)?
-            .to_device(device)?;
-        self.insert(name, Var::from_tensor(&values)?, kind)
-    }
-
-    /// The tensor of a frozen set.
-    fn find(&self, name: &str, shape: &Shape) -> Result<Var> {
-        let name = self.full(name);
-        match self.parameters.get(&name) {
-            Some(found) if found.var.shape() == shape => Ok(found.var),
-            found => Err(Error::FrozenTensor {
-                name,
-                expected: shape.dims().to_vec(),
-                found: found.map(|p| p.var.dims().to_vec()),
-            }),
-        }
-    }
-
-    fn insert(&self, name: &str, var: Var, kind: Kind) -> Result<Var> {
-        let name = self.full(name);
-        let parameter = Parameter {
-            var: var.clone(),
-            kind,
+    #[test]
+    fn bounds_are_pytorch_s() {
+        let range = |init| match init {
+            Init::Uniform { lo, up } => [lo, up],
+            Init::Randn { mean, stdev } => [mean, stdev],
+            other => panic!("{other:?}"),
         };
-        match self.parameters.lock().insert(name.clone(), parameter) {
-            None => Ok(var),
-            Some(_) => Err(Error::DuplicateTensor { name }),
-        }
-    }
-
-    fn full(&self, name: &str) -> String {
-        format!("{}{name}", self.prefix)
+        // torch.nn.Linear(64, 8): kaiming_uniform_(a = sqrt 5) has gain sqrt(2 / 6) and bound sqrt(3) gain / sqrt(64).
+        assert_eq!(range(fan_in(64)), [-0.125, 0.125]);
+        assert_eq!(range(xavier(10, 14)), [-0.5, 0.5]);
+        assert_eq!(range(kaiming_fan_out(8)), [0.0, 0.5]);
     }
 }

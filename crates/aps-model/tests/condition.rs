@@ -1,9 +1,9 @@
 //! Condition images: those of the data set crate at its size, the same picture at any other.
 
-use aps_data::{ConditionConfig as DataConfig, ConditionImages, Raster, RasterGrid};
+use aps_data::{ConditionConfig as DataConfig, ConditionImages as DataImages, Raster, RasterGrid};
 use aps_model::Error;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ConditionConfig, Conditions, Link, Mirror, Rasters};
+use aps_model::condition::{ConditionConfig, ConditionImages, Link, Mirror, ModelInput, Rasters};
 
 const LINKS: [([f64; 2], [f64; 2]); 3] = [
     ([128.0, 10.0], [30.0, 40.0]),
@@ -27,7 +27,7 @@ fn maps() -> [Raster; 2] {
     })
 }
 
-fn conditions(maps: &[Raster], image_size: usize) -> Conditions {
+fn conditions(maps: &[Raster], image_size: usize) -> ConditionImages {
     let pixels: Vec<f32> = maps
         .iter()
         .flat_map(|map| map.pixels().iter().copied().map(f32::from))
@@ -42,7 +42,7 @@ fn conditions(maps: &[Raster], image_size: usize) -> Conditions {
         image_size,
         ..ConditionConfig::default()
     };
-    Conditions::new(rasters, config, &Device::Cpu).unwrap()
+    ConditionImages::new(rasters, config, &Device::Cpu).unwrap()
 }
 
 fn links() -> Vec<Link> {
@@ -54,8 +54,8 @@ fn links() -> Vec<Link> {
     LINKS.into_iter().enumerate().map(link).collect()
 }
 
-fn values(conditions: &Conditions) -> Vec<f32> {
-    let images = conditions.images(&links()).unwrap();
+fn values(conditions: &ConditionImages) -> Vec<f32> {
+    let images = conditions.batch(&links()).unwrap();
     images.flatten_all().unwrap().to_vec1().unwrap()
 }
 
@@ -65,7 +65,7 @@ fn at_its_own_size_the_image_is_that_of_the_data_set_bit_for_bit() {
     let expected: Vec<f32> = links()
         .iter()
         .flat_map(|link| {
-            let images = ConditionImages::new(&maps[link.map as usize], DataConfig::default());
+            let images = DataImages::new(&maps[link.map as usize], DataConfig::default());
             images.batch(&[(link.tx_m, link.rx_m)])
         })
         .collect();
@@ -111,7 +111,7 @@ fn what_cannot_be_drawn_is_told() {
     let [good, ..] = links()[..] else {
         unreachable!()
     };
-    let told = |link| match conditions.images(&[good, link]) {
+    let told = |link| match conditions.batch(&[good, link]) {
         Err(Error::Condition(problem)) => problem,
         other => panic!("{other:?}"),
     };
@@ -142,7 +142,7 @@ fn what_cannot_be_drawn_is_told() {
         (rasters(&[0.0, 1.0, f32::NAN, 0.0], 2), config),
         (rasters(&[0.0; 4], 2), none),
     ] {
-        let made = Conditions::new(rasters, config, &Device::Cpu);
+        let made = ConditionImages::new(rasters, config, &Device::Cpu);
         assert!(matches!(made, Err(Error::Condition(_))));
     }
 }
@@ -170,8 +170,8 @@ fn a_mirrored_link_has_a_mirrored_image() {
         pixels: &pixels,
         ..rasters
     };
-    let conditions = Conditions::new(all, config, &Device::Cpu).unwrap();
-    assert_eq!(conditions.maps(), 4 * rasters.maps());
+    let conditions = ConditionImages::new(all, config, &Device::Cpu).unwrap();
+    assert_eq!(all.maps(), 4 * rasters.maps());
     let link = Link {
         map: 1,
         tx_m: [30.5, 100.0],
@@ -180,7 +180,7 @@ fn a_mirrored_link_has_a_mirrored_image() {
     let images: Vec<Link> = (0..Mirror::ALL.len())
         .map(|i| link.mirrored(i, rasters.maps(), rasters.far_end_m()))
         .collect();
-    let images = conditions.images(&images).unwrap();
+    let images = conditions.batch(&images).unwrap();
     let values: Vec<f32> = images.flatten_all().unwrap().to_vec1().unwrap();
     let images: Vec<&[f32]> = values.chunks_exact(3 * size * size).collect();
     for (mirror, image) in Mirror::ALL.into_iter().zip(&images) {

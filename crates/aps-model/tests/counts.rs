@@ -1,20 +1,24 @@
 //! Sizes of the models.
 
 use aps_model::candle_core::{DType, Device};
-use aps_model::{ModelKind, Parameters, Preset};
+use aps_model::candle_nn::VarMap;
+use aps_model::{ModelKind, Preset, seeded, trainable};
 
 /// Trainable parameters of each model and of its regularizer, without buffers.
 fn counts(preset: Preset) -> Vec<(String, usize)> {
-    let fresh = || Parameters::new(&Device::Cpu, DType::F32, 1);
+    let count = |parameters: &VarMap| {
+        let all = trainable(parameters).into_iter();
+        all.map(|(_, var)| var.elem_count()).sum()
+    };
     let mut counts = Vec::new();
     for kind in ModelKind::ALL {
-        let model = kind.build(preset, &fresh()).unwrap();
-        counts.push((kind.to_string(), model.parameters().count()));
-        if let Some(regularizer) = kind.build_regularizer(preset, &fresh()).unwrap() {
-            counts.push((
-                format!("regularizer of {kind}"),
-                regularizer.parameters().count(),
-            ));
+        let (own, critic) = (VarMap::new(), VarMap::new());
+        let builder = |parameters| seeded(parameters, 1, DType::F32, &Device::Cpu);
+        kind.build(preset, builder(&own)).unwrap();
+        counts.push((kind.to_string(), count(&own)));
+        let regularizer = kind.build_regularizer(preset, builder(&critic)).unwrap();
+        if regularizer.is_some() {
+            counts.push((format!("regularizer of {kind}"), count(&critic)));
         }
     }
     for (name, count) in &counts {

@@ -1,7 +1,8 @@
 //! Every model in bf16, on a CPU.
 
 use aps_model::candle_core::{DType, Device, Tensor};
-use aps_model::{ANGLE_BINS, Mode, ModelKind, Parameters, Preset};
+use aps_model::candle_nn::VarMap;
+use aps_model::{ANGLE_BINS, ModelKind, Preset, frozen, seeded};
 
 /// bf16 has eight bits of a number: an answer is off by some hundredths of the outputs' spread, not by orders.
 #[test]
@@ -11,12 +12,13 @@ fn every_model_answers_in_half_precision() {
     let images = Tensor::from_vec(pixels.collect::<Vec<_>>(), (2, 3, 64, 64), &device).unwrap();
     for kind in ModelKind::ALL {
         let answer = |dtype: DType| -> Vec<f32> {
-            let parameters = Parameters::new(&device, dtype, 3);
-            kind.build(Preset::Small, &parameters).unwrap();
-            let model = kind
-                .build(Preset::Small, &parameters.frozen().unwrap())
-                .unwrap();
-            let y = model.forward(&images.to_dtype(dtype).unwrap(), Mode::Eval);
+            let parameters = VarMap::new();
+            let vb = seeded(&parameters, 3, dtype, &device);
+            kind.build(Preset::Small, vb).unwrap();
+            let model = kind.build(Preset::Small, frozen(&parameters).unwrap());
+            let y = model
+                .unwrap()
+                .forward_t(&images.to_dtype(dtype).unwrap(), false);
             let y = y.unwrap_or_else(|e| panic!("{kind} in {dtype:?}: {e}"));
             assert_eq!(y.dims(), [2, ANGLE_BINS]);
             let flat = y.flatten_all().unwrap().to_dtype(DType::F32).unwrap();

@@ -2,15 +2,12 @@
 
 use std::fmt::Debug;
 
-use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
-use aps_model::data::{Examples, Samples};
-use aps_model::layers::*;
-use aps_model::models::*;
-use aps_model::ops::{After, BatchNormTensors, ConvTensors};
-use aps_model::optim::{Adam, AdamConfig, Schedule};
-use aps_model::train::{Quantity, StepReport, TrainConfig, TrainError, Trainees, Trainer};
-use aps_model::weights::LoadReport;
-use aps_model::{Error, Init, Kind, Mode, Model, ModelKind, Parameter, Parameters, Preset, Scope};
+use aps_model::condition::{ConditionConfig, ConditionImages, Link, Mirror, ModelInput, Rasters};
+use aps_model::data::{Examples, Mirrored, Samples};
+use aps_model::optim::{AdamConfig, AdamW};
+use aps_model::train::{Quantity, StepReport, TrainConfig, TrainError, Trainer};
+use aps_model::weights::{Label, LoadReport};
+use aps_model::{Error, Model, ModelKind, Preset, Regularizer};
 
 fn is_shared<T: Debug + Clone + Send + Sync>() {}
 /// Accepts a type that owns state, which must not be copied by accident.
@@ -22,62 +19,27 @@ fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
 fn types_can_be_shown_copied_and_shared() {
     is_shared::<ModelKind>();
     is_shared::<Preset>();
-    is_shared::<Parameters>();
-    is_shared::<Parameter>();
-    is_shared::<Kind>();
-    is_shared::<Scope>();
-    is_shared::<Init>();
-    is_shared::<Mode<'static>>();
-    is_shared::<Conditions>();
+    is_shared::<Regularizer>();
+    is_shared::<ConditionImages>();
     is_shared::<ConditionConfig>();
     is_shared::<Rasters<'static>>();
     is_shared::<Link>();
+    is_shared::<Mirror>();
     is_shared::<Samples>();
+    is_shared::<Label>();
     is_shared::<LoadReport>();
     is_shared::<AdamConfig>();
-    is_shared::<Schedule>();
     is_shared::<TrainConfig>();
     is_shared::<StepReport>();
     is_shared::<Quantity>();
-    is_sent::<Adam>();
-    is_sent::<Trainees>();
+    is_sent::<AdamW>();
     is_sent::<Trainer>();
+    is_sent::<Mirrored<Samples>>();
     is_dyn::<dyn Model>();
+    is_dyn::<dyn ModelInput>();
     is_dyn::<dyn Examples>();
     is_error::<Error>();
     is_error::<TrainError>();
-}
-
-#[test]
-fn networks_and_their_parts_too() {
-    is_shared::<MsAreg>();
-    is_shared::<MsMlp>();
-    is_shared::<AdvMlp>();
-    is_shared::<ResnetMlp>();
-    is_shared::<RadioUnet>();
-    is_shared::<VitReg>();
-    is_shared::<VitRegConfig>();
-    is_shared::<ResnetConv1d>();
-    is_shared::<Regularizer>();
-    is_shared::<BatchNorm>();
-    is_shared::<Conv1d>();
-    is_shared::<Conv2d>();
-    is_shared::<ConvTranspose2x2>();
-    is_shared::<NormedConv>();
-    is_shared::<DoubleConv>();
-    is_shared::<EncoderBlock>();
-    is_shared::<SelfAttention>();
-    is_shared::<Film>();
-    is_shared::<LayerNorm>();
-    is_shared::<Linear>();
-    is_shared::<Mlp>();
-    is_shared::<MultiScale>();
-    is_shared::<MultiScaleEncoder>();
-    is_shared::<ResNet18>();
-    is_shared::<Stage>();
-    is_shared::<After<'static>>();
-    is_shared::<BatchNormTensors<'static>>();
-    is_shared::<ConvTensors<'static>>();
 }
 
 #[test]

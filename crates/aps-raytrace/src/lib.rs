@@ -72,6 +72,7 @@ mod config;
 mod corner_graph;
 pub mod error;
 mod fallback;
+pub mod fields;
 mod friis;
 mod fronts;
 mod images;

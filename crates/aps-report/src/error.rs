@@ -1,7 +1,6 @@
 //! Errors of reading results and of writing reports.
 
 use std::error::Error as StdError;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A failure to read results, to explain a link, or to write a report.
@@ -49,18 +48,4 @@ impl ReportError {
             source: source.into(),
         }
     }
-}
-
-/// Writes a file under another name and renames it: a killed run leaves no half of it.
-///
-/// Nothing is synced, which would take longer than the writing; after a power cut a file may be short, so whoever
-/// resumes must look at its length.
-///
-/// # Errors
-/// The file that cannot be written, and why.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let partial = path.with_file_name(format!(".{name}.partial"));
-    fs::write(&partial, bytes).map_err(ReportError::at("write", &partial))?;
-    fs::rename(&partial, path).map_err(ReportError::at("write", path))
 }

@@ -7,8 +7,8 @@
 //! - [`explain`]: a page that tells which path makes which lobe of a spectrum;
 //! - [`benchmark`]: results of models, and the document made of them.
 //!
-//! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas and paths, of the labels
-//! their formula and angles; it knows no data set, no map file and no model.
+//! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas and paths, of the data set its
+//! table of paths, of the labels their formula and angles; it knows no map file and no model.
 
 pub mod benchmark;
 pub mod chart;
@@ -22,4 +22,4 @@ pub mod picture;
 pub mod theme;
 pub mod trade;
 
-pub use error::{ReportError, write_whole};
+pub use error::ReportError;

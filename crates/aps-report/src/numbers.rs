@@ -14,17 +14,20 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A positive number with three digits that count: `0.0123`, `4.56`, `789`, `12300`.
+/// A number with three digits that count: `0.0123`, `4.56`, `789`, `12300`.
 pub fn three_digits(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return "0".into();
+    // Of the number as it is rounded: 9.999 has one digit more before the point.
+    let rounded = format!("{value:.2e}");
+    let power = rounded
+        .split_once('e')
+        .map(|(_, power)| power.parse::<i32>());
+    match power {
+        Some(Ok(power)) if value != 0.0 => {
+            let digits = (2 - power).clamp(0, 9) as usize;
+            fixed(rounded.parse().unwrap_or(value), digits)
+        }
+        _ => "0".into(),
     }
-    let digits = 2 - value.abs().log10().floor() as i32;
-    if digits >= 0 {
-        return fixed(value, digits.min(9) as usize);
-    }
-    let power = 10_f64.powi(-digits);
-    fixed((value / power).round() * power, 0)
 }
 
 /// A number that may be very small or very large: three digits, else by a power of ten.
@@ -73,7 +76,7 @@ pub fn count(n: u64) -> String {
     out
 }
 
-/// Letters and digits in lower case, the rest as single hyphens: part of a file name.
+/// Letters and digits in lower case, the rest as single hyphens: part of a file name, an anchor.
 pub fn stem(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
@@ -94,8 +97,11 @@ mod tests {
     fn numbers_read_well() {
         assert_eq!(fixed(-0.0004, 3), "0.000");
         assert_eq!(fixed(-20.034, 2), "\u{2212}20.03");
-        let texts = [0.01234, 4.561, 789.4, 12_345.0, 9.999, 0.0].map(three_digits);
-        assert_eq!(texts, ["0.0123", "4.56", "789", "12300", "10.00", "0"]);
+        let texts = [0.01234, 4.561, 789.4, 12_345.0, 9.999, 999.6, 0.0].map(three_digits);
+        assert_eq!(
+            texts,
+            ["0.0123", "4.56", "789", "12300", "10.0", "1000", "0"]
+        );
         assert_eq!(count(249_993), "249,993");
         assert_eq!(list(&["a", "b", "c"]), "a, b and c");
         assert_eq!(stem("tracer R2 D1"), "tracer-r2-d1");

@@ -7,9 +7,9 @@ use std::str::FromStr;
 use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Axis, Dataset, RasterGrid, Split};
 use aps_label::{MeanStd, Normalization, Protocol};
-use aps_model::ANGLE_BINS;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ConditionConfig, Conditions, Rasters};
+use aps_model::condition::{ConditionConfig, ModelInput, Rasters};
+use aps_model::{ANGLE_BINS, ModelKind};
 use serde_json::Value;
 use xtask::IdList;
 
@@ -33,11 +33,7 @@ pub fn open(root: &Path) -> Result<Dataset> {
 pub fn target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Normalization)> {
     let protocol = xtask::targets::protocol_of(dataset).unwrap_or(Protocol::Released);
     let train = xtask::targets::training_statistics(dataset)?;
-    Ok((
-        protocol,
-        train,
-        xtask::targets::normalization(protocol, train),
-    ))
+    Ok((protocol, train, Normalization::of(protocol, train)))
 }
 
 /// Rasters of some maps, with the place of each map among them.
@@ -64,7 +60,7 @@ impl Buildings {
         })
     }
 
-    /// As the model's crate knows them.
+    /// Returns the rasters as `aps_model` takes them.
     pub fn rasters(&self) -> Rasters<'_> {
         Rasters {
             pixels: &self.pixels,
@@ -74,23 +70,24 @@ impl Buildings {
         }
     }
 
-    /// Condition images of links on them, or on their mirror images too.
-    pub fn conditions(
+    /// Prepares the input of a model for links on these maps, or on their mirror images too.
+    pub fn input(
         &self,
+        kind: ModelKind,
         mirrored: bool,
         image_size: usize,
         device: &Device,
-    ) -> Result<Conditions> {
+    ) -> Result<Box<dyn ModelInput>> {
         let config = ConditionConfig {
             image_size,
             ..ConditionConfig::default()
         };
         let rasters = self.rasters();
         let made = match mirrored {
-            false => Conditions::new(rasters, config, device),
+            false => kind.input(rasters, config, device),
             true => {
                 let pixels = &rasters.mirrored();
-                Conditions::new(Rasters { pixels, ..rasters }, config, device)
+                kind.input(Rasters { pixels, ..rasters }, config, device)
             }
         };
         made.context("condition images")

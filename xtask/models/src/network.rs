@@ -2,17 +2,17 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-use xtask::note;
 
 use anyhow::{Context, Result, bail};
 use aps_model::candle_core::{DType, Device};
-use aps_model::train::{Regularize, Trainees};
+use aps_model::candle_nn::VarMap;
 use aps_model::weights::{self, Label, LoadReport};
-use aps_model::{Error, Model, ModelKind, Parameters, Preset};
+use aps_model::{Error, Model, ModelKind, Preset, Regularizer, frozen, seeded, trainable};
+use xtask::note;
 
 /// Initial weights of a training.
 #[derive(Debug, Clone)]
-pub enum Beginning {
+pub enum InitialWeights {
     /// Drawn by the seed.
     Random,
     /// The backbone's from a file, the regularizer's too, the rest drawn.
@@ -21,7 +21,7 @@ pub enum Beginning {
     Model(PathBuf),
 }
 
-impl fmt::Display for Beginning {
+impl fmt::Display for InitialWeights {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Random => f.write_str("random"),
@@ -31,34 +31,45 @@ impl fmt::Display for Beginning {
     }
 }
 
-/// The networks of a training with their first values.
-pub fn trainees(
-    Label { kind, preset }: Label,
-    seed: u64,
-    begin: &Beginning,
-    device: &Device,
-) -> Result<Trainees> {
-    let predictor = kind.build(preset, &Parameters::new(device, DType::F32, seed))?;
-    let own = Parameters::new(device, DType::F32, seed.wrapping_add(1));
-    let regularizer = kind.build_regularizer(preset, &own)?;
-    let load = |path: &Path| -> Result<LoadReport> {
-        // In the paper all backbones begin pretrained.
-        if let Some(regularizer) = &regularizer {
-            weights::load_pretrained(path, regularizer.parameters())?;
+/// The networks of a training with their parameters.
+pub struct Networks {
+    /// The model and its tensors.
+    pub model: (Box<dyn Model>, VarMap),
+    /// The regularizer and its tensors, for the models that are trained against one.
+    pub regularizer: Option<(Regularizer, VarMap)>,
+}
+
+impl Networks {
+    /// Builds the networks of a training with their initial weights.
+    pub fn new(
+        Label { kind, preset }: Label,
+        seed: u64,
+        initial: &InitialWeights,
+        device: &Device,
+    ) -> Result<Self> {
+        let (parameters, of_regularizer) = (VarMap::new(), VarMap::new());
+        let model = kind.build(preset, seeded(&parameters, seed, DType::F32, device))?;
+        let vb = seeded(&of_regularizer, seed.wrapping_add(1), DType::F32, device);
+        let regularizer = kind.build_regularizer(preset, vb)?;
+        let load = |path: &Path| -> Result<LoadReport> {
+            // In the paper all backbones begin pretrained.
+            if regularizer.is_some() {
+                weights::load_pretrained(path, &of_regularizer)?;
+            }
+            Ok(match initial {
+                InitialWeights::Model(_) => weights::warm_start(path, &parameters)?,
+                _ => weights::load_pretrained(path, &parameters)?,
+            })
+        };
+        if let InitialWeights::Backbone(path) | InitialWeights::Model(path) = initial {
+            let report = load(path).with_context(|| format!("initial weights: {initial}"))?;
+            note!("initial weights: {initial}: {report}");
         }
-        Ok(match begin {
-            Beginning::Model(_) => weights::warm_start(path, predictor.parameters())?,
-            _ => weights::load_pretrained(path, predictor.parameters())?,
+        Ok(Self {
+            model: (model, parameters),
+            regularizer: regularizer.map(|network| (network, of_regularizer)),
         })
-    };
-    if let Beginning::Backbone(path) | Beginning::Model(path) = begin {
-        let report = load(path).with_context(|| format!("first weights: {begin}"))?;
-        note!("first weights: {begin}: {report}");
     }
-    Ok(Trainees {
-        predictor,
-        regularizer: regularizer.map(|network| Box::new(network) as Box<dyn Regularize>),
-    })
 }
 
 /// Finds the model and preset of weights: `kind` and `preset`, or those that the file names; where both are there they must
@@ -88,18 +99,21 @@ pub fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) ->
     }
 }
 
-/// A trained model, which answers and learns no more.
-pub fn load(path: &Path, Label { kind, preset }: Label, device: &Device) -> Result<Box<dyn Model>> {
-    let model = kind.build(preset, &Parameters::new(device, DType::F32, 0))?;
-    let report = weights::load(path, model.parameters())
+/// Loads a trained model for evaluation alone; returns its number of trainable parameters too.
+pub fn load(path: &Path, label: Label, device: &Device) -> Result<(Box<dyn Model>, usize)> {
+    let (Label { kind, preset }, parameters) = (label, VarMap::new());
+    kind.build(preset, seeded(&parameters, 0, DType::F32, device))?;
+    let report = weights::load(path, &parameters)
         .with_context(|| format!("'{}' as weights of {kind}, preset {preset}", path.display()))?;
     if !report.dropped.is_empty() {
         note!("weights '{}': {report}", path.display());
     }
-    Ok(kind.build(preset, &model.parameters().frozen()?)?)
+    let counts = trainable(&parameters).into_iter();
+    let count = counts.map(|(_, var)| var.elem_count()).sum();
+    Ok((kind.build(preset, frozen(&parameters)?)?, count))
 }
 
-/// The image size a preset is meant for.
+/// Returns the image size that a preset is meant for.
 pub fn image_size(preset: Preset) -> usize {
     match preset {
         Preset::Paper => 256,

@@ -5,11 +5,12 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, Part, npy};
+use aps_data::npy::{self, Element};
+use aps_data::{Dataset, Part};
 use aps_model::candle_core::{self, Tensor};
 use aps_model::train::predict;
 use aps_model::weights::Label;
-use aps_model::{ANGLE_BINS, Mode, Model, ModelKind, Preset};
+use aps_model::{ANGLE_BINS, Model, ModelKind, Preset};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -90,7 +91,7 @@ impl Args {
         ensure!(self.batch > 0, "--batch must be at least 1");
         let device = self.device.open()?;
         let label = network::label_of(&self.weights, self.model, self.preset)?;
-        let model = network::load(&self.weights, label, &device)?;
+        let (model, _) = network::load(&self.weights, label, &device)?;
         match (&self.data, &self.input) {
             (Some(root), _) => self.of_dataset(root, label, &*model, &device),
             (None, Some(images)) => self.of_images(images, &*model, &device),
@@ -132,7 +133,7 @@ impl Args {
         // A map at a time: its labels are not needed, but its links and buildings are.
         for &id in maps {
             let buildings = Buildings::load(&dataset, [id])?;
-            let conditions = buildings.conditions(false, image_size, device)?;
+            let input = buildings.input(label.kind, false, image_size, device)?;
             let any = aps_label::Normalization::Paper(aps_label::MeanStd {
                 mean: 0.0,
                 std: 1.0,
@@ -160,7 +161,7 @@ impl Args {
                 names.write_record(cells)?;
             }
             let links = labels.links().iter().copied();
-            predict(model, &conditions, links, self.batch, |_, spectra| {
+            predict(model, &*input, links, self.batch, |_, spectra| {
                 output.push(spectra)
             })?;
         }
@@ -209,7 +210,7 @@ impl Args {
         let image = 3 * height * width;
         for batch in images.data.chunks(self.batch * image.max(1)) {
             let shape = (batch.len() / image, 3, height, width);
-            let spectra = model.forward(&Tensor::from_slice(batch, shape, device)?, Mode::Eval);
+            let spectra = model.forward_t(&Tensor::from_slice(batch, shape, device)?, false);
             let spectra = spectra
                 .with_context(place)?
                 .flatten_all()?
@@ -258,7 +259,7 @@ fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
 
 /// A growing array of spectra.
 struct Output {
-    writer: npy::Writer<f32, BufWriter<File>>,
+    writer: npy::Writer<BufWriter<File>>,
     path: PathBuf,
     rows: usize,
     bar: ProgressBar,
@@ -274,7 +275,7 @@ impl Output {
         .expect("the template is well formed")
         .progress_chars("=> ");
         Ok(Self {
-            writer: npy::Writer::new(BufWriter::new(file), &[ANGLE_BINS])?,
+            writer: npy::Writer::new(BufWriter::new(file), f32::DTYPE, &[ANGLE_BINS])?,
             path: path.into(),
             rows: 0,
             bar: ProgressBar::new(rows as u64).with_style(style),

@@ -18,7 +18,7 @@ use crate::data::{self, Buildings, DevMaps};
 use crate::device::Device;
 use crate::journal::Journal;
 use crate::labels::Labels;
-use crate::network::{self, Beginning};
+use crate::network::{InitialWeights, Networks};
 use crate::rows;
 use crate::score::{self, Development};
 use crate::settings::{RunFolder, Settings};
@@ -48,32 +48,12 @@ pub struct TrainingPlan {
     pub score_every: Option<NonZeroU64>,
     /// Links to train on, drawn by the seed; none for all.
     pub limit: Option<usize>,
-    /// If true, the model learns from each link in its mirror images too.
+    /// If true, the model is trained on the mirror images of each link too.
     pub mirror: bool,
     /// Device to compute on.
     pub device: Device,
     /// Initial weights.
-    pub begin: Beginning,
-}
-
-/// The paper's settings for a model, with steps of 64 links for the small preset.
-pub fn training_config(model: ModelKind, preset: Preset) -> TrainConfig {
-    let papers = match model.is_adversarial() {
-        true => TrainConfig::adversarial(),
-        false => TrainConfig::regression(),
-    };
-    TrainConfig {
-        batch: match (preset, model) {
-            (Preset::Small, _) => 64,
-            (Preset::Paper, ModelKind::RadioUnet) => 256,
-            (Preset::Paper, _) => papers.batch,
-        },
-        learning_rate: match model {
-            ModelKind::VitReg => 1e-4,
-            _ => papers.learning_rate,
-        },
-        ..papers
-    }
+    pub initial: InitialWeights,
 }
 
 /// State of a run beside the training itself; kept in its checkpoints.
@@ -90,7 +70,7 @@ struct Progress {
 }
 
 impl TrainingPlan {
-    /// Opens the data and makes the networks; with `resume` they continue from the folder's checkpoint.
+    /// Opens the data and builds the networks; with `resume` they continue from the folder's checkpoint.
     pub fn prepare(&self, folder: RunFolder, resume: bool) -> Result<Run> {
         let device = self.device.open()?;
         let dataset = data::open(&self.data)?;
@@ -100,7 +80,7 @@ impl TrainingPlan {
         let all = train_maps.iter().chain(&dev_maps).copied();
         let image_size = self.image_size;
         let buildings = Buildings::load(&dataset, all)?;
-        let conditions = buildings.conditions(self.mirror, image_size, &device)?;
+        let input = buildings.input(self.model, self.mirror, image_size, &device)?;
         let seed = self.training.seed;
         let load = |maps: &[u32], limit| {
             Labels::load(
@@ -133,7 +113,7 @@ impl TrainingPlan {
             preset: self.preset.to_string(),
             image_size,
             sigma_px: ConditionConfig::default().sigma_px,
-            initial_weights: self.begin.to_string(),
+            initial_weights: self.initial.to_string(),
             device: self.device,
             data: self.data.clone(),
             data_configuration: dataset.manifest().configuration.clone(),
@@ -156,8 +136,13 @@ impl TrainingPlan {
                 Box::new(Mirrored::new(train, buildings.rasters(), negated)?)
             }
         };
-        let trainees = network::trainees(label, seed, &self.begin, &device)?;
-        let mut trainer = Trainer::new(trainees, conditions, train, self.training.clone())?;
+        let networks = Networks::new(label, seed, &self.initial, &device)?;
+        let (model, parameters) = networks.model;
+        let config = self.training.clone();
+        let mut trainer = Trainer::new(model, &parameters, input, train, config)?;
+        if let Some((regularizer, parameters)) = networks.regularizer {
+            trainer = trainer.with_regularizer(regularizer, &parameters)?;
+        }
         let progress = match resume {
             true => serde_json::from_str(&trainer.resume(folder.checkpoint())?)
                 .context("notes of the checkpoint")?,
@@ -206,8 +191,8 @@ pub struct Run {
 }
 
 impl Run {
-    /// Makes all steps that are left; on Ctrl-C everything is kept and the run ends with an error that says so.
-    pub fn go(&mut self, interrupted: &AtomicBool) -> Result<()> {
+    /// Makes all steps that are left; on Ctrl-C everything is saved and the run ends with an error that says so.
+    pub fn train(&mut self, interrupted: &AtomicBool) -> Result<()> {
         let bar = progress_bar(&self.trainer);
         if self.trainer.steps_done() == 0 {
             // So that a run that fails at once has something to go back to.
@@ -222,7 +207,7 @@ impl Run {
             let done = self.trainer.steps_done();
             let is_due = |every: NonZeroU64| done.is_multiple_of(every.get());
             if report.ends_epoch || self.score_every.is_some_and(is_due) {
-                self.score_and_keep(&bar)?;
+                self.evaluate(&bar)?;
             }
             if report.ends_epoch || is_due(STEPS_BETWEEN_CHECKPOINTS) {
                 self.save()?;
@@ -237,12 +222,12 @@ impl Run {
         self.progress.best.map(|(steps, _)| self.epochs(steps))
     }
 
-    /// Epochs that so many steps are.
+    /// Converts steps to epochs.
     fn epochs(&self, steps: u64) -> f64 {
         steps as f64 / self.trainer.steps_per_epoch() as f64
     }
 
-    /// Links learnt from, repeats counted.
+    /// Number of links trained on, repeats counted.
     pub fn links_seen(&self) -> u64 {
         self.trainer.steps_done() * self.trainer.links_per_step() as u64
     }
@@ -269,8 +254,8 @@ impl Run {
         Ok(Some(report))
     }
 
-    /// Scores the development links and keeps the weights if they are the best so far.
-    fn score_and_keep(&mut self, bar: &ProgressBar) -> Result<()> {
+    /// Evaluates the model on the development set and saves the weights if they are the best so far.
+    fn evaluate(&mut self, bar: &ProgressBar) -> Result<()> {
         bar.set_message("scoring");
         let (steps, scores) = (self.trainer.steps_done(), self.score()?);
         let error = score::mean(&scores, self.chosen_by());
@@ -287,7 +272,7 @@ impl Run {
             .best
             .is_none_or(|(_, best)| error < f64::from_bits(best));
         if is_best {
-            let parameters = self.trainer.predictor().parameters();
+            let parameters = self.trainer.parameters();
             weights::save(&self.folder.best(), parameters, Some(self.label))?;
             self.progress.best = Some((steps, error.to_bits()));
         }
@@ -303,9 +288,9 @@ impl Run {
     }
 
     fn score(&self) -> Result<GroupReport> {
-        let (model, conditions) = (self.trainer.predictor(), self.trainer.conditions());
+        let (model, input) = (self.trainer.model(), self.trainer.input());
         self.development
-            .score(model, conditions, self.trainer.config().batch)
+            .score(model, input, self.trainer.config().batch)
     }
 
     fn save(&mut self) -> Result<()> {
@@ -315,7 +300,7 @@ impl Run {
         Ok(self.trainer.save(self.folder.checkpoint(), &notes)?)
     }
 
-    /// The error by which the best weights are chosen: the one the model is trained on.
+    /// Returns the metric by which the best weights are chosen: the one that training minimises.
     fn chosen_by(&self) -> Metric {
         match self.label.kind.is_adversarial() {
             true => Metric::Mae,
@@ -323,13 +308,13 @@ impl Run {
         }
     }
 
-    /// Prints the scores of the best weights beside those of the mean training spectrum, which needs no learning.
-    pub fn close(&self) -> Result<()> {
+    /// Prints the scores of the best weights beside those of the mean training spectrum, which needs no training.
+    pub fn print_scores(&self) -> Result<()> {
         let Some((steps, _)) = self.progress.best else {
             bail!("no epoch has ended");
         };
         // The last weights are in the checkpoint.
-        weights::load(&self.folder.best(), self.trainer.predictor().parameters())?;
+        weights::load(&self.folder.best(), self.trainer.parameters())?;
         let best = self.score()?;
         let mean = self.development.score_constant(&self.mean_spectrum)?;
         let rows = [

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use anyhow::{Context, Result};
 use aps_label::Protocol;
 use aps_metrics::{Evaluation, GroupReport, Metric, Spectra};
-use aps_model::condition::Conditions;
+use aps_model::condition::ModelInput;
 use aps_model::train::predict;
 use aps_model::{ANGLE_BINS, Model};
 use rayon::prelude::*;
@@ -27,11 +27,10 @@ pub struct Development {
 impl Development {
     /// Scores by the definitions of the labels' protocol.
     pub fn new(labels: Labels, protocol: Protocol) -> Self {
-        let protocol = match protocol {
-            Protocol::Released => aps_metrics::Protocol::Released,
-            _ => aps_metrics::Protocol::Paper,
-        };
-        Self { labels, protocol }
+        Self {
+            labels,
+            protocol: protocol.into(),
+        }
     }
 
     /// Number of links.
@@ -43,12 +42,12 @@ impl Development {
     pub fn score(
         &self,
         model: &dyn Model,
-        conditions: &Conditions,
+        input: &dyn ModelInput,
         batch: usize,
     ) -> Result<GroupReport> {
         let mut evaluation = Evaluation::new(self.protocol);
         let links = self.labels.links().iter().copied();
-        predict(model, conditions, links, batch, |first, spectra| {
+        predict(model, input, links, batch, |first, spectra| {
             push(&mut evaluation, &self.labels, first, spectra)
         })?;
         report(&evaluation)

@@ -22,7 +22,7 @@ pub struct Settings {
     pub image_size: usize,
     /// Standard deviation of their spots \[pixels of the raster\].
     pub sigma_px: f64,
-    /// Where the weights began: `random`, the file of the backbone, or that of the whole model.
+    /// Initial weights: `random`, the file of the backbone, or that of the whole model.
     pub initial_weights: String,
     /// Device that the training ran on.
     pub device: Device,
@@ -34,16 +34,16 @@ pub struct Settings {
     pub protocol: String,
     /// Statistics of linear relative power over the training maps, by which targets are normalised.
     pub training_statistics: MeanStd,
-    /// Maps learnt from.
+    /// Training maps.
     pub train_maps: Vec<u32>,
     /// Maps the best weights are chosen by.
     pub dev_maps: Vec<u32>,
-    /// Links learnt from.
+    /// Number of training links.
     pub train_links: usize,
-    /// True when each link was learnt from in its mirror images too.
+    /// True when the mirror images of each link were trained on too.
     #[serde(default)]
     pub mirrored: bool,
-    /// Links the best weights are chosen by.
+    /// Number of links the best weights are chosen by.
     pub dev_links: usize,
     /// Settings of the training.
     pub training: TrainConfig,

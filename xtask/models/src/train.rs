@@ -11,8 +11,8 @@ use xtask::interrupt::interrupt_flag;
 
 use crate::data::DevMaps;
 use crate::device::Device;
-use crate::network::{self, Beginning};
-use crate::run::{TrainingPlan, training_config};
+use crate::network::{self, InitialWeights};
+use crate::run::TrainingPlan;
 use crate::settings::RunFolder;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
@@ -45,7 +45,7 @@ pub struct Args {
     /// Rows and columns of condition images [pixels; default: 256 paper, 64 small].
     #[arg(long)]
     image_size: Option<usize>,
-    /// Times each link is learnt from.
+    /// Passes over the training links.
     #[arg(long, default_value_t = 20)]
     epochs: u64,
     /// Links a step [default: the paper's with --preset paper, else 64].
@@ -54,7 +54,7 @@ pub struct Args {
     /// Highest learning rate [default: the paper's].
     #[arg(long)]
     lr: Option<f64>,
-    /// Seed of first weights, order, dropout and --limit.
+    /// Seed of initial weights, order, dropout and --limit.
     #[arg(long, default_value_t = 42)]
     seed: u64,
     /// Maps to choose the best weights by, out of the training maps: ids like 0-4,7, or count:N
@@ -70,7 +70,7 @@ pub struct Args {
     /// Links to train on, drawn by the seed from all training maps [default: all].
     #[arg(long)]
     limit: Option<usize>,
-    /// Learn from each link four times an epoch: on its map and on the map's mirror images along x, y and both. For spectra
+    /// Train on each link four times an epoch: on its map and on the map's mirror images along x, y and both. For spectra
     /// of a uniform linear array, which follow without tracing.
     #[arg(long)]
     mirror: bool,
@@ -81,11 +81,11 @@ pub struct Args {
     /// [default: 100, the paper's].
     #[arg(long)]
     l1_weight: Option<f64>,
-    /// Weights the backbone begins with: torchvision's ResNet-18, or ViT-B/16 for vit_reg, or those of another model of the same preset, whose encoder is taken.
+    /// Initial weights of the backbone: torchvision's ResNet-18, or ViT-B/16 for vit_reg, or those of another model of the same preset, whose encoder is taken.
     #[arg(long)]
     pretrained: Option<PathBuf>,
-    /// Weights all of the model begins with: its own of an earlier run, or for ms_areg those of ms_mlp, whose answers it
-    /// then begins with.
+    /// Initial weights of the whole model: its own of an earlier run, or for ms_areg those of ms_mlp, with whose predictions
+    /// it then begins.
     #[arg(long, conflicts_with = "pretrained")]
     warm_start: Option<PathBuf>,
     /// Threads [default: all cores].
@@ -122,17 +122,17 @@ impl Args {
         );
         let interrupted = interrupt_flag()?;
         let mut run = self.plan().prepare(folder, self.resume)?;
-        match run.go(&interrupted) {
+        match run.train(&interrupted) {
             Err(error) if interrupted.load(Ordering::Relaxed) => {
                 return Err(error.context("the same command with --resume continues"));
             }
             done => done?,
         }
-        run.close()
+        run.print_scores()
     }
 
     fn plan(&self) -> TrainingPlan {
-        let usual = training_config(self.model, self.preset);
+        let usual = self.model.train_config(self.preset);
         TrainingPlan {
             model: self.model,
             preset: self.preset,
@@ -152,10 +152,10 @@ impl Args {
             mirror: self.mirror,
             limit: self.limit,
             device: self.device,
-            begin: match (&self.pretrained, &self.warm_start) {
-                (Some(path), _) => Beginning::Backbone(path.clone()),
-                (None, Some(path)) => Beginning::Model(path.clone()),
-                (None, None) => Beginning::Random,
+            initial: match (&self.pretrained, &self.warm_start) {
+                (Some(path), _) => InitialWeights::Backbone(path.clone()),
+                (None, Some(path)) => InitialWeights::Model(path.clone()),
+                (None, None) => InitialWeights::Random,
             },
         }
     }

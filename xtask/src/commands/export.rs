@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::{Context, Result, bail, ensure};
 use aps_data::released::LinkName;
-use aps_data::{Dataset, MapData, Part};
+use aps_data::{Dataset, MapData, Part, replace_unsynced};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
@@ -15,7 +15,6 @@ use serde_json::{Value, json};
 
 use crate::maps::{IdList, choose};
 use crate::say;
-use crate::whole_files;
 
 mod released;
 mod samples;
@@ -227,9 +226,10 @@ impl Args {
                 }
                 Ok(())
             }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                whole_files::write(&path, &serde_json::to_vec_pretty(&record)?)
-            }
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(replace_unsynced(
+                &path,
+                &serde_json::to_vec_pretty(&record)?,
+            )?),
             Err(error) => Err(error).with_context(|| format!("cannot read '{}'", path.display())),
         }
     }

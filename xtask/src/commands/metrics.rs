@@ -137,11 +137,7 @@ impl Args {
 
         truth.prepare(protocol)?;
 
-        let definition = match protocol {
-            Protocol::Released => aps_metrics::Protocol::Released,
-            _ => aps_metrics::Protocol::Paper,
-        };
-        let mut evaluation = Evaluation::new(definition);
+        let mut evaluation = Evaluation::new(aps_metrics::Protocol::from(protocol));
         let (mut map_ids, mut predicted) = (self.open_map_ids(shape.samples)?, Vec::new());
         truth.for_each_block(BLOCK_VALUES, |true_rows, map_id| {
             let rows = true_rows.len() / shape.bins;
@@ -168,7 +164,7 @@ impl Args {
             .or(evaluation.truth_range())
             .expect("a scored sample has a finite truth");
         let result = output::Scores {
-            protocol: definition,
+            protocol: protocol.into(),
             truth: &truth,
             prediction: &self.prediction,
             evaluation: &evaluation,

@@ -1,6 +1,5 @@
 //! The commands, one file each.
 
-pub mod ci;
 pub mod dataset;
 pub mod explain;
 pub mod export;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, DatasetConfig, DatasetWriter, Plan};
+use aps_data::{Dataset, DatasetConfig, DatasetWriter, Layout, Plan, Stored};
 use aps_label::{Array, DelayAxis, LabelConfig, Labeler, Protocol};
 use clap::ValueEnum;
 
@@ -12,7 +12,7 @@ use crate::command_line;
 use crate::production;
 use crate::progress;
 use crate::say;
-use crate::settings::{self, Stored};
+use crate::settings;
 use crate::summary::Summary;
 
 /// Forms of the receiving array.
@@ -114,7 +114,7 @@ impl Args {
         );
         let label = self.label(&own, stored.pdp);
         label.validate()?;
-        let mut layout = settings::layout(&label, manifest.layout.raster, stored);
+        let mut layout = Layout::of_labels(&label, manifest.layout.raster, stored);
         for (new, old) in [
             (&mut layout.aps, manifest.layout.aps),
             (&mut layout.pdp, manifest.layout.pdp),
@@ -145,13 +145,10 @@ impl Args {
     }
 
     fn label(&self, own: &LabelConfig, pdp: bool) -> LabelConfig {
-        let protocol = self.protocol.unwrap_or(own.protocol);
-        let axis = match protocol == own.protocol {
-            true => own.delay_axis,
-            false => LabelConfig::of(protocol).delay_axis,
-        };
+        let own = own.under(self.protocol.unwrap_or(own.protocol));
+        let axis = own.delay_axis;
         LabelConfig {
-            protocol,
+            protocol: own.protocol,
             sampling_rate_hz: self.fs_hz.unwrap_or(own.sampling_rate_hz),
             array: self.array(own.array),
             delay_axis: DelayAxis {

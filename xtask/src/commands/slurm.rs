@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::Access;
+use aps_data::{Access, replace_unsynced};
 use aps_label::Labeler;
 
 use super::dataset::Order;
@@ -14,7 +14,6 @@ use crate::cautions;
 use crate::command_line;
 use crate::maps::{MapSource, ranges};
 use crate::tiles::TileSettings;
-use crate::whole_files;
 use crate::{note, say};
 
 mod scripts;
@@ -125,7 +124,7 @@ impl Args {
             (MERGE, job.merge()),
             (SUBMIT, job.submit()),
         ] {
-            whole_files::write(&folder.join(name), script.as_bytes())?;
+            replace_unsynced(&folder.join(name), script.as_bytes())?;
         }
         let submit = folder.join(SUBMIT);
         say!(

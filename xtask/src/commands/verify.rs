@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use aps_data::{Dataset, Layout, MapEntry};
+use aps_data::{Dataset, Layout, MapEntry, Stored};
 use indicatif::ProgressBar;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,7 @@ use crate::maps::{self, MapSource, SceneSettings};
 use crate::output;
 use crate::progress;
 use crate::say;
-use crate::settings::{self, Stored};
+use crate::settings;
 use crate::tiles::TileArgs;
 
 mod contents;
@@ -174,7 +174,7 @@ fn check_axes(dataset: &Dataset, findings: &mut Findings) {
         pdp: pdp.is_some(),
         paths,
     };
-    let made = settings::layout(&label, raster, stored);
+    let made = Layout::of_labels(&label, raster, stored);
     for (name, stored, made) in [("aps", aps, made.aps), ("pdp", pdp, made.pdp)] {
         let (stored, made) = (stored.map(|p| p.axis), made.map(|p| p.axis));
         if stored != made {

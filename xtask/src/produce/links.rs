@@ -8,7 +8,6 @@ use aps_label::{Label, Labeler, PathSample, Scratch, Status};
 use aps_raytrace::{Link, Receiver, TraceError, Tracer, Transmitter};
 
 use super::rows::Rows;
-use crate::samples;
 use crate::summary::Tally;
 
 /// Makes links one after the other, in buffers that it keeps: one a thread.
@@ -46,7 +45,7 @@ impl LinkMaker {
         let link = &self.link;
         self.samples.clear();
         self.samples
-            .extend(link.paths.iter().map(samples::of_record));
+            .extend(link.paths.iter().map(aps_data::sample_of));
         let labelled = labeler.label_into(&self.samples, &mut self.scratch, &mut self.label)?;
         let status = match labelled {
             Status::Labelled if !self.is_same_point => LinkStatus::Valid,
@@ -57,7 +56,7 @@ impl LinkMaker {
         rows.tally.link(link, &self.label, status, protocol);
         let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
         rows.push(labeler, ends, status, beyond as u8, &self.label);
-        rows.paths.push(&link.paths);
+        rows.paths.push_records(&link.paths);
         Ok(())
     }
 

@@ -9,7 +9,6 @@ use aps_label::{Label, PathSample, Scratch, Status};
 
 use super::rows::Rows;
 use super::{GROUP, Run};
-use crate::samples;
 use crate::settings;
 use crate::summary::Tally;
 
@@ -67,11 +66,7 @@ impl Run<'_> {
             }
             let started = Instant::now();
             samples.clear();
-            samples.extend(
-                paths
-                    .paths_of(link)
-                    .map(|path| samples::of_stored(paths, path)),
-            );
+            samples.extend(paths.paths_of(link).map(|path| paths.sample(path)));
             let labelled = self
                 .labeler
                 .label_into(&samples, &mut scratch, &mut label)
@@ -91,7 +86,7 @@ impl Run<'_> {
                 map.fallback[link],
                 &label,
             );
-            rows.paths.push_stored(paths, link);
+            rows.paths.push_link(paths, link);
         }
         rows.count_shapes(self.labeler, &self.writer.config().layout)?;
         self.progress.inc(links.len() as u64);

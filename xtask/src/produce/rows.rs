@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use aps_data::{Layout, LinkRows, LinkStatus, Profile, ProfileLayout, ProfileRows};
+use aps_data::{
+    Layout, LinkRows, LinkStatus, PathTable, Profile, ProfileLayout, ProfileRows, Stored,
+};
 use aps_label::{ANGLE_BINS, Label, Labeler};
 
-use super::columns::PathColumns;
-use crate::settings::{self, Stored};
 use crate::summary::Tally;
 
 /// Rows of consecutive links.
@@ -19,7 +19,7 @@ pub struct Rows {
     pub fallback: Vec<u8>,
     pub aps_db: Vec<f64>,
     pub pdp_db: Vec<f64>,
-    pub paths: PathColumns,
+    pub paths: PathTable,
     pub tally: Tally,
 }
 
@@ -54,7 +54,7 @@ impl Rows {
             fallback: Some(&self.fallback),
             aps: layout.aps.map(|_| profile_rows(&self.aps_db)),
             pdp: layout.pdp.map(|_| profile_rows(&self.pdp_db)),
-            paths: layout.paths.then(|| self.paths.rows()),
+            paths: layout.paths.then_some(&self.paths),
         }
     }
 
@@ -89,6 +89,6 @@ fn default_aps(labeler: &Labeler, layout: &Layout) -> ProfileLayout {
         pdp: false,
         paths: false,
     };
-    let layout = settings::layout(labeler.config(), layout.raster, all);
+    let layout = Layout::of_labels(labeler.config(), layout.raster, all);
     layout.aps.expect("it was asked for")
 }

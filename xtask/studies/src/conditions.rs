@@ -21,12 +21,8 @@ pub struct Conditions {
     pub machine: Machine,
     /// Its beginning; ends [`Machine::seconds_total`].
     #[serde(skip)]
-    began: Option<Began>,
+    began: Option<Instant>,
 }
-
-/// An instant, which all copies of the conditions share.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Began(Instant);
 
 impl Conditions {
     /// The conditions of a study that begins now.
@@ -36,15 +32,15 @@ impl Conditions {
             seed,
             command: command.into(),
             machine: machine::describe(),
-            began: Some(Began(Instant::now())),
+            began: Some(Instant::now()),
         }
     }
 
     /// The same, ended now.
     #[must_use]
     pub fn ended(mut self) -> Self {
-        if let Some(Began(instant)) = self.began.take() {
-            self.machine.seconds_total = instant.elapsed().as_secs_f64();
+        if let Some(began) = self.began.take() {
+            self.machine.seconds_total = began.elapsed().as_secs_f64();
         }
         self
     }

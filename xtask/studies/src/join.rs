@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use aps_data::replace_unsynced;
 use aps_report::document::{Document, Section, Table};
 use aps_report::numbers::duration;
-use aps_report::write_whole;
 
 use crate::{Profile, Study};
 
@@ -29,7 +29,7 @@ pub fn studies_folder(out: &Path) -> PathBuf {
 pub fn publish(out: &Path) -> Result<PathBuf> {
     let document = out.join(format!("{DOCUMENT}.md"));
     let text = join(&studies_folder(out), DOCUMENT)?;
-    write_whole(&document, text.as_bytes())?;
+    replace_unsynced(&document, text.as_bytes())?;
     Ok(document)
 }
 

@@ -4,11 +4,12 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use aps_data::sample_of;
 use aps_label::{Label, LabelConfig, Labeler, MAX_PATHS, PathSample, Scratch, Status};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Omitted, PathRecord, Receiver, Scene, TraceConfig, Tracer, Transmitter};
 use rayon::prelude::*;
-use xtask::{draw_terminals, sample_of};
+use xtask::draw_terminals;
 
 use crate::{NamedScene, Stopwatch, on_one_thread};
 

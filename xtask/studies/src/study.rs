@@ -5,9 +5,9 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use aps_data::replace_unsynced;
 use aps_report::document::{Block, Data, Figure, Section, Table};
 use aps_report::drawing::Drawing;
-use aps_report::write_whole;
 use serde::{Deserialize, Serialize};
 
 use crate::Conditions;
@@ -110,11 +110,11 @@ impl Study {
             false => BTreeSet::new(),
         };
         for (file, content) in self.section.files() {
-            write_whole(&folder.join(file), &content)?;
+            replace_unsynced(&folder.join(file), &content)?;
         }
         let mut text = serde_json::to_string_pretty(&self).context("a study as JSON")?;
         text.push('\n');
-        write_whole(&path, text.as_bytes())?;
+        replace_unsynced(&path, text.as_bytes())?;
         for file in before.difference(&self.files) {
             // Gone already is as good.
             let _ = fs::remove_file(folder.join(file));

@@ -1,4 +1,4 @@
-//! The readers of `manifest.json`, `map.json` and `plan.json` fed with 100,000 texts each a run: valid ones with bytes
+//! The readers of `manifest.json`, `map.json` and `plan.json` fed with texts: valid ones with bytes
 //! changed, valid ones with values changed, and JSON of any kind.
 
 use std::path::Path;
@@ -8,8 +8,9 @@ use proptest::sample::{Index, select};
 use serde_json::Value;
 
 use super::*;
-use crate::layout::{Axis, Precision, ProfileLayout};
+use crate::layout::{Precision, ProfileLayout};
 use crate::plan::Plan;
+use aps_label::Axis;
 
 /// A valid manifest and a valid `map.json` of it.
 fn samples() -> (Vec<u8>, Vec<u8>) {
@@ -140,7 +141,7 @@ fn any_json() -> impl Strategy<Value = Value> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(50_000))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
 
     #[test]
     fn valid_json_with_bytes_changed(
@@ -166,7 +167,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(20_000))]
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
 
     #[test]
     fn any_json_with_our_name_on_it(value in any_json()) {

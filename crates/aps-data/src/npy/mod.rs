@@ -124,6 +124,11 @@ fn remedy(dtype: &str) -> &'static str {
     }
 }
 
+/// Bytes an element of one of the types of [`Element`] takes.
+pub(crate) fn size_of_dtype(dtype: &str) -> usize {
+    dtype[2..].parse().expect("all types end in their size")
+}
+
 /// An array in memory, in C order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array<T> {

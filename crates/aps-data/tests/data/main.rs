@@ -3,7 +3,7 @@
 /// Damaged and foreign files: every fault is found and named.
 mod damage;
 /// Bytes from anywhere: no panic, no memory for sizes that are only claimed.
-mod foreign_bytes;
+mod fuzz;
 /// Values computed by NumPy and Pillow.
 mod golden;
 /// Our arrays against an independent reader and writer of the same format.

@@ -159,7 +159,7 @@ fn writing_less_than_the_shape_is_an_error() {
         npy::write_to(&mut Vec::new(), &[3], &[1_u8]),
         Err(NpyError::Length { .. })
     ));
-    let mut writer = Writer::new(Cursor::new(Vec::new()), &[2]).unwrap();
+    let mut writer = Writer::new(Cursor::new(Vec::new()), "|u1", &[2]).unwrap();
     writer.push(&[1_u8, 2, 3]).unwrap();
     assert!(matches!(writer.finish(), Err(NpyError::Length { .. })));
 }
@@ -199,6 +199,7 @@ fn full_disk_is_an_error_wherever_it_happens() {
                 disk: Cursor::new(Vec::new()),
                 room,
             },
+            "<f8",
             &[],
         )?;
         writer.push(&[1.0_f64; 4])?;
@@ -218,7 +219,7 @@ proptest! {
     fn array_grown_by_rows_is_the_array_written_at_once(rows in prop::collection::vec(any::<[u32; 3]>(), 0..9)) {
         let mut at_once = Vec::new();
         npy::write_to(&mut at_once, &[rows.len(), 3], rows.as_flattened()).unwrap();
-        let mut writer = Writer::new(Cursor::new(Vec::new()), &[3]).unwrap();
+        let mut writer = Writer::new(Cursor::new(Vec::new()), "<u4", &[3]).unwrap();
         for row in &rows {
             writer.push(row).unwrap();
         }

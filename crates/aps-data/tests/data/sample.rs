@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use aps_data::{
     Axis, DatasetConfig, DatasetWriter, Error, InteractionKind, Layout, LinkRows, LinkStatus,
-    Links, MapInput, PathRows, Precision, ProfileLayout, ProfileRows, Raster, RasterGrid, Split,
+    Links, MapInput, PathTable, Precision, ProfileLayout, ProfileRows, Raster, RasterGrid, Split,
 };
 use serde_json::json;
 
@@ -59,15 +59,7 @@ pub struct Rows {
     pub aps_delay_ns: Vec<f64>,
     pub pdp_db: Vec<f64>,
     pub pdp_angle_deg: Vec<f64>,
-    pub paths_per_link: Vec<usize>,
-    pub delay_s: Vec<f64>,
-    pub departure: Vec<f64>,
-    pub arrival: Vec<f64>,
-    pub gain: Vec<[f64; 2]>,
-    pub interactions_per_path: Vec<usize>,
-    pub kind: Vec<InteractionKind>,
-    pub id: Vec<u32>,
-    pub point_m: Vec<[f64; 2]>,
+    pub paths: PathTable,
 }
 
 impl Rows {
@@ -92,21 +84,22 @@ impl Rows {
             rows.pdp_angle_deg
                 .extend((0..DELAYS).map(|i| -45.0 * i as f64));
             let paths = if is_valid { 1 + link % 3 } else { 0 };
-            rows.paths_per_link.push(paths);
+            let table = &mut rows.paths;
             for path in 0..paths {
-                rows.delay_s.push((x + path as f64) * 1e-7 / 3.0);
-                rows.departure.push(x.sin());
-                rows.arrival.push(x.cos());
-                rows.gain.push([1e-4 / (x + 1.0), -1e-5 * path as f64]);
-                rows.interactions_per_path.push(path);
+                table.delay_s.push((x + path as f64) * 1e-7 / 3.0);
+                table.departure_azimuth_rad.push(x.sin());
+                table.arrival_azimuth_rad.push(x.cos());
+                table.gain.push([1e-4 / (x + 1.0), -1e-5 * path as f64]);
                 for step in 0..path {
-                    rows.kind.push(
+                    table.interaction_kind.push(
                         [InteractionKind::Reflection, InteractionKind::Diffraction][step % 2],
                     );
-                    rows.id.push(step as u32 + map);
-                    rows.point_m.push([x / 3.0, step as f64]);
+                    table.interaction_id.push(step as u32 + map);
+                    table.interaction_point_m.push([x / 3.0, step as f64]);
                 }
+                table.end_path();
             }
+            table.end_link();
         }
         rows
     }
@@ -124,17 +117,7 @@ impl Rows {
                 db: &self.pdp_db,
                 argmax: Some(&self.pdp_angle_deg),
             }),
-            paths: Some(PathRows {
-                paths_per_link: &self.paths_per_link,
-                delay_s: &self.delay_s,
-                departure_azimuth_rad: &self.departure,
-                arrival_azimuth_rad: &self.arrival,
-                gain: &self.gain,
-                interactions_per_path: &self.interactions_per_path,
-                interaction_kind: &self.kind,
-                interaction_id: &self.id,
-                interaction_point_m: &self.point_m,
-            }),
+            paths: Some(&self.paths),
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Condition images, the input of a model for a link: buildings, transmitter, receiver.
+//! Input of the models. Condition images show a link on its map: buildings, transmitter, receiver.
 //!
-//! They are made where they are used. The rasters of all maps lie on the device as one tensor, and of each link there
+//! Images are made where they are used. The rasters of all maps lie on the device as one tensor, and of each link there
 //! come a map number and four coordinates, not 3 x 256 x 256 pixels. A round Gaussian spot is the product of one along x
 //! and one along y, so that an image costs one exponential a row and a column, and one product a pixel.
 //!
@@ -14,6 +14,8 @@
 
 mod area;
 mod mirror;
+
+use std::fmt::Debug;
 
 use candle_core::{D, DType, Device, Tensor};
 use rayon::prelude::*;
@@ -64,20 +66,36 @@ pub struct Link {
     pub rx_m: [f64; 2],
 }
 
-/// Makes condition images of any links of some maps.
+/// Makes the input of a model from links. A model that takes another input than [`ConditionImages`] has an implementation of its
+/// own.
+pub trait ModelInput: Debug + Send + Sync {
+    /// Makes the input of some links: one tensor, links along the first dimension.
+    ///
+    /// # Errors
+    /// [`Error::Condition`] when a link names a map that is not there, or its ends are not finite.
+    fn batch(&self, links: &[Link]) -> Result<Tensor>;
+
+    /// Returns the device that the input is made on.
+    fn device(&self) -> &Device;
+
+    /// Returns the resolution of the input, as rows and columns of an image.
+    fn image_size(&self) -> usize;
+}
+
+/// Makes condition images (links, 3, size, size) in f32 of any links of some maps. O(size^2) a link, on all threads of a CPU.
 ///
 /// ```
 /// use aps_model::candle_core::Device;
-/// use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+/// use aps_model::condition::{ConditionConfig, ConditionImages, Link, ModelInput, Rasters};
 /// let open_ground = Rasters { pixels: &[0.0; 256 * 256], height: 256, width: 256, metres_per_pixel: 1.0 };
 /// let config = ConditionConfig { image_size: 64, ..ConditionConfig::default() };
-/// let conditions = Conditions::new(open_ground, config, &Device::Cpu)?;
+/// let images = ConditionImages::new(open_ground, config, &Device::Cpu)?;
 /// let link = Link { map: 0, tx_m: [128.0, 10.0], rx_m: [30.0, 40.0] };
-/// assert_eq!(conditions.images(&[link, link])?.dims(), [2, 3, 64, 64]);
+/// assert_eq!(images.batch(&[link, link])?.dims(), [2, 3, 64, 64]);
 /// # Ok::<(), aps_model::Error>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Conditions {
+pub struct ConditionImages {
     /// (maps, size, size), on the device.
     buildings: Tensor,
     /// Copy of the buildings on the host, where images are filled in one pass; empty on other devices.
@@ -97,7 +115,7 @@ struct Axis {
     exponent: f64,
 }
 
-impl Conditions {
+impl ConditionImages {
     /// Brings the maps to the image's size and onto the device: maps x size^2 x 4 bytes, 13 MB for 51 maps at 256.
     ///
     /// # Errors
@@ -155,42 +173,6 @@ impl Conditions {
         })
     }
 
-    /// Returns the number of rows and columns of an image.
-    pub fn image_size(&self) -> usize {
-        self.size
-    }
-
-    /// Returns the number of maps.
-    pub fn maps(&self) -> usize {
-        self.maps
-    }
-
-    /// Returns the device that images are made on.
-    pub fn device(&self) -> &Device {
-        self.buildings.device()
-    }
-
-    /// Makes the images of some links: (links, 3, size, size) in f32. O(size^2) a link, on all threads of a CPU.
-    ///
-    /// # Errors
-    /// [`Error::Condition`] when a link names a map that is not there, or its ends are not finite.
-    pub fn images(&self, links: &[Link]) -> Result<Tensor> {
-        for (i, link) in links.iter().enumerate() {
-            let is_finite = link.tx_m.iter().chain(&link.rx_m).all(|x| x.is_finite());
-            if link.map as usize >= self.maps || !is_finite {
-                let maps = self.maps;
-                return Err(Error::Condition(format!(
-                    "link {i} of the batch is {link:?}: its map must be below {maps}, its ends finite"
-                )));
-            }
-        }
-        if self.device().is_cpu() {
-            self.fill(links)
-        } else {
-            self.compose(links)
-        }
-    }
-
     /// Fills a batch of images in one pass over its memory.
     fn fill(&self, links: &[Link]) -> Result<Tensor> {
         let (size, plane) = (self.size, self.size * self.size);
@@ -237,6 +219,32 @@ impl Conditions {
     }
 }
 
+impl ModelInput for ConditionImages {
+    fn batch(&self, links: &[Link]) -> Result<Tensor> {
+        for (i, link) in links.iter().enumerate() {
+            let is_finite = link.tx_m.iter().chain(&link.rx_m).all(|x| x.is_finite());
+            if link.map as usize >= self.maps || !is_finite {
+                let maps = self.maps;
+                return Err(Error::Condition(format!(
+                    "link {i} of the batch is {link:?}: its map must be below {maps}, its ends finite"
+                )));
+            }
+        }
+        match self.device().is_cpu() {
+            true => self.fill(links),
+            false => self.compose(links),
+        }
+    }
+
+    fn device(&self) -> &Device {
+        self.buildings.device()
+    }
+
+    fn image_size(&self) -> usize {
+        self.size
+    }
+}
+
 /// Largest side of an image \[pixels\].
 const MAX_SIZE: usize = 1 << 12;
 
@@ -274,7 +282,7 @@ mod tests {
             image_size: 32,
             sigma_px: 7.0,
         };
-        let conditions = Conditions::new(rasters, config, &Device::Cpu).unwrap();
+        let conditions = ConditionImages::new(rasters, config, &Device::Cpu).unwrap();
         let link = |map, tx_m, rx_m| Link { map, tx_m, rx_m };
         let links = [
             link(1, [10.0, 70.5], [99.0, 0.0]),

@@ -11,7 +11,7 @@ use crate::{ANGLE_BINS, Error, Result};
 /// theta into -theta, which puts the bins in another order.
 ///
 /// ```
-/// use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
+/// use aps_model::condition::{ConditionConfig, ConditionImages, Link, ModelInput, Rasters};
 /// use aps_model::data::{Examples, Mirrored, Samples};
 /// # use aps_model::{ANGLE_BINS, candle_core::Device};
 /// let rasters = Rasters { pixels: &[0.0; 256], height: 16, width: 16, metres_per_pixel: 1.0 };
@@ -23,9 +23,9 @@ use crate::{ANGLE_BINS, Error, Result};
 ///
 /// let pixels = rasters.mirrored();
 /// let config = ConditionConfig { image_size: 8, ..ConditionConfig::default() };
-/// let conditions = Conditions::new(Rasters { pixels: &pixels, ..rasters }, config, &Device::Cpu)?;
+/// let images = ConditionImages::new(Rasters { pixels: &pixels, ..rasters }, config, &Device::Cpu)?;
 /// let links: Vec<Link> = (0..4).map(|e| examples.link(e)).collect();
-/// assert_eq!(conditions.images(&links)?.dims(), [4, 3, 8, 8]);
+/// assert_eq!(images.batch(&links)?.dims(), [4, 3, 8, 8]);
 /// # Ok::<(), aps_model::Error>(())
 /// ```
 #[derive(Debug)]
@@ -37,8 +37,8 @@ pub struct Mirrored<E> {
 }
 
 impl<E: Examples> Mirrored<E> {
-    /// Mirror images of `examples` on the maps of `rasters`; for their images [`Conditions`](crate::condition::Conditions)
-    /// must be made of [`Rasters::mirrored`]. `negated` is for each bin the one at the negative of its angle.
+    /// Mirror images of `examples` on the maps of `rasters`; their input must be made of
+    /// [`Rasters::mirrored`]. `negated` is for each bin the one at the negative of its angle.
     ///
     /// # Errors
     /// [`Error::Samples`] when `negated` does not name each of the [`ANGLE_BINS`] bins once, or there are too many maps.

@@ -8,7 +8,7 @@ use super::finish::Finish;
 use super::matmul::{Matrix, multiply};
 use super::regroup::apart;
 use super::unfold::Frame;
-use super::winograd::{self, KeptKernels};
+use super::winograd::{self, KernelCache};
 
 /// Most values of an unfolded tile: 1 MB, so that it stays in a core's second-level cache.
 const TILE_VALUES: usize = 1 << 18;
@@ -16,20 +16,20 @@ const TILE_VALUES: usize = 1 << 18;
 const SHARED_VALUES: usize = 1 << 22;
 
 /// `x` (batch, in, height, width) convolved with `weight` (out, in, kh, kw) into `out` (batch, out, oh, ow), and
-/// finished. `kept` is where transformed kernels of a weight that never changes stay.
+/// finished. `cache` keeps the transformed kernels of a weight that never changes.
 pub(crate) fn convolve(
     shape: &ConvShape,
     x: &[f32],
     weight: &[f32],
-    kept: Option<&KeptKernels>,
+    cache: Option<&KernelCache>,
     finish: Finish<'_>,
     out: &mut [f32],
 ) {
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(weight.len(), shape.weight_len());
     assert_eq!(out.len(), shape.output_len());
-    if let Some(size) = winograd::suits(shape, kept.is_some()) {
-        winograd::convolve(size, shape, x, weight, kept, finish, out);
+    if let Some(size) = winograd::suits(shape, cache.is_some()) {
+        winograd::convolve(size, shape, x, weight, cache, finish, out);
     } else if shape.is_by_image() {
         by_image(shape, x, weight, finish, out);
     } else {

@@ -7,47 +7,41 @@ use rayon::prelude::*;
 
 use super::ConvShape;
 
-/// The largest value of each window. `shape` is that of a depthwise sliding window: `in_channels` planes an image.
+/// Pixels from one window to the next: a number that the compiler knows.
+pub(crate) const STEP: usize = 2;
+
+/// Returns the largest value of each window. `shape` is that of a depthwise sliding window with stride [`STEP`]: `in_channels`
+/// planes an image.
 pub(crate) fn max_pool(shape: &ConvShape, x: &[f32]) -> Vec<f32> {
     let mut out = vec![0.0; shape.batch * shape.in_channels * shape.out_pixels()];
     out.par_chunks_mut(shape.out_pixels())
         .zip(x.par_chunks(shape.in_pixels()))
         .with_min_len(8)
-        .for_each_init(Vec::new, |column, (out, plane)| match shape.stride {
-            1 => largest::<1>(shape, 1, plane, out, column),
-            2 => largest::<2>(shape, 2, plane, out, column),
-            step => largest::<0>(shape, step, plane, out, column),
+        .for_each_init(Vec::new, |columns, (out, plane)| {
+            largest(shape, plane, out, columns);
         });
     out
 }
 
-/// The largest of each column of pixels that a row of windows holds, then the largest of those in each window. `STEP` is
-/// the stride where the compiler may know it, else 0.
+/// Takes the largest of each column of pixels that a row of windows holds, then the largest of those in each window.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn largest<const STEP: usize>(
-    shape: &ConvShape,
-    step: usize,
-    plane: &[f32],
-    out: &mut [f32],
-    columns: &mut Vec<f32>,
-) {
-    let step = if STEP == 0 { step } else { STEP };
+fn largest(shape: &ConvShape, plane: &[f32], out: &mut [f32], columns: &mut Vec<f32>) {
     let ((kh, kw), (ph, pw)) = (shape.kernel, shape.padding);
     for (oy, out) in out.chunks_exact_mut(shape.out_width()).enumerate() {
         // Below every number, left and right of the plane.
         columns.clear();
         columns.resize(shape.width + 2 * pw, f32::NEG_INFINITY);
         let inside = &mut columns[pw..pw + shape.width];
-        for y in (oy * step).saturating_sub(ph)..(oy * step + kh - ph).min(shape.height) {
+        for y in (oy * STEP).saturating_sub(ph)..(oy * STEP + kh - ph).min(shape.height) {
             for (column, &pixel) in inside.iter_mut().zip(&plane[y * shape.width..]) {
                 *column = larger(*column, pixel);
             }
         }
         out.fill(f32::NEG_INFINITY);
         for kx in 0..kw {
-            let seen = &columns[kx..][..(out.len() - 1) * step + 1];
+            let seen = &columns[kx..][..(out.len() - 1) * STEP + 1];
             for (i, out) in out.iter_mut().enumerate() {
-                *out = larger(*out, seen[i * step]);
+                *out = larger(*out, seen[i * STEP]);
             }
         }
     }
@@ -84,14 +78,14 @@ pub(crate) fn max_pool_gradient(shape: &ConvShape, x: &[f32], grad: &[f32]) -> V
 /// Calls back for every tap that row `oy` of windows has: the windows in which it lies inside the plane, and the place of
 /// its pixel in the first of them.
 fn for_each_tap(shape: &ConvShape, oy: usize, mut tap: impl FnMut(Range<usize>, u32)) {
-    let (step, (kh, kw), (ph, pw)) = (shape.stride, shape.kernel, shape.padding);
-    for y in (oy * step).saturating_sub(ph)..(oy * step + kh - ph).min(shape.height) {
+    let ((kh, kw), (ph, pw)) = (shape.kernel, shape.padding);
+    for y in (oy * STEP).saturating_sub(ph)..(oy * STEP + kh - ph).min(shape.height) {
         for kx in 0..kw {
-            let first = pw.saturating_sub(kx).div_ceil(step);
-            let end = (shape.width + pw - kx).div_ceil(step);
+            let first = pw.saturating_sub(kx).div_ceil(STEP);
+            let end = (shape.width + pw - kx).div_ceil(STEP);
             let windows = first..end.min(shape.out_width());
             if !windows.is_empty() {
-                tap(windows, (y * shape.width + first * step + kx - pw) as u32);
+                tap(windows, (y * shape.width + first * STEP + kx - pw) as u32);
             }
         }
     }
@@ -112,12 +106,7 @@ impl Winners {
         self.places.resize(shape.out_width(), NOWHERE);
         for_each_tap(shape, oy, |windows, first| {
             let values = &mut self.values[windows.clone()];
-            let places = &mut self.places[windows];
-            match shape.stride {
-                1 => challenge::<1>(plane, first, values, places),
-                2 => challenge::<2>(plane, first, values, places),
-                step => challenge_apart(plane, first, step, values, places),
-            }
+            challenge(plane, first, values, &mut self.places[windows]);
         });
     }
 }
@@ -125,23 +114,18 @@ impl Winners {
 /// The place of a winner not found yet.
 const NOWHERE: u32 = u32::MAX;
 
-/// Each window's winner so far against every `STEP`th pixel from place `first` on.
+/// Compares each window's winner so far with every `STEP`th pixel from place `first` on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn challenge<const STEP: usize>(plane: &[f32], first: u32, values: &mut [f32], places: &mut [u32]) {
-    challenge_apart(plane, first, STEP, values, places);
-}
-
-#[inline(always)]
-fn challenge_apart(plane: &[f32], first: u32, step: usize, values: &mut [f32], places: &mut [u32]) {
+fn challenge(plane: &[f32], first: u32, values: &mut [f32], places: &mut [u32]) {
     let n = values.len();
-    let pixels = &plane[first as usize..][..(n - 1) * step + 1];
+    let pixels = &plane[first as usize..][..(n - 1) * STEP + 1];
     let places = &mut places[..n];
     for i in 0..n {
-        let pixel = pixels[i * step];
+        let pixel = pixels[i * STEP];
         let wins = places[i] == NOWHERE || pixel > values[i] || pixel.is_nan();
         values[i] = if wins { pixel } else { values[i] };
         places[i] = if wins {
-            first + (i * step) as u32
+            first + (i * STEP) as u32
         } else {
             places[i]
         };

@@ -1,4 +1,4 @@
-//! Loops over plain slices in f32: what the fast path of [`crate::ops`] computes with on a CPU.
+//! Loops over plain slices in f32, by which [`crate::ops`] computes on a CPU.
 //!
 //! Nothing here knows candle. Work is cut by the shape of the problem alone, never by the number of threads, and every
 //! output value is summed by one thread in one order, so results have the same bits on any number of threads.
@@ -20,7 +20,7 @@ pub(crate) mod rectifier;
 mod regroup;
 mod rows;
 mod shape;
-pub(crate) mod softmax;
+mod softmax;
 mod sums;
 mod unfold;
 mod weight_gradient;
@@ -29,4 +29,4 @@ mod winograd;
 pub(crate) use input_gradient::input_gradient;
 pub(crate) use shape::ConvShape;
 pub(crate) use weight_gradient::weight_gradient;
-pub(crate) use winograd::KeptKernels;
+pub(crate) use winograd::KernelCache;

@@ -34,6 +34,12 @@ impl ConvShape {
         (self.width + 2 * self.padding.1 - self.kernel.1) / self.stride + 1
     }
 
+    /// Returns the shape of the output: (batch, channels, height, width).
+    pub fn out_dims(&self) -> [usize; 4] {
+        let (height, width) = (self.out_height(), self.out_width());
+        [self.batch, self.out_channels, height, width]
+    }
+
     /// Pixels of one channel of an output image.
     pub fn out_pixels(&self) -> usize {
         self.out_height() * self.out_width()

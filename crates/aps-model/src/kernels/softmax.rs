@@ -1,34 +1,9 @@
-//! Softmax of rows and its gradient.
+//! Softmax of a row and its gradient.
 
 use multiversion::multiversion;
-use rayon::prelude::*;
 
 use super::exponential::exp;
 use super::sums::{LANES, sum_of};
-
-/// exp(x) over its sum, in rows of `len`.
-pub(crate) fn softmax(x: &[f32], len: usize) -> Vec<f32> {
-    let mut out = x.to_vec();
-    out.par_chunks_mut(len)
-        .with_min_len(rows_at_once(len))
-        .for_each(|row| softmax_row(row, 1.0));
-    out
-}
-
-/// The gradient by the input, from the softmax `y`.
-pub(crate) fn softmax_gradient(y: &[f32], grad: &[f32], len: usize) -> Vec<f32> {
-    let mut out = grad.to_vec();
-    out.par_chunks_mut(len)
-        .zip(y.par_chunks(len))
-        .with_min_len(rows_at_once(len))
-        .for_each(|(grad, y)| softmax_gradient_row(y, grad, 1.0));
-    out
-}
-
-/// Rows of one task.
-fn rows_at_once(len: usize) -> usize {
-    (1 << 14) / len.max(1) + 1
-}
 
 /// A row x becomes exp(factor x) over its sum; `factor` is positive.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
@@ -63,5 +38,39 @@ pub(super) fn softmax_gradient_row(y: &[f32], grad: &mut [f32], factor: f32) {
     let mean = sums.iter().sum::<f64>() as f32;
     for (g, y) in grad.iter_mut().zip(y) {
         *g = factor * y * (*g - mean);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values up to e^60 apart and far from 0, against the definition in f64.
+    #[test]
+    fn softmax_and_gradient_of_rows_of_any_length() {
+        for len in [1, 2, 15, 16, 19, 197] {
+            let x: Vec<f32> = (0..len)
+                .map(|i| 500.0 + (i * 37 % 61) as f32 - 30.0)
+                .collect();
+            let grad: Vec<f32> = (0..len).map(|i| (i * 29 % 17) as f32 / 8.0 - 1.0).collect();
+            let factor = 0.5;
+            let exp = |x: f32| (factor * (f64::from(x) - 530.0)).exp();
+            let sum: f64 = x.iter().map(|&x| exp(x)).sum();
+            let expected: Vec<f64> = x.iter().map(|&x| exp(x) / sum).collect();
+            let mean: f64 = expected
+                .iter()
+                .zip(&grad)
+                .map(|(y, &g)| y * f64::from(g))
+                .sum();
+            let mut y = x.clone();
+            softmax_row(&mut y, factor as f32);
+            let mut by_input = grad.clone();
+            softmax_gradient_row(&y, &mut by_input, factor as f32);
+            for i in 0..len {
+                let slope = factor * expected[i] * (f64::from(grad[i]) - mean);
+                assert!((f64::from(y[i]) - expected[i]).abs() < 1e-6, "{len}, {i}");
+                assert!((f64::from(by_input[i]) - slope).abs() < 1e-6, "{len}, {i}");
+            }
+        }
     }
 }

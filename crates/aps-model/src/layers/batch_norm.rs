@@ -1,13 +1,14 @@
 //! Batch normalisation.
 
-use candle_core::{Tensor, Var};
+use candle_core::{DType, ModuleT, Result, Tensor, Var};
+use candle_nn::{Init, VarBuilder};
 
-use crate::{Init, Mode, Result, Scope, ops};
+use crate::ops;
 
 /// PyTorch's `BatchNorm1d` and `BatchNorm2d`: `weight`, `bias`, `running_mean`, `running_var` (channels) and the counter
-/// `num_batches_tracked`.
+/// `num_batches_tracked`. It takes inputs (batch, channels, ...).
 #[derive(Debug, Clone)]
-pub struct BatchNorm {
+pub(crate) struct BatchNorm {
     weight: Tensor,
     bias: Tensor,
     running_mean: Var,
@@ -17,43 +18,48 @@ pub struct BatchNorm {
 
 impl BatchNorm {
     /// Creates a layer that is the identity at first: weight and variance 1, bias and mean 0.
-    pub fn new(scope: &Scope, channels: usize) -> Result<Self> {
+    pub fn new(channels: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let get = |name, value| vb.get_with_hints(channels, name, Init::Const(value));
+        // Files of old PyTorch and of candle have no counter.
+        let passes = match vb.get_with_hints_dtype(
+            (),
+            "num_batches_tracked",
+            Init::Const(0.0),
+            DType::I64,
+        ) {
+            Ok(passes) => Var::from_tensor(&passes)?,
+            Err(_) => Var::zeros((), DType::I64, vb.device())?,
+        };
         Ok(Self {
-            weight: scope.trainable("weight", channels, Init::ONES)?,
-            bias: scope.trainable("bias", channels, Init::ZEROS)?,
-            running_mean: scope.buffer("running_mean", channels, Init::ZEROS)?,
-            running_var: scope.buffer("running_var", channels, Init::ONES)?,
-            passes: scope.counter("num_batches_tracked")?,
+            weight: get("weight", 1.0)?,
+            bias: get("bias", 0.0)?,
+            running_mean: Var::from_tensor(&get("running_mean", 0.0)?)?,
+            running_var: Var::from_tensor(&get("running_var", 1.0)?)?,
+            passes,
         })
     }
 
-    /// Normalises `x` (batch, channels, ...); see [`ops::batch_norm`].
-    pub fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        self.count(mode)?;
-        ops::batch_norm(x, self.tensors(), mode)
-    }
-
-    /// Normalises `x` and applies ReLU.
-    pub fn forward_relu(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        self.count(mode)?;
-        ops::batch_norm_relu(x, self.tensors(), mode)
-    }
-
     /// Counts a training pass.
-    pub(super) fn count(&self, mode: Mode<'_>) -> Result<()> {
-        if mode.is_training() {
-            let next = (self.passes.as_detached_tensor() + 1.0)?;
-            self.passes.set(&next)?;
+    pub fn count(&self, train: bool) -> Result<()> {
+        match train {
+            true => self.passes.set(&(self.passes.as_detached_tensor() + 1.0)?),
+            false => Ok(()),
         }
-        Ok(())
     }
 
-    pub(super) fn tensors(&self) -> ops::BatchNormTensors<'_> {
+    pub fn tensors(&self) -> ops::BatchNormTensors<'_> {
         ops::BatchNormTensors {
             weight: &self.weight,
             bias: &self.bias,
             running_mean: &self.running_mean,
             running_var: &self.running_var,
         }
+    }
+}
+
+impl ModuleT for BatchNorm {
+    fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
+        self.count(train)?;
+        ops::batch_norm(x, self.tensors(), train)
     }
 }

@@ -2,95 +2,87 @@
 
 use std::sync::Arc;
 
-use candle_core::Tensor;
+use candle_core::{Module, Result, Tensor};
+use candle_nn::{Init, VarBuilder};
 
-use crate::{Init, Result, Scope, ops};
+use crate::ops::{self, ConvTensors};
+use crate::parameters::{fan_in, kaiming_fan_out, normal};
 
-/// PyTorch's `Conv2d` with a square kernel: `weight` (out, in, kernel, kernel), and `bias` (out) where there is one.
+/// PyTorch's `Conv2d` with a square kernel: `weight` (out, in, kernel, kernel), and `bias` (out) where there is one. It maps
+/// (batch, in, height, width) to (batch, out, height', width').
 #[derive(Debug, Clone)]
-pub struct Conv2d {
-    weight: Tensor,
-    bias: Option<Tensor>,
-    stride: usize,
-    padding: usize,
-    kept: Option<Arc<ops::Kept>>,
-}
-
-/// Returns an empty kernel cache for a layer over frozen parameters; `None` for any other.
-fn kept(scope: &Scope) -> Option<Arc<ops::Kept>> {
-    scope.is_frozen().then(Arc::default)
-}
+pub(crate) struct Conv2d(ConvTensors);
 
 impl Conv2d {
     /// Creates a layer with a bias and PyTorch's initial weights; the size stays (odd kernels).
-    pub fn same(scope: &Scope, inputs: usize, outputs: usize, kernel: usize) -> Result<Self> {
-        let init = Init::fan_in(inputs * kernel * kernel);
-        Ok(Self {
-            weight: scope.trainable("weight", (outputs, inputs, kernel, kernel), init)?,
-            bias: Some(scope.trainable("bias", outputs, init)?),
-            stride: 1,
-            padding: kernel / 2,
-            kept: kept(scope),
-        })
+    pub fn same(inputs: usize, outputs: usize, kernel: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let init = fan_in(inputs * kernel * kernel);
+        let weight = vb.get_with_hints((outputs, inputs, kernel, kernel), "weight", init)?;
+        let bias = vb.get_with_hints(outputs, "bias", init)?;
+        Self::new(weight, Some(bias), 1, kernel / 2)
     }
 
-    /// Creates a layer as in torchvision's ResNets: no bias, padding of half the kernel, [`Init::kaiming_fan_out`].
+    /// Creates a layer as in torchvision's ResNets: no bias, padding of half the kernel, [`kaiming_fan_out`].
     pub fn residual(
-        scope: &Scope,
         inputs: usize,
         outputs: usize,
         kernel: usize,
         stride: usize,
+        vb: VarBuilder<'_>,
     ) -> Result<Self> {
-        let init = Init::kaiming_fan_out(outputs * kernel * kernel);
-        Ok(Self {
-            weight: scope.trainable("weight", (outputs, inputs, kernel, kernel), init)?,
-            bias: None,
-            stride,
-            padding: kernel / 2,
-            kept: kept(scope),
-        })
+        let init = kaiming_fan_out(outputs * kernel * kernel);
+        let weight = vb.get_with_hints((outputs, inputs, kernel, kernel), "weight", init)?;
+        Self::new(weight, None, stride, kernel / 2)
     }
 
     /// Creates a layer as in torchvision's vision transformers: one output pixel a patch, weights of variance 1 / fan_in,
     /// bias 0.
     ///
     /// torchvision cuts the normal distribution at ±2, which is beyond 50 standard deviations.
-    pub fn patches(scope: &Scope, inputs: usize, outputs: usize, patch: usize) -> Result<Self> {
-        let std = 1.0 / ((inputs * patch * patch) as f64).sqrt();
-        Ok(Self {
-            weight: scope.trainable(
-                "weight",
-                (outputs, inputs, patch, patch),
-                Init::Normal { std },
-            )?,
-            bias: Some(scope.trainable("bias", outputs, Init::ZEROS)?),
-            stride: patch,
-            padding: 0,
-            kept: kept(scope),
-        })
+    pub fn patches(
+        inputs: usize,
+        outputs: usize,
+        patch: usize,
+        vb: VarBuilder<'_>,
+    ) -> Result<Self> {
+        let init = normal(1.0 / ((inputs * patch * patch) as f64).sqrt());
+        let weight = vb.get_with_hints((outputs, inputs, patch, patch), "weight", init)?;
+        let bias = vb.get_with_hints(outputs, "bias", Init::Const(0.0))?;
+        Self::new(weight, Some(bias), patch, 0)
     }
 
-    /// Maps `x` (batch, in, height, width) to (batch, out, height', width').
-    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        let t = self.tensors();
-        ops::conv2d(x, t.weight, t.bias, t.stride, t.padding)
+    fn new(weight: Tensor, bias: Option<Tensor>, stride: usize, padding: usize) -> Result<Self> {
+        // A weight that nothing asks a gradient of is a constant. The layer takes a copy, which nobody else can change, so
+        // that the cached kernels stay those of the weight.
+        let (weight, cache) = match weight.track_op() {
+            true => (weight, None),
+            false => (weight.copy()?, Some(Arc::default())),
+        };
+        Ok(Self(ConvTensors {
+            weight,
+            bias,
+            stride,
+            padding: (padding, padding),
+            cache,
+        }))
     }
 
-    pub(super) fn tensors(&self) -> ops::ConvTensors<'_> {
-        ops::ConvTensors {
-            weight: &self.weight,
-            bias: self.bias.as_ref(),
-            stride: self.stride,
-            padding: (self.padding, self.padding),
-            kept: self.kept.as_deref(),
-        }
+    pub fn tensors(&self) -> &ConvTensors {
+        &self.0
     }
 }
 
-/// PyTorch's `Conv1d` with an odd kernel that keeps the length: `weight` (out, in, kernel), `bias` (out).
+impl Module for Conv2d {
+    fn forward(&self, x: &Tensor) -> Result<Tensor> {
+        let t = &self.0;
+        ops::conv2d(x, &t.weight, t.bias.as_ref(), t.stride, t.padding)
+    }
+}
+
+/// PyTorch's `Conv1d` with an odd kernel that keeps the length: `weight` (out, in, kernel), `bias` (out). It maps (batch, in,
+/// length) to (batch, out, length).
 #[derive(Debug, Clone)]
-pub struct Conv1d {
+pub(crate) struct Conv1d {
     weight: Tensor,
     bias: Tensor,
     padding: usize,
@@ -98,44 +90,45 @@ pub struct Conv1d {
 
 impl Conv1d {
     /// Creates a layer with PyTorch's initial weights.
-    pub fn same(scope: &Scope, inputs: usize, outputs: usize, kernel: usize) -> Result<Self> {
-        let init = Init::fan_in(inputs * kernel);
+    pub fn same(inputs: usize, outputs: usize, kernel: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let init = fan_in(inputs * kernel);
         Ok(Self {
-            weight: scope.trainable("weight", (outputs, inputs, kernel), init)?,
-            bias: scope.trainable("bias", outputs, init)?,
+            weight: vb.get_with_hints((outputs, inputs, kernel), "weight", init)?,
+            bias: vb.get_with_hints(outputs, "bias", init)?,
             padding: kernel / 2,
         })
     }
+}
 
-    /// Maps `x` (batch, in, length) to (batch, out, length).
-    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+impl Module for Conv1d {
+    fn forward(&self, x: &Tensor) -> Result<Tensor> {
         // A line is an image of height 1.
-        let x = x.unsqueeze(2)?;
-        let weight = self.weight.unsqueeze(2)?;
-        let y = ops::conv2d(&x, &weight, Some(&self.bias), 1, (0, self.padding))?;
-        Ok(y.squeeze(2)?)
+        let (x, weight) = (x.unsqueeze(2)?, self.weight.unsqueeze(2)?);
+        ops::conv2d(&x, &weight, Some(&self.bias), 1, (0, self.padding))?.squeeze(2)
     }
 }
 
-/// PyTorch's `ConvTranspose2d(kernel_size=2, stride=2)`: `weight` (in, out, 2, 2), `bias` (out).
+/// PyTorch's `ConvTranspose2d(kernel_size=2, stride=2)`: `weight` (in, out, 2, 2), `bias` (out). It maps (batch, in, height,
+/// width) to (batch, out, 2 height, 2 width).
 #[derive(Debug, Clone)]
-pub struct ConvTranspose2x2 {
+pub(crate) struct ConvTranspose2x2 {
     weight: Tensor,
     bias: Tensor,
 }
 
 impl ConvTranspose2x2 {
     /// Creates a layer with PyTorch's initial weights, whose fan-in counts the weight's second dimension: the outputs.
-    pub fn new(scope: &Scope, inputs: usize, outputs: usize) -> Result<Self> {
-        let init = Init::fan_in(outputs * 4);
+    pub fn new(inputs: usize, outputs: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let init = fan_in(outputs * 4);
         Ok(Self {
-            weight: scope.trainable("weight", (inputs, outputs, 2, 2), init)?,
-            bias: scope.trainable("bias", outputs, init)?,
+            weight: vb.get_with_hints((inputs, outputs, 2, 2), "weight", init)?,
+            bias: vb.get_with_hints(outputs, "bias", init)?,
         })
     }
+}
 
-    /// Maps `x` (batch, in, height, width) to (batch, out, 2 height, 2 width).
-    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        ops::conv_transpose2x2(x, &self.weight, Some(&self.bias))
+impl Module for ConvTranspose2x2 {
+    fn forward(&self, x: &Tensor) -> Result<Tensor> {
+        ops::conv_transpose2x2(x, &self.weight, &self.bias)
     }
 }

@@ -1,47 +1,45 @@
 //! Perceptrons with leaky ReLU.
 
-use candle_core::Tensor;
+use candle_core::{Module, Result, Tensor};
+use candle_nn::VarBuilder;
 
 use super::Linear;
-use crate::{Result, Scope, ops};
+use crate::ops;
 
 /// Slope of every leaky ReLU in the models, for negative inputs.
-pub const LEAKY_SLOPE: f64 = 0.2;
+pub(crate) const LEAKY_SLOPE: f64 = 0.2;
 
-/// Linear layers with a leaky ReLU ([`LEAKY_SLOPE`]) after each but, where it is an output, the last.
+/// Linear layers with a leaky ReLU ([`LEAKY_SLOPE`]) after each but, unless `activate_last`, the last.
 ///
 /// Named as in a PyTorch `Sequential` that counts activations: 0, 2, 4, ...
 #[derive(Debug, Clone)]
-pub struct Mlp {
+pub(crate) struct Mlp {
     layers: Vec<Linear>,
     activate_last: bool,
 }
 
 impl Mlp {
     /// Creates a perceptron that ends with a linear layer. `sizes`: inputs, hidden ones, outputs.
-    pub fn new(scope: &Scope, sizes: &[usize]) -> Result<Self> {
-        Self::make(scope, sizes, false)
-    }
-
-    /// Creates a perceptron that ends with an activation. `sizes`: inputs, hidden ones, outputs.
-    pub fn activated(scope: &Scope, sizes: &[usize]) -> Result<Self> {
-        Self::make(scope, sizes, true)
-    }
-
-    fn make(scope: &Scope, sizes: &[usize], activate_last: bool) -> Result<Self> {
-        let layers = sizes
-            .windows(2)
-            .enumerate()
-            .map(|(i, pair)| Linear::new(&scope.at(2 * i), pair[0], pair[1]))
-            .collect::<Result<_>>()?;
+    pub fn new(sizes: &[usize], vb: VarBuilder<'_>) -> Result<Self> {
+        let pairs = sizes.windows(2).enumerate();
+        let layers = pairs.map(|(i, pair)| Linear::new(pair[0], pair[1], vb.pp(2 * i)));
         Ok(Self {
-            layers,
-            activate_last,
+            layers: layers.collect::<Result<_>>()?,
+            activate_last: false,
         })
     }
 
-    /// Maps `x` (..., inputs) to (..., outputs).
-    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+    /// Creates a perceptron that ends with an activation. `sizes`: inputs, hidden ones, outputs.
+    pub fn activated(sizes: &[usize], vb: VarBuilder<'_>) -> Result<Self> {
+        Ok(Self {
+            activate_last: true,
+            ..Self::new(sizes, vb)?
+        })
+    }
+}
+
+impl Module for Mlp {
+    fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let mut x = x.clone();
         for (i, layer) in self.layers.iter().enumerate() {
             x = layer.forward(&x)?;

@@ -1,10 +1,11 @@
-//! Building blocks of the models: one file each. A block asks a [`Scope`](crate::Scope) for its tensors under PyTorch's
-//! names and computes with [`crate::ops`].
+//! Building blocks of the models: one file each. A block gets its tensors from a [`VarBuilder`](candle_nn::VarBuilder) under
+//! PyTorch's names, computes with [`crate::ops`], and is a [`Module`](candle_core::Module) or
+//! [`ModuleT`](candle_core::ModuleT).
 
 mod batch_norm;
 mod conv;
+mod dropout;
 mod film;
-mod layer_norm;
 mod linear;
 mod mlp;
 mod multi_scale;
@@ -13,14 +14,14 @@ mod resnet;
 mod transformer;
 mod unet;
 
-pub use batch_norm::BatchNorm;
-pub use conv::{Conv1d, Conv2d, ConvTranspose2x2};
-pub use film::Film;
-pub use layer_norm::LayerNorm;
-pub use linear::Linear;
-pub use mlp::{LEAKY_SLOPE, Mlp};
-pub use multi_scale::{MultiScale, MultiScaleEncoder};
-pub use normed_conv::NormedConv;
-pub use resnet::{ResNet18, Stage};
-pub use transformer::{EncoderBlock, SelfAttention};
-pub use unet::DoubleConv;
+pub(crate) use batch_norm::BatchNorm;
+pub(crate) use conv::{Conv1d, Conv2d, ConvTranspose2x2};
+pub(crate) use dropout::Dropout;
+pub(crate) use film::Film;
+pub(crate) use linear::{LayerNorm, Linear};
+pub(crate) use mlp::{LEAKY_SLOPE, Mlp};
+pub(crate) use multi_scale::MultiScaleEncoder;
+pub(crate) use normed_conv::NormedConv;
+pub(crate) use resnet::ResNet18;
+pub(crate) use transformer::EncoderBlock;
+pub(crate) use unet::DoubleConv;

@@ -1,19 +1,20 @@
 //! The multi-scale encoder of MS-AReg.
 
-use candle_core::Tensor;
+use candle_core::{Module, ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
-use super::resnet::Stem;
-use super::{Linear, Stage};
-use crate::{Mode, Result, Scope, ops};
+use super::Linear;
+use super::resnet::{Stage, Stem};
+use crate::ops;
 
 /// Side of the grid to which the features of each stage are averaged.
 const GRIDS: [usize; 4] = [4, 2, 1, 1];
 
 /// Features of an image at four scales and all together.
 #[derive(Debug, Clone)]
-pub struct MultiScale {
+pub(crate) struct MultiScale {
     /// Features of each stage, fine to coarse: (batch, 4 width).
-    pub scales: [Tensor; 4],
+    pub scales: Vec<Tensor>,
     /// Fused features of all stages: (batch, 8 width).
     pub global: Tensor,
 }
@@ -21,50 +22,48 @@ pub struct MultiScale {
 /// ResNet-18's stages (`stem.0`, `stem.1`, `layer1` to `layer4`), each averaged over a grid and projected (`proj1` to
 /// `proj4`), then fused (`global_proj.0`, ReLU, `global_proj.2`).
 #[derive(Debug, Clone)]
-pub struct MultiScaleEncoder {
+pub(crate) struct MultiScaleEncoder {
     stem: Stem,
-    stages: [Stage; 4],
-    projections: [Linear; 4],
+    stages: Vec<Stage>,
+    projections: Vec<Linear>,
     fuse: [Linear; 2],
 }
 
 impl MultiScaleEncoder {
     /// Creates an encoder with `width` channels in the first stage: 64 in the paper.
-    pub fn new(scope: &Scope, width: usize) -> Result<Self> {
+    pub fn new(width: usize, vb: VarBuilder<'_>) -> Result<Self> {
         let scale = 4 * width;
-        let project = |n: usize| {
-            let pooled = (width << n) * GRIDS[n] * GRIDS[n];
-            Linear::new(&scope.at(format!("proj{}", n + 1)), pooled, scale)
+        let project = |(n, grid): (usize, usize)| {
+            let vb = vb.pp(format!("proj{}", n + 1));
+            Linear::new((width << n) * grid * grid, scale, vb)
         };
-        let fuse = scope.at("global_proj");
+        let (stem, fuse) = (vb.pp("stem"), vb.pp("global_proj"));
         Ok(Self {
-            stem: Stem::new(&scope.at("stem").at(0), &scope.at("stem").at(1), width)?,
-            stages: Stage::all_four(scope, width)?,
-            projections: [project(0)?, project(1)?, project(2)?, project(3)?],
+            stem: Stem::new(width, stem.pp(0), stem.pp(1))?,
+            stages: Stage::all_four(width, &vb)?,
+            projections: GRIDS
+                .into_iter()
+                .enumerate()
+                .map(project)
+                .collect::<Result<_>>()?,
             fuse: [
-                Linear::new(&fuse.at(0), 4 * scale, 2 * scale)?,
-                Linear::new(&fuse.at(2), 2 * scale, 2 * scale)?,
+                Linear::new(4 * scale, 2 * scale, fuse.pp(0))?,
+                Linear::new(2 * scale, 2 * scale, fuse.pp(2))?,
             ],
         })
     }
 
     /// Computes the features of images (batch, 3, height, width).
-    pub fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<MultiScale> {
-        let mut x = self.stem.forward(images, mode)?;
-        let mut scales = Vec::with_capacity(4);
+    pub fn forward_t(&self, images: &Tensor, train: bool) -> Result<MultiScale> {
+        let mut x = self.stem.forward_t(images, train)?;
+        let mut scales = Vec::with_capacity(GRIDS.len());
         for ((stage, projection), grid) in self.stages.iter().zip(&self.projections).zip(GRIDS) {
-            x = stage.forward(&x, mode)?;
+            x = stage.forward_t(&x, train)?;
             let pooled = ops::adaptive_avg_pool(&x, grid)?.flatten_from(1)?;
             scales.push(projection.forward(&pooled)?);
         }
         let hidden = ops::relu(&self.fuse[0].forward(&Tensor::cat(&scales, 1)?)?)?;
         let global = self.fuse[1].forward(&hidden)?;
-        let [s1, s2, s3, s4] = &scales[..] else {
-            unreachable!("four stages give four scales")
-        };
-        Ok(MultiScale {
-            scales: [s1.clone(), s2.clone(), s3.clone(), s4.clone()],
-            global,
-        })
+        Ok(MultiScale { scales, global })
     }
 }

@@ -1,14 +1,13 @@
 //! A convolution and its batch normalisation.
 
-use candle_core::Tensor;
+use candle_core::{Result, Tensor};
 
 use super::{BatchNorm, Conv2d};
-use crate::ops::After;
-use crate::{Mode, Result, ops};
+use crate::ops::{self, After};
 
 /// A convolution, batch normalisation, and the operation after it: see [`ops::normed_conv2d`].
 #[derive(Debug, Clone)]
-pub struct NormedConv {
+pub(crate) struct NormedConv {
     conv: Conv2d,
     norm: BatchNorm,
 }
@@ -20,8 +19,8 @@ impl NormedConv {
     }
 
     /// Maps `x` (batch, in, height, width) to (batch, out, height', width').
-    pub fn forward(&self, x: &Tensor, after: After<'_>, mode: Mode<'_>) -> Result<Tensor> {
-        self.norm.count(mode)?;
-        ops::normed_conv2d(x, self.conv.tensors(), self.norm.tensors(), after, mode)
+    pub fn forward_t(&self, x: &Tensor, after: After<'_>, train: bool) -> Result<Tensor> {
+        self.norm.count(train)?;
+        ops::normed_conv2d(x, self.conv.tensors(), self.norm.tensors(), after, train)
     }
 }

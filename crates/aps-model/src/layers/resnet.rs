@@ -1,10 +1,10 @@
 //! ResNet-18 (He et al., CVPR 2016) as in torchvision, without its classifier.
 
-use candle_core::Tensor;
+use candle_core::{ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
 use super::{BatchNorm, Conv2d, NormedConv};
-use crate::ops::After;
-use crate::{Mode, Result, Scope, ops};
+use crate::ops::{self, After};
 
 /// Two 3 x 3 convolutions beside a shortcut: `conv1`, `bn1`, `conv2`, `bn2`, `downsample.0` and `.1`.
 #[derive(Debug, Clone)]
@@ -16,31 +16,29 @@ struct BasicBlock {
 }
 
 impl BasicBlock {
-    fn new(scope: &Scope, inputs: usize, outputs: usize, stride: usize) -> Result<Self> {
-        let normed = |conv: &Scope, norm: &Scope, inputs, kernel, stride| -> Result<_> {
-            let conv = Conv2d::residual(conv, inputs, outputs, kernel, stride)?;
-            Ok(NormedConv::new(conv, BatchNorm::new(norm, outputs)?))
+    fn new(inputs: usize, outputs: usize, stride: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let normed = |conv: &str, norm: &str, inputs, kernel, stride| -> Result<_> {
+            let conv = Conv2d::residual(inputs, outputs, kernel, stride, vb.pp(conv))?;
+            Ok(NormedConv::new(conv, BatchNorm::new(outputs, vb.pp(norm))?))
         };
-        let downsample = if stride != 1 || inputs != outputs {
-            let scope = scope.at("downsample");
-            Some(normed(&scope.at(0), &scope.at(1), inputs, 1, stride)?)
-        } else {
-            None
-        };
+        let is_changed = stride != 1 || inputs != outputs;
+        let downsample = || normed("downsample.0", "downsample.1", inputs, 1, stride);
         Ok(Self {
-            first: normed(&scope.at("conv1"), &scope.at("bn1"), inputs, 3, stride)?,
-            second: normed(&scope.at("conv2"), &scope.at("bn2"), outputs, 3, 1)?,
-            downsample,
+            first: normed("conv1", "bn1", inputs, 3, stride)?,
+            second: normed("conv2", "bn2", outputs, 3, 1)?,
+            downsample: is_changed.then(downsample).transpose()?,
         })
     }
+}
 
-    fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        let y = self.first.forward(x, After::Relu, mode)?;
+impl ModuleT for BasicBlock {
+    fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
+        let y = self.first.forward_t(x, After::Relu, train)?;
         let shortcut = match &self.downsample {
             None => x.clone(),
-            Some(downsample) => downsample.forward(x, After::Nothing, mode)?,
+            Some(downsample) => downsample.forward_t(x, After::Nothing, train)?,
         };
-        self.second.forward(&y, After::AddRelu(&shortcut), mode)
+        self.second.forward_t(&y, After::AddRelu(&shortcut), train)
     }
 }
 
@@ -49,74 +47,69 @@ impl BasicBlock {
 pub(super) struct Stem(NormedConv);
 
 impl Stem {
-    pub(super) fn new(conv: &Scope, bn: &Scope, width: usize) -> Result<Self> {
-        let conv = Conv2d::residual(conv, 3, width, 7, 2)?;
-        Ok(Self(NormedConv::new(conv, BatchNorm::new(bn, width)?)))
-    }
-
-    pub(super) fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        ops::max_pool_3x3_s2_p1(&self.0.forward(images, After::Relu, mode)?)
+    pub fn new(width: usize, conv: VarBuilder<'_>, norm: VarBuilder<'_>) -> Result<Self> {
+        let conv = Conv2d::residual(3, width, 7, 2, conv)?;
+        Ok(Self(NormedConv::new(conv, BatchNorm::new(width, norm)?)))
     }
 }
 
-/// One of ResNet-18's four stages: two blocks, `0` and `1`. All but the first stage halve the size in their first block.
+impl ModuleT for Stem {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
+        ops::max_pool_3x3_s2_p1(&self.0.forward_t(images, After::Relu, train)?)
+    }
+}
+
+/// One of ResNet-18's four stages: two blocks, `0` and `1`. All but the first stage halve the size in their first block. It
+/// maps features (batch, inputs, height, width) to features (batch, outputs, ...).
 #[derive(Debug, Clone)]
-pub struct Stage {
-    blocks: [BasicBlock; 2],
-}
+pub(super) struct Stage([BasicBlock; 2]);
 
 impl Stage {
-    fn new(scope: &Scope, inputs: usize, outputs: usize, stride: usize) -> Result<Self> {
-        let first = BasicBlock::new(&scope.at(0), inputs, outputs, stride)?;
-        let second = BasicBlock::new(&scope.at(1), outputs, outputs, 1)?;
-        Ok(Self {
-            blocks: [first, second],
-        })
-    }
-
-    /// Creates `layer1` to `layer4` in `scope`, with width, 2, 4 and 8 times width channels.
-    pub fn all_four(scope: &Scope, width: usize) -> Result<[Self; 4]> {
-        let stage = |n: usize, inputs, outputs, stride| {
-            Self::new(&scope.at(format!("layer{n}")), inputs, outputs, stride)
+    /// Creates `layer1` to `layer4`, with width, 2, 4 and 8 times width channels.
+    pub fn all_four(width: usize, vb: &VarBuilder<'_>) -> Result<Vec<Self>> {
+        let stage = |n: usize| {
+            let (inputs, outputs) = (width << n.saturating_sub(1), width << n);
+            let vb = vb.pp(format!("layer{}", n + 1));
+            let stride = if n == 0 { 1 } else { 2 };
+            Ok(Self([
+                BasicBlock::new(inputs, outputs, stride, vb.pp(0))?,
+                BasicBlock::new(outputs, outputs, 1, vb.pp(1))?,
+            ]))
         };
-        Ok([
-            stage(1, width, width, 1)?,
-            stage(2, width, 2 * width, 2)?,
-            stage(3, 2 * width, 4 * width, 2)?,
-            stage(4, 4 * width, 8 * width, 2)?,
-        ])
-    }
-
-    /// Maps features (batch, inputs, height, width) to features (batch, outputs, ...).
-    pub fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        self.blocks
-            .iter()
-            .try_fold(x.clone(), |x, block| block.forward(&x, mode))
+        (0..4).map(stage).collect()
     }
 }
 
-/// ResNet-18 up to its global mean: `conv1`, `bn1`, `layer1` to `layer4`.
+impl ModuleT for Stage {
+    fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
+        self.0[1].forward_t(&self.0[0].forward_t(x, train)?, train)
+    }
+}
+
+/// ResNet-18 up to its global mean: `conv1`, `bn1`, `layer1` to `layer4`. It maps images (batch, 3, height, width) to features
+/// (batch, 8 width).
 #[derive(Debug, Clone)]
-pub struct ResNet18 {
+pub(crate) struct ResNet18 {
     stem: Stem,
-    stages: [Stage; 4],
+    stages: Vec<Stage>,
 }
 
 impl ResNet18 {
     /// Creates a network with `width` channels in the first stage; 64 is ResNet-18 itself.
-    pub fn new(scope: &Scope, width: usize) -> Result<Self> {
+    pub fn new(width: usize, vb: VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
-            stem: Stem::new(&scope.at("conv1"), &scope.at("bn1"), width)?,
-            stages: Stage::all_four(scope, width)?,
+            stem: Stem::new(width, vb.pp("conv1"), vb.pp("bn1"))?,
+            stages: Stage::all_four(width, &vb)?,
         })
     }
+}
 
-    /// Maps images (batch, 3, height, width) to features (batch, 8 width).
-    pub fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        let mut x = self.stem.forward(images, mode)?;
+impl ModuleT for ResNet18 {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
+        let mut x = self.stem.forward_t(images, train)?;
         for stage in &self.stages {
-            x = stage.forward(&x, mode)?;
+            x = stage.forward_t(&x, train)?;
         }
-        Ok(ops::adaptive_avg_pool(&x, 1)?.flatten_from(1)?)
+        ops::adaptive_avg_pool(&x, 1)?.flatten_from(1)
     }
 }

@@ -1,14 +1,16 @@
 //! The encoder block of a vision transformer (Dosovitskiy et al., ICLR 2021) as in torchvision.
 
-use candle_core::Tensor;
+use candle_core::{Module, Result, Tensor};
+use candle_nn::{Init, VarBuilder};
 
 use super::{LayerNorm, Linear};
-use crate::{Init, Result, Scope, ops};
+use crate::ops;
+use crate::parameters::{fan_in, normal, xavier};
 
 /// PyTorch's `MultiheadAttention` of a sequence with itself: `in_proj_weight` (3 width, width) and `in_proj_bias` hold the
 /// maps to queries, keys and values one under the other; `out_proj`.
 #[derive(Debug, Clone)]
-pub struct SelfAttention {
+struct SelfAttention {
     in_weight: Tensor,
     in_bias: Tensor,
     out: Linear,
@@ -17,33 +19,29 @@ pub struct SelfAttention {
 
 impl SelfAttention {
     /// Creates a layer; `heads` must divide `width`.
-    pub fn new(scope: &Scope, width: usize, heads: usize) -> Result<Self> {
-        let init = Init::xavier(width, 3 * width);
-        let out = Linear::with_init(
-            &scope.at("out_proj"),
-            width,
-            width,
-            Init::fan_in(width),
-            Init::ZEROS,
-        )?;
+    fn new(width: usize, heads: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let zero = Init::Const(0.0);
+        let init = xavier(width, 3 * width);
         Ok(Self {
-            in_weight: scope.trainable("in_proj_weight", (3 * width, width), init)?,
-            in_bias: scope.trainable("in_proj_bias", 3 * width, Init::ZEROS)?,
-            out,
+            in_weight: vb.get_with_hints((3 * width, width), "in_proj_weight", init)?,
+            in_bias: vb.get_with_hints(3 * width, "in_proj_bias", zero)?,
+            out: Linear::with_init(width, width, [fan_in(width), zero], vb.pp("out_proj"))?,
             heads,
         })
     }
+}
 
-    /// Maps `x` (batch, tokens, width) to the same shape.
-    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+impl Module for SelfAttention {
+    fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let all = ops::linear(x, &self.in_weight, &self.in_bias)?;
         self.out.forward(&ops::self_attention(&all, self.heads)?)
     }
 }
 
-/// `ln_1`, `self_attention`, `ln_2`, `mlp.0`, GELU, `mlp.3`, each half with a shortcut around it.
+/// `ln_1`, `self_attention`, `ln_2`, `mlp.0`, GELU, `mlp.3`, each half with a shortcut around it. It keeps the shape (batch,
+/// tokens, width).
 #[derive(Debug, Clone)]
-pub struct EncoderBlock {
+pub(crate) struct EncoderBlock {
     ln_1: LayerNorm,
     attention: SelfAttention,
     ln_2: LayerNorm,
@@ -52,30 +50,25 @@ pub struct EncoderBlock {
 
 impl EncoderBlock {
     /// Creates a block with a hidden layer of four times the width.
-    pub fn new(scope: &Scope, width: usize, heads: usize) -> Result<Self> {
+    pub fn new(width: usize, heads: usize, vb: VarBuilder<'_>) -> Result<Self> {
         let hidden = 4 * width;
         let mlp = |n: usize, inputs, outputs| {
-            let scope = scope.at("mlp").at(n);
-            Linear::with_init(
-                &scope,
-                inputs,
-                outputs,
-                Init::xavier(inputs, outputs),
-                Init::Normal { std: 1e-6 },
-            )
+            let init = [xavier(inputs, outputs), normal(1e-6)];
+            Linear::with_init(inputs, outputs, init, vb.pp("mlp").pp(n))
         };
         Ok(Self {
-            ln_1: LayerNorm::new(&scope.at("ln_1"), width)?,
-            attention: SelfAttention::new(&scope.at("self_attention"), width, heads)?,
-            ln_2: LayerNorm::new(&scope.at("ln_2"), width)?,
+            ln_1: LayerNorm::new(width, vb.pp("ln_1"))?,
+            attention: SelfAttention::new(width, heads, vb.pp("self_attention"))?,
+            ln_2: LayerNorm::new(width, vb.pp("ln_2"))?,
             mlp: [mlp(0, width, hidden)?, mlp(3, hidden, width)?],
         })
     }
+}
 
-    /// Maps `x` (batch, tokens, width) to the same shape.
-    pub fn forward(&self, x: &Tensor) -> Result<Tensor> {
+impl Module for EncoderBlock {
+    fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let x = (x + self.attention.forward(&self.ln_1.forward(x)?)?)?;
         let hidden = ops::gelu(&self.mlp[0].forward(&self.ln_2.forward(&x)?)?)?;
-        Ok((&x + self.mlp[1].forward(&hidden)?)?)
+        &x + self.mlp[1].forward(&hidden)?
     }
 }

@@ -1,36 +1,33 @@
 //! The block of a U-Net.
 
-use candle_core::Tensor;
+use candle_core::{ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
 use super::{BatchNorm, Conv2d, NormedConv};
 use crate::ops::After;
-use crate::{Mode, Result, Scope};
 
-/// Twice a 3 x 3 convolution, batch normalisation and ReLU: `block.0`, `block.1`, `block.3`, `block.4`.
+/// Twice a 3 x 3 convolution, batch normalisation and ReLU: `block.0`, `block.1`, `block.3`, `block.4`. It maps (batch,
+/// inputs, height, width) to (batch, outputs, height, width).
 #[derive(Debug, Clone)]
-pub struct DoubleConv {
-    first: NormedConv,
-    second: NormedConv,
-}
+pub(crate) struct DoubleConv([NormedConv; 2]);
 
 impl DoubleConv {
-    /// Creates a block from `inputs` to `outputs` channels; the size stays.
-    pub fn new(scope: &Scope, inputs: usize, outputs: usize) -> Result<Self> {
-        let block = scope.at("block");
+    pub fn new(inputs: usize, outputs: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let block = vb.pp("block");
         let half = |at: usize, inputs| -> Result<_> {
-            let conv = Conv2d::same(&block.at(at), inputs, outputs, 3)?;
-            let norm = BatchNorm::new(&block.at(at + 1), outputs)?;
-            Ok(NormedConv::new(conv, norm))
+            let conv = Conv2d::same(inputs, outputs, 3, block.pp(at))?;
+            Ok(NormedConv::new(
+                conv,
+                BatchNorm::new(outputs, block.pp(at + 1))?,
+            ))
         };
-        Ok(Self {
-            first: half(0, inputs)?,
-            second: half(3, outputs)?,
-        })
+        Ok(Self([half(0, inputs)?, half(3, outputs)?]))
     }
+}
 
-    /// Maps `x` (batch, inputs, height, width) to (batch, outputs, height, width).
-    pub fn forward(&self, x: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        let x = self.first.forward(x, After::Relu, mode)?;
-        self.second.forward(&x, After::Relu, mode)
+impl ModuleT for DoubleConv {
+    fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
+        let x = self.0[0].forward_t(x, After::Relu, train)?;
+        self.0[1].forward_t(&x, After::Relu, train)
     }
 }

@@ -1,43 +1,47 @@
 //! Adv-MLP: MS-AReg with a single-scale encoder.
 
-use candle_core::Tensor;
+use candle_core::{Module, ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
 use super::noise::NoiseInput;
-use super::{check_images, decoder_sizes};
+use super::{Model, Spec, check_images, condition_images, decoder_sizes, width};
 use crate::layers::{Mlp, ResNet18};
-use crate::{Mode, Model, Parameters, Result};
+
+pub(crate) const SPEC: Spec = Spec {
+    name: "adv_mlp",
+    title: "Adv-MLP",
+    is_adversarial: true,
+    build: |preset, vb| Ok(Box::new(AdvMlp::new(width(preset), vb)?)),
+    input: condition_images,
+    settings: |papers| papers,
+};
 
 /// A [`ResNet18`] (`encoder`), zeros through `noise_proj`, and a perceptron (`decoder`). Trained against a
 /// [`Regularizer`](super::Regularizer), which it does not need afterwards.
 #[derive(Debug, Clone)]
-pub struct AdvMlp {
+pub(crate) struct AdvMlp {
     encoder: ResNet18,
     noise: NoiseInput,
     decoder: Mlp,
-    parameters: Parameters,
 }
 
 impl AdvMlp {
-    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 13,663,732 trainable parameters.
-    pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
-        let root = parameters.root();
+    /// Creates the model. The paper has `width` 64: 13,663,732 trainable parameters.
+    pub fn new(width: usize, vb: VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
-            encoder: ResNet18::new(&root.at("encoder"), width)?,
-            noise: NoiseInput::new(&root, width)?,
-            decoder: Mlp::new(&root.at("decoder"), &decoder_sizes(12 * width, width))?,
-            parameters: parameters.clone(),
+            encoder: ResNet18::new(width, vb.pp("encoder"))?,
+            noise: NoiseInput::new(width, &vb)?,
+            decoder: Mlp::new(&decoder_sizes(12 * width, width), vb.pp("decoder"))?,
         })
     }
 }
 
-impl Model for AdvMlp {
-    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+impl ModuleT for AdvMlp {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
         check_images(images)?;
-        let features = self.encoder.forward(images, mode)?;
+        let features = self.encoder.forward_t(images, train)?;
         self.decoder.forward(&self.noise.append(&features)?)
     }
-
-    fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
 }
+
+impl Model for AdvMlp {}

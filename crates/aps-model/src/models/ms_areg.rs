@@ -1,43 +1,47 @@
 //! MS-AReg: the paper's reference model.
 
-use candle_core::Tensor;
+use candle_core::{Module, ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
 use super::noise::NoiseInput;
-use super::{check_images, decoder_sizes};
+use super::{Model, Spec, check_images, condition_images, decoder_sizes, width};
 use crate::layers::{Mlp, MultiScaleEncoder};
-use crate::{Mode, Model, Parameters, Result};
+
+pub(crate) const SPEC: Spec = Spec {
+    name: "ms_areg",
+    title: "MS-AReg",
+    is_adversarial: true,
+    build: |preset, vb| Ok(Box::new(MsAreg::new(width(preset), vb)?)),
+    input: condition_images,
+    settings: |papers| papers,
+};
 
 /// A [`MultiScaleEncoder`] (`encoder`), zeros through `noise_proj`, and a perceptron (`decoder`). Trained against a
 /// [`Regularizer`](super::Regularizer), which it does not need afterwards.
 #[derive(Debug, Clone)]
-pub struct MsAreg {
+pub(crate) struct MsAreg {
     encoder: MultiScaleEncoder,
     noise: NoiseInput,
     decoder: Mlp,
-    parameters: Parameters,
 }
 
 impl MsAreg {
-    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 15,042,036 trainable parameters.
-    pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
-        let root = parameters.root();
+    /// Creates the model. The paper has `width` 64: 15,042,036 trainable parameters.
+    pub fn new(width: usize, vb: VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
-            encoder: MultiScaleEncoder::new(&root.at("encoder"), width)?,
-            noise: NoiseInput::new(&root, width)?,
-            decoder: Mlp::new(&root.at("decoder"), &decoder_sizes(12 * width, width))?,
-            parameters: parameters.clone(),
+            encoder: MultiScaleEncoder::new(width, vb.pp("encoder"))?,
+            noise: NoiseInput::new(width, &vb)?,
+            decoder: Mlp::new(&decoder_sizes(12 * width, width), vb.pp("decoder"))?,
         })
     }
 }
 
-impl Model for MsAreg {
-    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+impl ModuleT for MsAreg {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
         check_images(images)?;
-        let features = self.encoder.forward(images, mode)?.global;
+        let features = self.encoder.forward_t(images, train)?.global;
         self.decoder.forward(&self.noise.append(&features)?)
     }
-
-    fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
 }
+
+impl Model for MsAreg {}

@@ -1,39 +1,43 @@
 //! MS-MLP: MS-AReg without adversarial training.
 
-use candle_core::Tensor;
+use candle_core::{Module, ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
-use super::{check_images, decoder_sizes};
+use super::{Model, Spec, check_images, condition_images, decoder_sizes, width};
 use crate::layers::{Mlp, MultiScaleEncoder};
-use crate::{Mode, Model, Parameters, Result};
+
+pub(crate) const SPEC: Spec = Spec {
+    name: "ms_mlp",
+    title: "MS-MLP",
+    is_adversarial: false,
+    build: |preset, vb| Ok(Box::new(MsMlp::new(width(preset), vb)?)),
+    input: condition_images,
+    settings: |papers| papers,
+};
 
 /// A [`MultiScaleEncoder`] (`encoder`) and a perceptron (`decoder`).
 #[derive(Debug, Clone)]
-pub struct MsMlp {
+pub(crate) struct MsMlp {
     encoder: MultiScaleEncoder,
     decoder: Mlp,
-    parameters: Parameters,
 }
 
 impl MsMlp {
-    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 14,746,868 trainable parameters.
-    pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
-        let root = parameters.root();
+    /// Creates the model. The paper has `width` 64: 14,746,868 trainable parameters.
+    pub fn new(width: usize, vb: VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
-            encoder: MultiScaleEncoder::new(&root.at("encoder"), width)?,
-            decoder: Mlp::new(&root.at("decoder"), &decoder_sizes(8 * width, width))?,
-            parameters: parameters.clone(),
+            encoder: MultiScaleEncoder::new(width, vb.pp("encoder"))?,
+            decoder: Mlp::new(&decoder_sizes(8 * width, width), vb.pp("decoder"))?,
         })
     }
 }
 
-impl Model for MsMlp {
-    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+impl ModuleT for MsMlp {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
         check_images(images)?;
-        let features = self.encoder.forward(images, mode)?.global;
+        let features = self.encoder.forward_t(images, train)?.global;
         self.decoder.forward(&features)
     }
-
-    fn parameters(&self) -> &Parameters {
-        &self.parameters
-    }
 }
+
+impl Model for MsMlp {}

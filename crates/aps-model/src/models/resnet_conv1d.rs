@@ -1,22 +1,31 @@
 //! ResNet-Conv1D: the multi-scale encoder with a convolutional decoder along the angle.
 
-use candle_core::Tensor;
+use candle_core::{Module, ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
-use super::check_images;
+use super::{Model, Spec, check_images, condition_images, width};
 use crate::layers::{BatchNorm, Conv1d, Film, LEAKY_SLOPE, Linear, MultiScaleEncoder};
-use crate::{ANGLE_BINS, Mode, Model, Parameters, Result, Scope, ops};
+use crate::{ANGLE_BINS, ops};
+
+pub(crate) const SPEC: Spec = Spec {
+    name: "resnet_conv1d",
+    title: "ResNet-Conv1D",
+    is_adversarial: false,
+    build: |preset, vb| Ok(Box::new(ResnetConv1d::new(width(preset), vb)?)),
+    input: condition_images,
+    settings: |papers| papers,
+};
 
 /// A [`MultiScaleEncoder`] (`encoder`); `init_proj` makes a line of 45 elements of it, which two blocks double to 180
 /// (`up1_...`, `up2_...`) and a third refines (`ref_...`), each modulated by the features of a finer stage. The names are
 /// flat, those of the released code.
 #[derive(Debug, Clone)]
-pub struct ResnetConv1d {
+pub(crate) struct ResnetConv1d {
     encoder: MultiScaleEncoder,
     init_proj: Linear,
     up1: Upsampling,
     up2: Upsampling,
     refine: Refinement,
-    parameters: Parameters,
 }
 
 /// Length of the line that the encoder's features become.
@@ -34,27 +43,27 @@ struct Upsampling {
 
 impl Upsampling {
     fn new(
-        root: &Scope,
         block: &str,
         inputs: usize,
         outputs: usize,
         condition: usize,
+        vb: &VarBuilder<'_>,
     ) -> Result<Self> {
-        let at = |layer| root.at(format_args!("{block}_{layer}"));
+        let at = |layer| vb.pp(format_args!("{block}_{layer}"));
         Ok(Self {
-            conv1: Conv1d::same(&at("conv1"), inputs, outputs, 5)?,
-            bn1: BatchNorm::new(&at("bn1"), outputs)?,
-            film: Film::new(&at("film"), condition, outputs)?,
-            conv2: Conv1d::same(&at("conv2"), outputs, outputs, 3)?,
-            bn2: BatchNorm::new(&at("bn2"), outputs)?,
+            conv1: Conv1d::same(inputs, outputs, 5, at("conv1"))?,
+            bn1: BatchNorm::new(outputs, at("bn1"))?,
+            film: Film::new(condition, outputs, at("film"))?,
+            conv2: Conv1d::same(outputs, outputs, 3, at("conv2"))?,
+            bn2: BatchNorm::new(outputs, at("bn2"))?,
         })
     }
 
-    fn forward(&self, x: &Tensor, condition: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+    fn forward(&self, x: &Tensor, condition: &Tensor, train: bool) -> Result<Tensor> {
         let x = self.conv1.forward(&ops::upsample_nearest_2x(x)?)?;
-        let x = ops::leaky_relu(&self.bn1.forward(&x, mode)?, LEAKY_SLOPE)?;
+        let x = ops::leaky_relu(&self.bn1.forward_t(&x, train)?, LEAKY_SLOPE)?;
         let x = self.conv2.forward(&self.film.forward(&x, condition)?)?;
-        ops::leaky_relu(&self.bn2.forward(&x, mode)?, LEAKY_SLOPE)
+        ops::leaky_relu(&self.bn2.forward_t(&x, train)?, LEAKY_SLOPE)
     }
 }
 
@@ -68,54 +77,47 @@ struct Refinement {
 }
 
 impl Refinement {
-    fn new(root: &Scope, inputs: usize, hidden: usize, condition: usize) -> Result<Self> {
+    fn new(inputs: usize, hidden: usize, condition: usize, vb: &VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
-            conv1: Conv1d::same(&root.at("ref_conv1"), inputs, hidden, 3)?,
-            bn1: BatchNorm::new(&root.at("ref_bn"), hidden)?,
-            film: Film::new(&root.at("ref_film"), condition, hidden)?,
-            conv2: Conv1d::same(&root.at("ref_conv2"), hidden, 1, 1)?,
+            conv1: Conv1d::same(inputs, hidden, 3, vb.pp("ref_conv1"))?,
+            bn1: BatchNorm::new(hidden, vb.pp("ref_bn"))?,
+            film: Film::new(condition, hidden, vb.pp("ref_film"))?,
+            conv2: Conv1d::same(hidden, 1, 1, vb.pp("ref_conv2"))?,
         })
     }
 
-    fn forward(&self, x: &Tensor, condition: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        let x = self.bn1.forward(&self.conv1.forward(x)?, mode)?;
+    fn forward(&self, x: &Tensor, condition: &Tensor, train: bool) -> Result<Tensor> {
+        let x = self.bn1.forward_t(&self.conv1.forward(x)?, train)?;
         let x = ops::leaky_relu(&x, LEAKY_SLOPE)?;
-        Ok(self
-            .conv2
-            .forward(&self.film.forward(&x, condition)?)?
-            .squeeze(1)?)
+        let x = self.conv2.forward(&self.film.forward(&x, condition)?)?;
+        x.squeeze(1)
     }
 }
 
 impl ResnetConv1d {
-    /// Creates the model's tensors in `parameters`. The paper has `width` 64: 18,853,377 trainable parameters.
-    pub fn new(parameters: &Parameters, width: usize) -> Result<Self> {
-        let root = parameters.root();
+    /// Creates the model. The paper has `width` 64: 18,853,377 trainable parameters.
+    pub fn new(width: usize, vb: VarBuilder<'_>) -> Result<Self> {
         let scale = 4 * width;
         Ok(Self {
-            encoder: MultiScaleEncoder::new(&root.at("encoder"), width)?,
-            init_proj: Linear::new(&root.at("init_proj"), 2 * scale, scale * START)?,
-            up1: Upsampling::new(&root, "up1", scale, 2 * width, scale)?,
-            up2: Upsampling::new(&root, "up2", 2 * width, width, scale)?,
-            refine: Refinement::new(&root, width, width / 2, scale)?,
-            parameters: parameters.clone(),
+            encoder: MultiScaleEncoder::new(width, vb.pp("encoder"))?,
+            init_proj: Linear::new(2 * scale, scale * START, vb.pp("init_proj"))?,
+            up1: Upsampling::new("up1", scale, 2 * width, scale, &vb)?,
+            up2: Upsampling::new("up2", 2 * width, width, scale, &vb)?,
+            refine: Refinement::new(width, width / 2, scale, &vb)?,
         })
     }
 }
 
-impl Model for ResnetConv1d {
-    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+impl ModuleT for ResnetConv1d {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
         check_images(images)?;
-        let features = self.encoder.forward(images, mode)?;
-        let [s1, s2, s3, _] = &features.scales;
+        let features = self.encoder.forward_t(images, train)?;
         let line = self.init_proj.forward(&features.global)?;
         let line = line.reshape((images.dim(0)?, (), START))?;
-        let line = self.up1.forward(&line, s3, mode)?;
-        let line = self.up2.forward(&line, s2, mode)?;
-        self.refine.forward(&line, s1, mode)
-    }
-
-    fn parameters(&self) -> &Parameters {
-        &self.parameters
+        let line = self.up1.forward(&line, &features.scales[2], train)?;
+        let line = self.up2.forward(&line, &features.scales[1], train)?;
+        self.refine.forward(&line, &features.scales[0], train)
     }
 }
+
+impl Model for ResnetConv1d {}

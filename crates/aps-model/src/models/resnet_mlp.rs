@@ -1,48 +1,56 @@
 //! ResNet-MLP: the simplest of the models.
 
-use candle_core::Tensor;
+use candle_core::{Module, ModuleT, Result, Tensor};
+use candle_nn::VarBuilder;
 
-use super::check_images;
-use crate::layers::{Linear, ResNet18};
-use crate::{ANGLE_BINS, Mode, Model, Parameters, Result, ops};
+use super::{Model, Spec, check_images, condition_images, width};
+use crate::layers::{Dropout, Linear, ResNet18};
+use crate::{ANGLE_BINS, ops};
+
+pub(crate) const SPEC: Spec = Spec {
+    name: "resnet_mlp",
+    title: "ResNet-MLP",
+    is_adversarial: false,
+    build: |preset, vb| Ok(Box::new(ResnetMlp::new(width(preset), 0.1, vb)?)),
+    input: condition_images,
+    settings: |papers| papers,
+};
 
 /// A [`ResNet18`] (`encoder`), then `head.0`, ReLU, dropout, `head.3`.
 #[derive(Debug, Clone)]
-pub struct ResnetMlp {
+pub(crate) struct ResnetMlp {
     encoder: ResNet18,
     head: [Linear; 2],
-    dropout: f64,
-    parameters: Parameters,
+    dropout: Dropout,
 }
 
 impl ResnetMlp {
-    /// Creates the model's tensors in `parameters`. The paper has `width` 64, 11,531,508 trainable parameters, and drops
-    /// hidden features with probability `dropout` 0.1.
-    pub fn new(parameters: &Parameters, width: usize, dropout: f64) -> Result<Self> {
-        let root = parameters.root();
-        let head = root.at("head");
-        let features = 8 * width;
+    /// Creates the model. The paper has `width` 64, 11,531,508 trainable parameters, and drops hidden features with
+    /// probability `dropout` 0.1.
+    pub fn new(width: usize, dropout: f64, vb: VarBuilder<'_>) -> Result<Self> {
+        let (features, head) = (8 * width, vb.pp("head"));
         Ok(Self {
-            encoder: ResNet18::new(&root.at("encoder"), width)?,
+            encoder: ResNet18::new(width, vb.pp("encoder"))?,
             head: [
-                Linear::new(&head.at(0), features, features)?,
-                Linear::new(&head.at(3), features, ANGLE_BINS)?,
+                Linear::new(features, features, head.pp(0))?,
+                Linear::new(features, ANGLE_BINS, head.pp(3))?,
             ],
-            dropout,
-            parameters: parameters.clone(),
+            dropout: Dropout::new(dropout),
         })
     }
 }
 
-impl Model for ResnetMlp {
-    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
+impl ModuleT for ResnetMlp {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
         check_images(images)?;
-        let features = self.encoder.forward(images, mode)?;
+        let features = self.encoder.forward_t(images, train)?;
         let hidden = ops::relu(&self.head[0].forward(&features)?)?;
-        self.head[1].forward(&ops::dropout(&hidden, self.dropout, mode)?)
+        self.head[1].forward(&self.dropout.forward_t(&hidden, train)?)
     }
+}
 
-    fn parameters(&self) -> &Parameters {
-        &self.parameters
+impl Model for ResnetMlp {
+    fn seed_dropout(&self, seed: u64, step: u64) {
+        self.dropout.seed(seed, step);
     }
 }

@@ -1,15 +1,35 @@
 //! ViT-Reg: a vision transformer whose class token becomes the spectrum.
 
-use candle_core::Tensor;
-use serde::{Deserialize, Serialize};
+use candle_core::{Module, ModuleT, Result, Tensor, bail};
+use candle_nn::{Init, VarBuilder};
 
-use super::{CHANNELS, check_images};
-use crate::layers::{Conv2d, EncoderBlock, LayerNorm, Linear};
-use crate::{ANGLE_BINS, Error, Init, Mode, Model, Parameters, Result, ops};
+use super::{CHANNELS, Model, Spec, check_images, condition_images};
+use crate::layers::{Conv2d, Dropout, EncoderBlock, LayerNorm, Linear};
+use crate::parameters::normal;
+use crate::train::TrainConfig;
+use crate::{ANGLE_BINS, Preset, ops};
 
-/// Sizes of a [`VitReg`]. [`Default`] is the paper's: ViT-B/16.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct VitRegConfig {
+pub(crate) const SPEC: Spec = Spec {
+    name: "vit_reg",
+    title: "ViT-Reg",
+    is_adversarial: false,
+    build: |preset, vb| {
+        let config = match preset {
+            Preset::Paper => VitRegConfig::PAPER,
+            Preset::Small => VitRegConfig::SMALL,
+        };
+        Ok(Box::new(VitReg::new(config, vb)?))
+    },
+    input: condition_images,
+    settings: |papers| TrainConfig {
+        learning_rate: 1e-4,
+        ..papers
+    },
+};
+
+/// Sizes of a [`VitReg`].
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct VitRegConfig {
     /// Side to which images are resized \[pixels\]; a multiple of `patch`.
     pub image_size: usize,
     /// Side of a patch, which becomes one token \[pixels\].
@@ -26,33 +46,28 @@ pub struct VitRegConfig {
     pub dropout: f64,
 }
 
-impl Default for VitRegConfig {
-    fn default() -> Self {
-        Self {
-            image_size: 224,
-            patch: 16,
-            width: 768,
-            depth: 12,
-            heads: 12,
-            hidden: 512,
-            dropout: 0.1,
-        }
-    }
-}
-
 impl VitRegConfig {
-    /// Patches of 8 px of images of 64 px, width 192, depth 6, three heads: for CPUs.
-    pub fn small() -> Self {
-        Self {
-            image_size: 64,
-            patch: 8,
-            width: 192,
-            depth: 6,
-            heads: 3,
-            hidden: 192,
-            dropout: 0.1,
-        }
-    }
+    /// ViT-B/16.
+    pub const PAPER: Self = Self {
+        image_size: 224,
+        patch: 16,
+        width: 768,
+        depth: 12,
+        heads: 12,
+        hidden: 512,
+        dropout: 0.1,
+    };
+
+    /// Sizes for CPUs.
+    pub const SMALL: Self = Self {
+        image_size: 64,
+        patch: 8,
+        width: 192,
+        depth: 6,
+        heads: 3,
+        hidden: 192,
+        dropout: 0.1,
+    };
 
     fn check(&self) -> Result<()> {
         let divides =
@@ -60,62 +75,57 @@ impl VitRegConfig {
         if divides(self.patch, self.image_size) && divides(self.heads, self.width) {
             return Ok(());
         }
-        let what = format!(
+        bail!(
             "a vision transformer needs an image size ({}) that its patches ({}) fill and a width ({}) that its heads ({}) \
              share",
-            self.image_size, self.patch, self.width, self.heads
-        );
-        Err(Error::Config { what })
+            self.image_size,
+            self.patch,
+            self.width,
+            self.heads
+        )
     }
 }
 
 /// torchvision's `VisionTransformer` (Dosovitskiy et al., ICLR 2021) as `vit`, then `head.0`, GELU, dropout, `head.3`.
 #[derive(Debug, Clone)]
-pub struct VitReg {
+pub(crate) struct VitReg {
     patches: Conv2d,
     class_token: Tensor,
     positions: Tensor,
     blocks: Vec<EncoderBlock>,
     ln: LayerNorm,
     head: [Linear; 2],
+    dropout: Dropout,
     config: VitRegConfig,
-    parameters: Parameters,
 }
 
 impl VitReg {
-    /// Creates the model's tensors in `parameters`. The paper's sizes make 86,284,724 trainable parameters.
+    /// Creates the model. The paper's sizes make 86,284,724 trainable parameters.
     ///
     /// # Errors
-    /// [`Error::Config`] if sizes do not divide each other.
-    pub fn new(parameters: &Parameters, config: VitRegConfig) -> Result<Self> {
+    /// If sizes do not divide each other.
+    pub fn new(config: VitRegConfig, vb: VarBuilder<'_>) -> Result<Self> {
         config.check()?;
-        let root = parameters.root();
-        let (vit, head) = (root.at("vit"), root.at("head"));
-        let encoder = vit.at("encoder");
+        let (vit, head) = (vb.pp("vit"), vb.pp("head"));
+        let encoder = vit.pp("encoder");
         let width = config.width;
         let tokens = (config.image_size / config.patch).pow(2) + 1;
-        let blocks = (0..config.depth)
-            .map(|i| {
-                let scope = encoder.at("layers").at(format!("encoder_layer_{i}"));
-                EncoderBlock::new(&scope, width, config.heads)
-            })
-            .collect::<Result<_>>()?;
+        let block = |i: usize| {
+            let vb = encoder.pp("layers").pp(format!("encoder_layer_{i}"));
+            EncoderBlock::new(width, config.heads, vb)
+        };
         Ok(Self {
-            patches: Conv2d::patches(&vit.at("conv_proj"), CHANNELS, width, config.patch)?,
-            class_token: vit.trainable("class_token", (1, 1, width), Init::ZEROS)?,
-            positions: encoder.trainable(
-                "pos_embedding",
-                (1, tokens, width),
-                Init::Normal { std: 0.02 },
-            )?,
-            blocks,
-            ln: LayerNorm::new(&encoder.at("ln"), width)?,
+            patches: Conv2d::patches(CHANNELS, width, config.patch, vit.pp("conv_proj"))?,
+            class_token: vit.get_with_hints((1, 1, width), "class_token", Init::Const(0.0))?,
+            positions: encoder.get_with_hints((1, tokens, width), "pos_embedding", normal(0.02))?,
+            blocks: (0..config.depth).map(block).collect::<Result<_>>()?,
+            ln: LayerNorm::new(width, encoder.pp("ln"))?,
             head: [
-                Linear::new(&head.at(0), width, config.hidden)?,
-                Linear::new(&head.at(3), config.hidden, ANGLE_BINS)?,
+                Linear::new(width, config.hidden, head.pp(0))?,
+                Linear::new(config.hidden, ANGLE_BINS, head.pp(3))?,
             ],
+            dropout: Dropout::new(config.dropout),
             config,
-            parameters: parameters.clone(),
         })
     }
 
@@ -136,18 +146,20 @@ impl VitReg {
             tokens = block.forward(&tokens)?;
         }
         // The normalisation acts on each token: that of the class token is all that is needed.
-        Ok(self.ln.forward(&tokens.narrow(1, 0, 1)?)?.squeeze(1)?)
+        self.ln.forward(&tokens.narrow(1, 0, 1)?)?.squeeze(1)
+    }
+}
+
+impl ModuleT for VitReg {
+    fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
+        check_images(images)?;
+        let hidden = ops::gelu(&self.head[0].forward(&self.encode(images)?)?)?;
+        self.head[1].forward(&self.dropout.forward_t(&hidden, train)?)
     }
 }
 
 impl Model for VitReg {
-    fn forward(&self, images: &Tensor, mode: Mode<'_>) -> Result<Tensor> {
-        check_images(images)?;
-        let hidden = ops::gelu(&self.head[0].forward(&self.encode(images)?)?)?;
-        self.head[1].forward(&ops::dropout(&hidden, self.config.dropout, mode)?)
-    }
-
-    fn parameters(&self) -> &Parameters {
-        &self.parameters
+    fn seed_dropout(&self, seed: u64, step: u64) {
+        self.dropout.seed(seed, step);
     }
 }

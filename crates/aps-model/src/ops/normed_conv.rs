@@ -1,127 +1,118 @@
 //! A convolution with the batch normalisation behind it.
 
-use candle_core::{CpuStorage, CustomOp2, CustomOp3, Layout, Result, Shape, Tensor};
+use std::sync::Arc;
 
-use super::conv2d::shape_of;
+use candle_core::{Result, Tensor};
+
+use super::conv2d::conv_shape;
+use super::cpu::{apply_without_gradient, are_fast};
 use super::norm::inverse_std;
-use super::storage::{are_fast, made, slice};
 use super::{BatchNormTensors, add_relu, batch_norm, batch_norm_relu, conv2d};
-use crate::Mode;
+use crate::kernels::convolution::convolve;
 use crate::kernels::finish::Finish;
-use crate::kernels::{ConvShape, KeptKernels, convolution::convolve};
-
-/// Kernel cache of the fast path, empty at first: it keeps the kernels of a convolution's weight, as they are multiplied
-/// with, from one forward pass to the next. They take up to four times the memory of the weight.
-#[derive(Debug, Default)]
-pub struct Kept(KeptKernels);
+use crate::kernels::{ConvShape, KernelCache};
 
 /// The tensors and sizes of a convolution, as [`conv2d`] takes them.
-#[derive(Debug, Clone, Copy)]
-pub struct ConvTensors<'a> {
+#[derive(Debug, Clone)]
+pub(crate) struct ConvTensors {
     /// (out, in, height, width)
-    pub weight: &'a Tensor,
+    pub weight: Tensor,
     /// (out)
-    pub bias: Option<&'a Tensor>,
+    pub bias: Option<Tensor>,
     /// Pixels from one output to the next.
     pub stride: usize,
     /// Zeros on each side: (vertical, horizontal).
     pub padding: (usize, usize),
-    /// Kernel cache of the weight, which must never change; a cache belongs to one weight alone.
-    pub kept: Option<&'a Kept>,
+    /// Kernel cache of the weight, which must then never change; a cache belongs to one weight alone.
+    pub cache: Option<Arc<KernelCache>>,
 }
 
 /// Operation after a normalised convolution.
 #[derive(Debug, Clone, Copy)]
-pub enum After<'a> {
-    /// Nothing.
+pub(crate) enum After<'a> {
     Nothing,
-    /// ReLU.
     Relu,
     /// ReLU of the sum with a tensor of the result's shape.
     AddRelu(&'a Tensor),
 }
 
-/// [`conv2d`], then [`batch_norm`], then the operation `after`: one function, because without training (in
-/// [`Mode::Eval`], with tensors no gradient is asked of) f32 on the CPU does it all while the sums are in cache.
-pub fn normed_conv2d(
+/// [`conv2d`], then [`batch_norm`], then the operation `after`: one function, because without training (in evaluation, with
+/// tensors no gradient is asked of) f32 on the CPU does it all while the sums are in cache.
+pub(crate) fn normed_conv2d(
     x: &Tensor,
-    conv: ConvTensors<'_>,
+    conv: &ConvTensors,
     norm: BatchNormTensors<'_>,
     after: After<'_>,
-    mode: Mode<'_>,
-) -> crate::Result<Tensor> {
-    if let Some(op) = at_once(x, conv, norm, after, mode)? {
-        let (x, weight) = (x.contiguous()?, conv.weight.contiguous()?);
-        return Ok(match after {
-            After::AddRelu(shortcut) => {
-                x.apply_op3_no_bwd(&weight, &shortcut.contiguous()?, &op)?
-            }
-            _ => x.apply_op2_no_bwd(&weight, &op)?,
-        });
+    train: bool,
+) -> Result<Tensor> {
+    if !train && let Some(y) = fused(x, conv, norm, after)? {
+        return Ok(y);
     }
-    let y = conv2d(x, conv.weight, conv.bias, conv.stride, conv.padding)?;
+    let bias = conv.bias.as_ref();
+    let y = conv2d(x, &conv.weight, bias, conv.stride, conv.padding)?;
     match after {
-        After::Nothing => batch_norm(&y, norm, mode),
-        After::Relu => batch_norm_relu(&y, norm, mode),
-        After::AddRelu(shortcut) => add_relu(&batch_norm(&y, norm, mode)?, shortcut),
+        After::Nothing => batch_norm(&y, norm, train),
+        After::Relu => batch_norm_relu(&y, norm, train),
+        After::AddRelu(shortcut) => add_relu(&batch_norm(&y, norm, train)?, shortcut),
     }
 }
 
-/// The operation that does all of it, where there is one.
-fn at_once<'a>(
+/// Computes all of it in one operation, where a gradient is asked of nothing and the fast path knows the tensors.
+fn fused(
     x: &Tensor,
-    conv: ConvTensors<'a>,
+    conv: &ConvTensors,
     norm: BatchNormTensors<'_>,
     after: After<'_>,
-    mode: Mode<'_>,
-) -> crate::Result<Option<NormedConv<'a>>> {
-    let shape = shape_of(x, conv.weight, conv.stride, conv.padding).filter(|s| s.is_valid());
-    let Some(shape) = shape else {
+) -> Result<Option<Tensor>> {
+    let Some(s) = conv_shape(x, &conv.weight, conv.stride, conv.padding) else {
         return Ok(None);
     };
-    let of_channels = [
-        Some(norm.weight),
-        Some(norm.bias),
-        Some(norm.running_mean.as_tensor()),
-        Some(norm.running_var.as_tensor()),
-        conv.bias,
-    ];
+    let (running_mean, running_var) = (norm.running_mean.as_tensor(), norm.running_var.as_tensor());
     let shortcut = match after {
         After::AddRelu(shortcut) => Some(shortcut),
         After::Nothing | After::Relu => None,
     };
-    let out_dims = [
-        shape.batch,
-        shape.out_channels,
-        shape.out_height(),
-        shape.out_width(),
-    ];
-    let fits = of_channels
-        .iter()
-        .flatten()
-        .all(|t| t.dims() == [shape.out_channels])
-        && shortcut.is_none_or(|s| s.dims() == out_dims);
-    let learns = [x, conv.weight, norm.weight, norm.bias]
-        .into_iter()
-        .chain(conv.bias)
-        .chain(shortcut)
-        .any(|t| t.track_op());
-    let mut read: Vec<&Tensor> = of_channels.into_iter().flatten().collect();
-    read.extend(shortcut);
-    if mode.is_training() || learns || !fits || !are_fast(&read) {
+    let mut of_channels = vec![norm.weight, norm.bias, running_mean, running_var];
+    of_channels.extend(&conv.bias);
+    let fits = of_channels.iter().all(|t| t.dims() == [s.out_channels])
+        && shortcut.is_none_or(|t| t.dims() == s.out_dims());
+    let mut learnt = vec![x, &conv.weight, norm.weight, norm.bias];
+    learnt.extend(conv.bias.iter().chain(shortcut));
+    if !fits || learnt.iter().any(|t| t.track_op()) {
         return Ok(None);
     }
-    let (scale, shift) = folded(norm, conv.bias)?;
-    Ok(Some(NormedConv {
-        shape,
-        kept: conv.kept.map(|kept| &kept.0),
-        scale,
-        shift,
-        relu: !matches!(after, After::Nothing),
-    }))
+    if !are_fast(&of_channels) || shortcut.is_some_and(|t| !are_fast(&[t])) {
+        return Ok(None);
+    }
+    let (scale, shift) = folded(norm, conv.bias.as_ref())?;
+    let (cache, relu) = (conv.cache.clone(), !matches!(after, After::Nothing));
+    let forward = move |s: &ConvShape, x: &[f32], weight: &[f32], shortcut: Option<&[f32]>| {
+        let finish = Finish {
+            scale: Some(&scale),
+            shift: Some(&shift),
+            shortcut,
+            relu,
+        };
+        let mut out = vec![0.0; s.output_len()];
+        convolve(s, x, weight, cache.as_deref(), finish, &mut out);
+        out
+    };
+    let (name, dims, weight) = ("normalised conv2d", s.out_dims(), &conv.weight);
+    let y = match shortcut {
+        None => apply_without_gradient(name, [x, weight], &dims, move |[x, w]| {
+            forward(&s, x, w, None)
+        }),
+        Some(shortcut) => apply_without_gradient(
+            name,
+            [x, weight, shortcut],
+            &dims,
+            move |[x, w, shortcut]| forward(&s, x, w, Some(shortcut)),
+        ),
+    };
+    y.map(Some)
 }
 
-/// Batch normalisation with the running statistics, a bias before it included, as a factor and a summand a channel.
+/// Returns batch normalisation with the running statistics, a bias before it included, as a factor and a summand a channel.
 fn folded(norm: BatchNormTensors<'_>, bias: Option<&Tensor>) -> Result<(Vec<f32>, Vec<f32>)> {
     let mut scale: Vec<f32> = norm.weight.to_vec1()?;
     let mut shift: Vec<f32> = norm.bias.to_vec1()?;
@@ -138,74 +129,4 @@ fn folded(norm: BatchNormTensors<'_>, bias: Option<&Tensor>) -> Result<(Vec<f32>
         shift[c] = (f64::from(shift[c]) + moved * f64::from(*scale)) as f32;
     }
     Ok((scale, shift))
-}
-
-struct NormedConv<'a> {
-    shape: ConvShape,
-    kept: Option<&'a KeptKernels>,
-    scale: Vec<f32>,
-    shift: Vec<f32>,
-    relu: bool,
-}
-
-impl NormedConv<'_> {
-    fn forward(
-        &self,
-        x: &[f32],
-        weight: &[f32],
-        shortcut: Option<&[f32]>,
-    ) -> Result<(CpuStorage, Shape)> {
-        let s = &self.shape;
-        let finish = Finish {
-            scale: Some(&self.scale),
-            shift: Some(&self.shift),
-            shortcut,
-            relu: self.relu,
-        };
-        let mut out = vec![0.0; s.output_len()];
-        convolve(s, x, weight, self.kept, finish, &mut out);
-        made(
-            out,
-            (s.batch, s.out_channels, s.out_height(), s.out_width()),
-        )
-    }
-}
-
-impl CustomOp2 for NormedConv<'_> {
-    fn name(&self) -> &'static str {
-        "normalised conv2d"
-    }
-
-    fn cpu_fwd(
-        &self,
-        x: &CpuStorage,
-        x_layout: &Layout,
-        weight: &CpuStorage,
-        weight_layout: &Layout,
-    ) -> Result<(CpuStorage, Shape)> {
-        self.forward(slice(x, x_layout)?, slice(weight, weight_layout)?, None)
-    }
-}
-
-impl CustomOp3 for NormedConv<'_> {
-    fn name(&self) -> &'static str {
-        "normalised conv2d with shortcut"
-    }
-
-    fn cpu_fwd(
-        &self,
-        x: &CpuStorage,
-        x_layout: &Layout,
-        weight: &CpuStorage,
-        weight_layout: &Layout,
-        shortcut: &CpuStorage,
-        shortcut_layout: &Layout,
-    ) -> Result<(CpuStorage, Shape)> {
-        let shortcut = slice(shortcut, shortcut_layout)?;
-        self.forward(
-            slice(x, x_layout)?,
-            slice(weight, weight_layout)?,
-            Some(shortcut),
-        )
-    }
 }

@@ -9,13 +9,16 @@ use std::io;
 use std::path::Path;
 
 use candle_core::{Device, Tensor, Var};
+use candle_nn::{Optimizer, VarMap};
 use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
 
 use super::{TrainConfig, TrainError};
-use crate::Parameters;
+use crate::condition::Link;
 use crate::data::Examples;
-use crate::optim::Adam;
+use crate::optim::AdamW;
+use crate::parameters::{sorted, trainable};
+use crate::random::fnv1a;
 
 const METADATA_KEY: &str = "training";
 
@@ -24,7 +27,7 @@ const VERSION: u64 = 1;
 
 /// Metadata of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub(super) struct Header {
     /// Steps made.
     pub steps: u64,
     pub config: TrainConfig,
@@ -44,20 +47,63 @@ struct Versioned<T> {
     header: T,
 }
 
-/// A network's name, tensors and optimizer.
-pub type Network<'a> = (&'static str, &'a Parameters, &'a mut Adam);
+/// The parameters of a network and the optimizer that updates them, under the network's name in checkpoints.
+pub(super) struct Optimized {
+    pub name: &'static str,
+    pub parameters: VarMap,
+    pub optimizer: AdamW,
+}
 
-pub fn save(path: &Path, header: &Header, networks: Vec<Network<'_>>) -> Result<(), TrainError> {
-    let mut tensors = Vec::new();
-    for (network, parameters, adam) in networks {
-        for (name, parameter) in parameters.all() {
-            tensors.push((
-                format!("{network}.{name}"),
-                parameter.var.as_detached_tensor(),
-            ));
+impl Optimized {
+    /// Creates the optimizer of the trainable parameters, before its first step.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] when there are none.
+    pub fn new(
+        name: &'static str,
+        parameters: &VarMap,
+        config: &TrainConfig,
+    ) -> Result<Self, TrainError> {
+        let vars: Vec<Var> = trainable(parameters)
+            .into_iter()
+            .map(|(_, var)| var)
+            .collect();
+        if vars.is_empty() {
+            let problem = format!("the parameters of the {name} hold no trainable tensors");
+            return Err(TrainError::Config(problem));
         }
-        for (name, moment) in adam.state()? {
-            tensors.push((format!("{network}.optimizer.{name}"), moment));
+        let params = config.optimizer.with_rate(config.learning_rate);
+        Ok(Self {
+            name,
+            parameters: parameters.clone(),
+            optimizer: AdamW::new(vars, params).map_err(crate::Error::from)?,
+        })
+    }
+
+    /// Returns the names of all moments in a checkpoint, in the order of the optimizer's variables.
+    fn moment_names(&self) -> impl Iterator<Item = [String; 2]> {
+        let names = trainable(&self.parameters).into_iter();
+        let name = self.name;
+        names.map(move |(var, _)| {
+            ["first", "second"].map(|moment| format!("{name}.optimizer.{var}.{moment}"))
+        })
+    }
+}
+
+/// Writes a checkpoint.
+pub(super) fn save<'a>(
+    path: &Path,
+    header: &Header,
+    networks: impl Iterator<Item = &'a Optimized>,
+) -> Result<(), TrainError> {
+    let mut tensors = Vec::new();
+    for network in networks {
+        for (name, var) in sorted(&network.parameters) {
+            tensors.push((format!("{}.{name}", network.name), var.as_detached_tensor()));
+        }
+        let moments = network.optimizer.moments().map_err(crate::Error::from)?;
+        for (names, moments) in network.moment_names().zip(moments) {
+            tensors.extend(names.into_iter().zip(moments));
         }
     }
     let header = serde_json::to_string(&Versioned {
@@ -71,12 +117,13 @@ pub fn save(path: &Path, header: &Header, networks: Vec<Network<'_>>) -> Result<
     })
 }
 
-/// Reads a checkpoint into networks of the same kind. The checkpoint's header must agree with `own`.
-pub fn load(
+/// Reads a checkpoint into networks of the same kind. The checkpoint's header must agree with `own`. Nothing changes unless
+/// everything fits.
+pub(super) fn load<'a>(
     path: &Path,
     own: &Header,
     total: u64,
-    networks: Vec<Network<'_>>,
+    networks: impl Iterator<Item = &'a mut Optimized>,
 ) -> Result<Header, TrainError> {
     let bad = |problem: String| TrainError::Checkpoint {
         path: path.into(),
@@ -88,51 +135,47 @@ pub fn load(
         return Err(bad(problem));
     }
     if header.steps > total {
-        return Err(bad(format!(
-            "{} steps of only {total} are made",
-            header.steps
-        )));
+        let steps = header.steps;
+        return Err(bad(format!("{steps} steps of only {total} are made")));
     }
     let mut tensors = candle_core::safetensors::load_buffer(&bytes, &Device::Cpu)
         .map_err(|e| bad(format!("{e}; the file is damaged")))?;
     drop(bytes);
-    // Everything is found and checked before anything moves.
-    let mut values: Vec<(Var, Tensor)> = Vec::new();
-    let mut moments = Vec::new();
-    for (network, parameters, adam) in networks {
-        for (name, parameter) in parameters.all() {
-            let name = format!("{network}.{name}");
-            let tensor = take(&mut tensors, &name, &parameter.var).map_err(bad)?;
-            values.push((parameter.var, tensor));
+    let mut found = Vec::new();
+    for network in networks {
+        let mut values = Vec::new();
+        for (name, var) in sorted(&network.parameters) {
+            let tensor = take(&mut tensors, &format!("{}.{name}", network.name), &var);
+            values.push((var, tensor.map_err(bad)?));
         }
-        let mut state = HashMap::new();
-        for (name, var) in parameters.trainable() {
-            for moment in ["first", "second"] {
-                let name = format!("{name}.{moment}");
-                let tensor = take(&mut tensors, &format!("{network}.optimizer.{name}"), &var)
-                    .map_err(bad)?;
-                state.insert(name, tensor);
-            }
+        let mut moments = Vec::new();
+        let vars = trainable(&network.parameters).into_iter();
+        for ([first, second], (_, var)) in network.moment_names().zip(vars) {
+            let mut take = |name: &str| take(&mut tensors, name, &var).map_err(bad);
+            moments.push([take(&first)?, take(&second)?]);
         }
-        moments.push((adam, state));
+        found.push((network, values, moments));
     }
     if let Some(name) = tensors.keys().min() {
-        return Err(bad(format!(
-            "tensor '{name}' belongs to no network of this training"
-        )));
+        let text = format!("tensor '{name}' belongs to no network of this training");
+        return Err(bad(text));
     }
-    for (var, tensor) in values {
-        let there = tensor
-            .to_device(var.device())
-            .and_then(|t| t.to_dtype(var.dtype()));
-        there
-            .and_then(|tensor| var.set(&tensor))
-            .map_err(crate::Error::from)?;
-    }
-    for (adam, state) in moments {
-        adam.restore(header.steps, &state)?;
+    for (network, values, moments) in found {
+        set(network, values, &moments, header.steps).map_err(crate::Error::from)?;
     }
     Ok(header)
+}
+
+fn set(
+    network: &mut Optimized,
+    values: Vec<(Var, Tensor)>,
+    moments: &[[Tensor; 2]],
+    steps: u64,
+) -> candle_core::Result<()> {
+    for (var, tensor) in values {
+        var.set(&tensor.to_device(var.device())?.to_dtype(var.dtype())?)?;
+    }
+    network.optimizer.restore(steps, moments)
 }
 
 fn read_header(bytes: &[u8]) -> Result<Header, String> {
@@ -195,23 +238,14 @@ fn take(tensors: &mut HashMap<String, Tensor>, name: &str, var: &Var) -> Result<
     Ok(tensor)
 }
 
-/// FNV-1a of all links: tells one set of examples from another. O(examples).
-pub fn digest(examples: &dyn Examples) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut eat = |word: u64| {
-        for byte in word.to_le_bytes() {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    };
-    for example in 0..examples.len() {
-        let link = examples.link(example);
-        eat(link.map.into());
-        link.tx_m
-            .iter()
-            .chain(&link.rx_m)
-            .for_each(|x| eat(x.to_bits()));
-    }
-    hash
+/// Computes the FNV-1a hash of all links, which tells one set of examples from another. O(examples).
+pub(super) fn digest(examples: &dyn Examples) -> u64 {
+    let words = (0..examples.len()).flat_map(|example| {
+        let Link { map, tx_m, rx_m } = examples.link(example);
+        let ends = [tx_m, rx_m].concat();
+        std::iter::once(map.into()).chain(ends.into_iter().map(f64::to_bits))
+    });
+    fnv1a(words.flat_map(u64::to_le_bytes))
 }
 
 /// Writes a file such that at any moment the old or the new one is there, whole.

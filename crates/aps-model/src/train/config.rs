@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::optim::{AdamConfig, Schedule};
+use super::schedule::Schedule;
+use crate::optim::AdamConfig;
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,12 +60,12 @@ impl TrainConfig {
     }
 
     /// Returns the number of steps of an epoch on so many examples.
-    pub fn steps_per_epoch(&self, examples: usize) -> u64 {
+    fn steps_per_epoch(&self, examples: usize) -> u64 {
         (examples / self.batch.clamp(1, examples.max(1))) as u64
     }
 
     /// Returns the schedule of the learning rate over a run on so many examples.
-    pub fn schedule(&self, examples: usize) -> Schedule {
+    pub(super) fn schedule(&self, examples: usize) -> Schedule {
         let total = self.epochs.saturating_mul(self.steps_per_epoch(examples));
         Schedule {
             peak: self.learning_rate,

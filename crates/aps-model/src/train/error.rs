@@ -17,7 +17,7 @@ pub enum TrainError {
     #[error("training settings: {0}")]
     Config(String),
     /// There are no examples.
-    #[error("there is no example to learn from")]
+    #[error("there is no example to train on")]
     NoExamples,
     /// The loss or a gradient is not a number, or the loss is beyond any use. The weights are as they were before this
     /// step, but running statistics of the layers may not be.
@@ -66,7 +66,7 @@ pub enum TrainError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// The training failed before; only a new one from its last checkpoint can go on.
+    /// The training failed before. Only [`Trainer::resume`](super::Trainer::resume) goes on.
     #[error(
         "the training failed in an earlier step and cannot go on or be saved; continue from its last checkpoint"
     )]
@@ -76,7 +76,7 @@ pub enum TrainError {
 /// Quantity checked at each step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Error of the prediction, by which the predictor learns.
+    /// Error of the prediction.
     Loss,
     /// Norm of the predictor's gradients.
     Gradient,

@@ -1,8 +1,8 @@
-//! Spectra of any number of links.
+//! Prediction of the spectra of any number of links.
 
 use super::TrainError;
-use crate::condition::{Conditions, Link};
-use crate::{ANGLE_BINS, Mode, Model};
+use crate::condition::{Link, ModelInput};
+use crate::{ANGLE_BINS, Model};
 
 /// Predicts the spectra of links, `batch` at a time, and hands them over in order: the number of the first link, and
 /// spectra of shape (links, [`ANGLE_BINS`]).
@@ -11,7 +11,7 @@ use crate::{ANGLE_BINS, Mode, Model};
 /// [`TrainError::Prediction`] when a value is not finite, and whatever `take` returns.
 pub fn predict<E: From<TrainError>>(
     model: &dyn Model,
-    conditions: &Conditions,
+    input: &dyn ModelInput,
     links: impl IntoIterator<Item = Link>,
     batch: usize,
     mut take: impl FnMut(usize, &[f32]) -> Result<(), E>,
@@ -22,7 +22,7 @@ pub fn predict<E: From<TrainError>>(
         if some.is_empty() {
             return Ok(());
         }
-        let spectra = forward(model, conditions, &some, first)?;
+        let spectra = forward(model, input, &some, first)?;
         take(first, &spectra)?;
         first += some.len();
     }
@@ -30,11 +30,12 @@ pub fn predict<E: From<TrainError>>(
 
 fn forward(
     model: &dyn Model,
-    conditions: &Conditions,
+    input: &dyn ModelInput,
     links: &[Link],
     first: usize,
 ) -> Result<Vec<f32>, TrainError> {
-    let spectra = model.forward(&conditions.images(links)?, Mode::Eval)?;
+    let input = input.batch(links)?;
+    let spectra = model.forward_t(&input, false).map_err(crate::Error::from)?;
     let host = || {
         spectra
             .to_dtype(candle_core::DType::F32)?

@@ -1,28 +1,31 @@
 //! A training, step by step.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use candle_core::Tensor;
+use candle_core::{DType, Tensor};
+use candle_nn::{Optimizer, VarMap};
 
-use super::checkpoint::{self, Header};
-use super::order::{Order, Use, generator};
-use super::prefetch::{Batch, Prefetch};
-use super::recipe::{Fault, Learner, Lesson};
-use super::{TrainConfig, TrainError, Trainees};
-use crate::condition::Conditions;
+use super::batches::{Batch, Order, Prefetch};
+use super::checkpoint::{self, Header, Optimized};
+use super::schedule::Schedule;
+use super::{Quantity, TrainConfig, TrainError};
+use crate::condition::ModelInput;
 use crate::data::Examples;
-use crate::optim::Schedule;
-use crate::{ANGLE_BINS, Model};
+use crate::loss::{bce_with_logits, l1};
+use crate::{ANGLE_BINS, Model, Regularizer};
 
 /// A training, driven [`step`](Self::step) by step.
 ///
 /// Memory beside the networks, three times their weights, and what a step's gradients take: the examples, and at most
 /// four batches of targets.
-#[derive(Debug)]
 pub struct Trainer {
-    learner: Learner,
-    conditions: Conditions,
+    model: Box<dyn Model>,
+    regularizer: Option<Regularizer>,
+    /// Parameters and optimizer of the model, then of the regularizer if there is one.
+    networks: Vec<Optimized>,
+    input: Box<dyn ModelInput>,
     examples: Arc<dyn Examples>,
     config: TrainConfig,
     order: Order,
@@ -57,14 +60,28 @@ pub struct StepReport {
     pub regularizer_gradient_norm: Option<f64>,
 }
 
+/// Reason for which a step was not made.
+enum StepError {
+    Model(crate::Error),
+    /// A loss or the norm of gradients is not finite, or too large.
+    Diverged(Quantity, f64),
+}
+
+impl<E: Into<crate::Error>> From<E> for StepError {
+    fn from(error: E) -> Self {
+        Self::Model(error.into())
+    }
+}
+
 impl Trainer {
-    /// Prepares a training from the networks as they are.
+    /// Prepares a training of `model`, whose tensors are those of `parameters`, from the weights as they are.
     ///
     /// # Errors
     /// [`TrainError::Config`], [`TrainError::NoExamples`].
     pub fn new(
-        trainees: Trainees,
-        conditions: Conditions,
+        model: Box<dyn Model>,
+        parameters: &VarMap,
+        input: Box<dyn ModelInput>,
         examples: impl Examples + 'static,
         config: TrainConfig,
     ) -> Result<Self, TrainError> {
@@ -79,10 +96,12 @@ impl Trainer {
             return Err(TrainError::Config(problem));
         }
         Ok(Self {
-            learner: Learner::new(trainees, &config)?,
+            model,
+            regularizer: None,
+            networks: vec![Optimized::new("predictor", parameters, &config)?],
             order: Order::new(config.seed, examples.len(), config.batch),
             schedule: config.schedule(examples.len()),
-            conditions,
+            input,
             examples: Arc::new(examples),
             config,
             steps: 0,
@@ -90,6 +109,22 @@ impl Trainer {
             checkpoint: None,
             failed: false,
         })
+    }
+
+    /// Trains against a regularizer, whose tensors are those of `parameters`.
+    ///
+    /// # Errors
+    /// [`TrainError::Config`] when they hold no trainable tensors.
+    pub fn with_regularizer(
+        mut self,
+        regularizer: Regularizer,
+        parameters: &VarMap,
+    ) -> Result<Self, TrainError> {
+        self.networks.truncate(1);
+        let network = Optimized::new("regularizer", parameters, &self.config)?;
+        self.networks.push(network);
+        self.regularizer = Some(regularizer);
+        Ok(self)
     }
 
     /// Makes the next step; `None` after the last.
@@ -106,56 +141,124 @@ impl Trainer {
         let (step, total) = (self.steps, self.schedule.total);
         let start = || Prefetch::start(Arc::clone(&self.examples), self.order.clone(), step, total);
         let batch = self.prefetch.get_or_insert_with(start).next();
-        let learnt = self.learn(&batch);
-        self.failed = learnt.is_err();
-        let outcome = learnt.map_err(|fault| self.error_of(fault, &batch))?;
-        self.steps += 1;
-        let per_epoch = self.order.steps_per_epoch();
-        Ok(Some(StepReport {
-            step,
-            epoch: step / per_epoch,
-            ends_epoch: self.steps.is_multiple_of(per_epoch),
-            links: batch.links.len(),
-            learning_rate: self.schedule.at(step),
-            loss: outcome.loss,
-            gradient_norm: outcome.gradient_norm,
-            regularizer_loss: outcome.regularizer.map(|r| r.loss),
-            regularizer_gradient_norm: outcome.regularizer.map(|r| r.gradient_norm),
-        }))
+        let report = self.train_on(&batch);
+        self.failed = report.is_err();
+        self.steps += u64::from(report.is_ok());
+        report.map(Some)
     }
 
-    fn learn(&mut self, batch: &Batch) -> Result<super::recipe::Outcome, Fault> {
+    /// Trains on a batch: input, forward pass, losses, updates. No weight changes unless every loss and gradient that would
+    /// change it is finite.
+    fn train_on(&mut self, batch: &Batch) -> Result<StepReport, TrainError> {
+        let input = self.input.batch(&batch.links)?;
         let shape = (batch.links.len(), ANGLE_BINS);
-        let generator = Mutex::new(generator(self.config.seed, Use::Dropout, self.steps));
-        let lesson = Lesson {
-            images: self.conditions.images(&batch.links)?,
-            targets: Tensor::from_slice(&batch.targets, shape, self.conditions.device())?,
-            generator: &generator,
-            learning_rate: self.schedule.at(self.steps),
-        };
-        self.learner.step(&lesson, &self.config)
+        let targets = Tensor::from_slice(&batch.targets, shape, self.input.device());
+        let targets = targets.map_err(crate::Error::from)?;
+        self.model.seed_dropout(self.config.seed, self.steps);
+        let predicted = self
+            .model
+            .forward_t(&input, true)
+            .map_err(crate::Error::from)?;
+        let updated = self.update(&input, &predicted, &targets);
+        updated.map_err(|error| match error {
+            StepError::Model(error) => error.into(),
+            StepError::Diverged(quantity, value) => {
+                self.diverged(batch, &predicted, &targets, quantity, value)
+            }
+        })
     }
 
-    fn error_of(&self, fault: Fault, batch: &Batch) -> TrainError {
-        match fault {
-            Fault::Model(error) => error.into(),
-            Fault::Diverged {
-                quantity,
-                value,
-                errors,
-            } => {
-                let mut worst: Vec<usize> = (0..batch.links.len()).collect();
-                // In the total order NaN is above all numbers, whatever its sign was.
-                worst.sort_by(|&a, &b| errors[b].abs().total_cmp(&errors[a].abs()));
-                let named = |i: usize| (batch.examples[i] as usize, batch.links[i]);
-                TrainError::Diverged {
-                    step: self.steps,
-                    quantity,
-                    value,
-                    links: worst.into_iter().map(named).collect(),
-                    checkpoint: self.checkpoint.clone(),
-                }
+    fn update(
+        &mut self,
+        input: &Tensor,
+        predicted: &Tensor,
+        targets: &Tensor,
+    ) -> Result<StepReport, StepError> {
+        let error = match self.regularizer {
+            None => candle_nn::loss::mse(predicted, targets)?,
+            Some(_) => l1(predicted, targets)?,
+        };
+        let per_epoch = self.order.steps_per_epoch();
+        let mut report = StepReport {
+            step: self.steps,
+            epoch: self.steps / per_epoch,
+            ends_epoch: (self.steps + 1).is_multiple_of(per_epoch),
+            links: self.order.batch(),
+            learning_rate: self.schedule.at(self.steps),
+            loss: self.value(&error, Quantity::Loss)?,
+            gradient_norm: 0.0,
+            regularizer_loss: None,
+            regularizer_gradient_norm: None,
+        };
+        let loss = match self.regularizer.clone() {
+            None => error,
+            Some(regularizer) => {
+                let encoded = regularizer.encode(input, true)?;
+                let real = regularizer.score(&encoded, targets)?;
+                let fake = regularizer.score(&encoded, &predicted.detach())?;
+                let loss = (bce_with_logits(&real, &real.ones_like()?)?
+                    + bce_with_logits(&fake, &fake.zeros_like()?)?)?;
+                report.regularizer_loss = Some(self.value(&loss, Quantity::RegularizerLoss)?);
+                let norm = self.descend(1, &loss, Quantity::RegularizerGradient)?;
+                report.regularizer_gradient_norm = Some(norm);
+                // The encoding by the updated regularizer is a constant to the predictor.
+                let encoded = regularizer.encode(input, true)?.detach();
+                let score = regularizer.score(&encoded, predicted)?;
+                let adversarial = bce_with_logits(&score, &score.ones_like()?)?;
+                (adversarial + (error * self.config.l1_weight)?)?
             }
+        };
+        report.gradient_norm = self.descend(0, &loss, Quantity::Gradient)?;
+        Ok(report)
+    }
+
+    /// Updates the parameters of a network by the clipped gradients of `loss`; returns the norm before clipping.
+    fn descend(&mut self, network: usize, loss: &Tensor, of: Quantity) -> Result<f64, StepError> {
+        let optimizer = &mut self.networks[network].optimizer;
+        optimizer.set_learning_rate(self.schedule.at(self.steps));
+        let norm = optimizer.backward_step_clipped(loss, self.config.clip_norm)?;
+        match norm.is_finite() {
+            true => Ok(norm),
+            false => Err(StepError::Diverged(of, norm)),
+        }
+    }
+
+    /// Returns the value of a loss, if training can go on from it.
+    fn value(&self, loss: &Tensor, quantity: Quantity) -> Result<f64, StepError> {
+        let value = f64::from(loss.to_dtype(DType::F32)?.to_scalar::<f32>()?);
+        match value.abs() <= self.config.largest_loss {
+            true => Ok(value),
+            false => Err(StepError::Diverged(quantity, value)),
+        }
+    }
+
+    /// Returns the error that names the links of the batch, the worst predicted first.
+    fn diverged(
+        &self,
+        batch: &Batch,
+        predicted: &Tensor,
+        targets: &Tensor,
+        quantity: Quantity,
+        value: f64,
+    ) -> TrainError {
+        let errors = || -> candle_core::Result<Vec<f32>> {
+            let difference = (predicted.detach() - targets)?;
+            difference.abs()?.mean(1)?.to_dtype(DType::F32)?.to_vec1()
+        };
+        let errors = match errors() {
+            Ok(errors) => errors,
+            Err(error) => return TrainError::Model(error.into()),
+        };
+        let mut worst: Vec<usize> = (0..batch.links.len()).collect();
+        // In the total order NaN is above all numbers, whatever its sign was.
+        worst.sort_by(|&a, &b| errors[b].abs().total_cmp(&errors[a].abs()));
+        let named = |i: usize| (batch.examples[i] as usize, batch.links[i]);
+        TrainError::Diverged {
+            step: self.steps,
+            quantity,
+            value,
+            links: worst.into_iter().map(named).collect(),
+            checkpoint: self.checkpoint.clone(),
         }
     }
 
@@ -170,7 +273,7 @@ impl Trainer {
             return Err(TrainError::Failed);
         }
         let (path, header) = (path.as_ref(), self.header(notes));
-        checkpoint::save(path, &header, self.learner.networks())?;
+        checkpoint::save(path, &header, self.networks.iter())?;
         self.checkpoint = Some(path.into());
         Ok(())
     }
@@ -182,7 +285,8 @@ impl Trainer {
     /// [`TrainError::Checkpoint`], [`TrainError::Io`]; nothing has then changed.
     pub fn resume(&mut self, path: impl AsRef<Path>) -> Result<String, TrainError> {
         let (path, own) = (path.as_ref(), self.header(""));
-        let header = checkpoint::load(path, &own, self.schedule.total, self.learner.networks())?;
+        let networks = self.networks.iter_mut();
+        let header = checkpoint::load(path, &own, self.schedule.total, networks)?;
         self.steps = header.steps;
         self.prefetch = None;
         self.failed = false;
@@ -194,7 +298,7 @@ impl Trainer {
         Header {
             steps: self.steps,
             config: self.config.clone(),
-            image_size: self.conditions.image_size(),
+            image_size: self.input.image_size(),
             examples: self.examples.len(),
             links: checkpoint::digest(&*self.examples),
             notes: notes.into(),
@@ -202,13 +306,18 @@ impl Trainer {
     }
 
     /// Returns the model as trained so far.
-    pub fn predictor(&self) -> &dyn Model {
-        self.learner.predictor()
+    pub fn model(&self) -> &dyn Model {
+        &*self.model
     }
 
-    /// Returns the maker of the condition images.
-    pub fn conditions(&self) -> &Conditions {
-        &self.conditions
+    /// Returns the tensors of the model.
+    pub fn parameters(&self) -> &VarMap {
+        &self.networks[0].parameters
+    }
+
+    /// Returns the maker of the model's input.
+    pub fn input(&self) -> &dyn ModelInput {
+        &*self.input
     }
 
     /// Returns the settings.
@@ -234,5 +343,15 @@ impl Trainer {
     /// Returns the number of steps of an epoch.
     pub fn steps_per_epoch(&self) -> u64 {
         self.order.steps_per_epoch()
+    }
+}
+
+impl fmt::Debug for Trainer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Trainer")
+            .field("model", &self.model)
+            .field("config", &self.config)
+            .field("steps", &self.steps)
+            .finish_non_exhaustive()
     }
 }

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use candle_core::{DType, Device, Tensor};
+use candle_core::{DType, Tensor, Var};
 
 use super::LoadReport;
 use super::names::{Names, listed};
 use super::source::Source;
-use crate::{Error, Kind, Parameter, Result};
+use crate::parameters::is_counter;
+use crate::{Error, Result};
 
 /// Inputs that a matrix of the file lacks: its last columns, which are filled with zeros.
 #[derive(Debug, Clone, Copy)]
@@ -24,20 +25,20 @@ pub(super) fn assign(
     path: &Path,
     source: &Source,
     names: Names,
-    wanted: &[(String, Parameter)],
+    wanted: &[(String, Var)],
     lacking: Option<Columns>,
 ) -> Result<LoadReport> {
     let mut report = LoadReport::default();
     let mut problems = Vec::new();
     let mut values = Vec::new();
-    for (name, parameter) in wanted {
-        let mut expected = parameter.var.dims().to_vec();
+    for (name, var) in wanted {
+        let mut expected = var.dims().to_vec();
         let zeros = lacking.filter(|columns| columns.of == name);
         if let (Some(zeros), Some(inputs)) = (zeros, expected.last_mut()) {
             *inputs = inputs.saturating_sub(zeros.count);
         }
         let Some(stored) = names.found.get(name) else {
-            if parameter.kind == Kind::Counter {
+            if is_counter(var) {
                 report.zeroed.push(name.clone());
             } else {
                 problems.push(format!("{name} {expected:?} is missing"));
@@ -47,21 +48,19 @@ pub(super) fn assign(
         let (shape, dtype) = source.shape(stored);
         if shape != expected {
             problems.push(format!("{name} has the shape {shape:?}, not {expected:?}"));
-        } else if dtype.is_int() != (parameter.kind == Kind::Counter) {
+        } else if dtype.is_int() != is_counter(var) {
             problems.push(format!("{name} has the type {dtype:?}"));
         } else if problems.is_empty() {
             let tensor = source.tensor(stored)?;
-            if parameter.kind != Kind::Counter && !is_finite(&tensor)? {
+            if !is_counter(var) && !is_finite(&tensor)? {
                 problems.push(format!("{name} holds values that are not finite"));
             }
             let last = tensor.rank().saturating_sub(1);
-            values.push((
-                parameter,
-                match zeros {
-                    Some(zeros) => tensor.pad_with_zeros(last, 0, zeros.count)?,
-                    None => tensor,
-                },
-            ));
+            let tensor = match zeros {
+                Some(zeros) => tensor.pad_with_zeros(last, 0, zeros.count)?,
+                None => tensor,
+            };
+            values.push((var, tensor));
         }
     }
     if !problems.is_empty() || !names.unknown.is_empty() {
@@ -70,15 +69,12 @@ pub(super) fn assign(
             problems: explain(problems, &names, source.others()),
         });
     }
-    for (parameter, tensor) in &values {
-        let var = &parameter.var;
+    for (var, tensor) in &values {
         var.set(&tensor.to_dtype(var.dtype())?.to_device(var.device())?)?;
     }
     for name in &report.zeroed {
         if let Some((_, counter)) = wanted.iter().find(|(wanted, _)| wanted == name) {
-            counter.var.set(
-                &Tensor::zeros((), DType::I64, &Device::Cpu)?.to_device(counter.var.device())?,
-            )?;
+            counter.set(&counter.zeros_like()?)?;
         }
     }
     report.loaded = values.len();

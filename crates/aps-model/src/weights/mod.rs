@@ -12,17 +12,18 @@
 //! ```
 //! use aps_model::candle_core::{DType, Device};
 //! use aps_model::weights::{Label, load, read_label, save};
-//! use aps_model::{ModelKind, Parameters, Preset};
+//! use aps_model::candle_nn::VarMap;
+//! use aps_model::{ModelKind, Preset, seeded};
 //!
 //! let (kind, preset) = (ModelKind::MsMlp, Preset::Small);
-//! let [trained, other] = [1, 2].map(|seed| Parameters::new(&Device::Cpu, DType::F32, seed));
-//! kind.build(preset, &trained)?;
-//! kind.build(preset, &other)?;
+//! let (trained, other) = (VarMap::new(), VarMap::new());
+//! kind.build(preset, seeded(&trained, 1, DType::F32, &Device::Cpu))?;
+//! kind.build(preset, seeded(&other, 2, DType::F32, &Device::Cpu))?;
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("weights.safetensors");
 //! save(&path, &trained, Some(Label { kind, preset }))?;
 //! assert_eq!(read_label(&path)?, Some(Label { kind, preset }));
-//! assert_eq!(load(&path, &other)?.loaded, other.all().len());
+//! assert_eq!(load(&path, &other)?.loaded, other.all_vars().len());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -39,10 +40,12 @@ use std::fmt;
 use std::fs;
 use std::path::Path;
 
-use candle_core::Device;
+use candle_core::{Device, Var};
+use candle_nn::VarMap;
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, ModelKind, Parameter, Parameters, Preset, Result};
+use crate::parameters::sorted;
+use crate::{Error, ModelKind, Preset, Result};
 use matching::assign;
 use names::{Names, listed};
 use source::Source;
@@ -98,11 +101,10 @@ impl fmt::Display for LoadReport {
 ///
 /// # Errors
 /// [`Error::WeightsIo`], and [`Error::Candle`] for tensors that cannot be copied from their device.
-pub fn save(path: &Path, parameters: &Parameters, label: Option<Label>) -> Result<()> {
+pub fn save(path: &Path, parameters: &VarMap, label: Option<Label>) -> Result<()> {
     let mut tensors = Vec::new();
-    for (name, parameter) in parameters.all() {
-        let tensor = parameter.var.as_detached_tensor().to_device(&Device::Cpu)?;
-        tensors.push((name, tensor));
+    for (name, var) in sorted(parameters) {
+        tensors.push((name, var.as_detached_tensor().to_device(&Device::Cpu)?));
     }
     // One entry: several would be written in another order each time.
     let metadata = label.map(|Label { kind, preset }| {
@@ -146,11 +148,10 @@ pub fn read_label(path: &Path) -> Result<Option<Label>> {
 ///
 /// # Errors
 /// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::WeightsMismatch`] with the tensors that do not fit;
-/// nothing is changed then. [`Error::Frozen`] for [frozen](Parameters::frozen) parameters.
-pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
-    check_changeable(path, parameters)?;
+/// nothing is changed then.
+pub fn load(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let source = Source::open(path)?;
-    let wanted = parameters.all();
+    let wanted = sorted(parameters);
     let names = own_names(path, &source, &wanted)?;
     assign(path, &source, names, &wanted, None)
 }
@@ -162,28 +163,20 @@ pub fn load(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
 /// backbone keeps its values.
 ///
 /// # Errors
-/// As [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. torchvision's fit no preset but the paper's.
-pub fn load_pretrained(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
-    check_changeable(path, parameters)?;
+/// Those of [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. torchvision's fit no preset but the paper's.
+pub fn load_pretrained(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let backbone = pretrained::Backbone::of(parameters).ok_or(Error::NoBackbone)?;
     let source = Source::open(path)?;
     let names = backbone.among(source.names());
     let names = names.map_err(|e| Error::weights_format(path, e))?;
-    let mut wanted = parameters.all();
+    let mut wanted = sorted(parameters);
     wanted.retain(|(name, _)| backbone.needs(name) || names.found.contains_key(name));
     assign(path, &source, names, &wanted, None)
 }
 
 /// Tensors of the file, meant for the model's of the same name.
-fn own_names(path: &Path, source: &Source, wanted: &[(String, Parameter)]) -> Result<Names> {
+fn own_names(path: &Path, source: &Source, wanted: &[(String, Var)]) -> Result<Names> {
     let wanted: HashSet<&str> = wanted.iter().map(|(name, _)| name.as_str()).collect();
     let own = |name: &str| wanted.contains(name).then(|| name.to_owned());
     Names::of(source.names(), wanted.len(), own).map_err(|e| Error::weights_format(path, e))
-}
-
-fn check_changeable(path: &Path, parameters: &Parameters) -> Result<()> {
-    match parameters.is_frozen() {
-        true => Err(Error::Frozen { path: path.into() }),
-        false => Ok(()),
-    }
 }

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use candle_nn::VarMap;
+
 use super::names::Names;
-use crate::Parameters;
+use crate::parameters::sorted;
 
 /// Prefixes of a model's backbone: a ResNet, the regularizer's ResNet, a vision transformer.
 const PLACES: [&str; 3] = ["encoder.", "cond_encoder.", "vit."];
@@ -31,8 +33,8 @@ pub(super) struct Backbone(BTreeMap<String, String>);
 
 impl Backbone {
     /// Finds the backbone of the model; `None` if it has none.
-    pub(super) fn of(parameters: &Parameters) -> Option<Self> {
-        let all = parameters.all();
+    pub(super) fn of(parameters: &VarMap) -> Option<Self> {
+        let all = sorted(parameters);
         let place = PLACES.iter().find(|place| {
             let has = |first| {
                 all.iter()

@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
+use candle_nn::VarMap;
+
 use super::matching::{Columns, assign};
 use super::source::Source;
-use super::{LoadReport, check_changeable, own_names};
-use crate::{Parameters, Result};
+use super::{LoadReport, own_names};
+use crate::Result;
+use crate::parameters::sorted;
 
 /// Prefix of the noise input, which only predictors trained against a regularizer have.
 const NOISE: &str = "noise_proj.";
@@ -20,22 +23,21 @@ const READS_NOISE: &str = "decoder.0.weight";
 /// are at first MS-MLP's. The noise input itself keeps its values; the report lists its tensors.
 ///
 /// # Errors
-/// As [`load`](super::load).
-pub fn warm_start(path: &Path, parameters: &Parameters) -> Result<LoadReport> {
-    check_changeable(path, parameters)?;
+/// Those of [`load`](super::load).
+pub fn warm_start(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let source = Source::open(path)?;
-    let mut wanted = parameters.all();
+    let mut wanted = sorted(parameters);
     let names = own_names(path, &source, &wanted)?;
     let has_noise = names.found.keys().any(|name| name.starts_with(NOISE));
-    let noise = parameters.get("noise_proj.bias").filter(|_| !has_noise);
-    let Some(noise) = noise else {
+    let noise = wanted.iter().find(|(name, _)| name == "noise_proj.bias");
+    let Some((_, noise)) = noise.filter(|_| !has_noise).cloned() else {
         return assign(path, &source, names, &wanted, None);
     };
     let kept = wanted.extract_if(.., |(name, _)| name.starts_with(NOISE));
     let kept = kept.map(|(name, _)| name).collect();
     let silent = Columns {
         of: READS_NOISE,
-        count: noise.var.elem_count(),
+        count: noise.elem_count(),
     };
     let report = assign(path, &source, names, &wanted, Some(silent))?;
     Ok(LoadReport { kept, ..report })

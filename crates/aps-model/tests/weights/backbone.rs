@@ -3,23 +3,20 @@
 use std::path::Path;
 
 use aps_model::candle_core::{DType, Device, Tensor, safetensors};
+use aps_model::candle_nn::VarMap;
 use aps_model::weights::{load_pretrained, save, warm_start};
-use aps_model::{Error, Mode, Model, ModelKind, Parameters, Preset};
+use aps_model::{Error, Model, ModelKind, Preset, seeded};
 
-use super::{empty, values};
+use super::{built, get, sorted, values};
 
 /// A file as torchvision's `resnet18` has it, as wide as the small preset, made of the ResNet-MLP of `seed`.
-fn backbone_file(path: &Path, seed: u64) -> Parameters {
-    let source = empty(seed);
-    ModelKind::ResnetMlp.build(Preset::Small, &source).unwrap();
-    let mut tensors: Vec<(String, Tensor)> = source
-        .all()
+fn backbone_file(path: &Path, seed: u64) -> VarMap {
+    let source = built(ModelKind::ResnetMlp, Preset::Small, seed);
+    let mut tensors: Vec<(String, Tensor)> = sorted(&source)
         .into_iter()
-        .filter_map(|(name, p)| {
-            Some((
-                name.strip_prefix("encoder.")?.to_owned(),
-                p.var.as_detached_tensor(),
-            ))
+        .filter_map(|(name, var)| {
+            let name = name.strip_prefix("encoder.")?.to_owned();
+            Some((name, var.as_detached_tensor()))
         })
         .collect();
     for name in ["fc.weight", "fc.bias"] {
@@ -37,7 +34,7 @@ fn a_pretrained_backbone_fills_every_encoder_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("resnet18.safetensors");
     let source = backbone_file(&path, 1);
-    let of = |name: &str| source.get(&format!("encoder.{name}")).unwrap().var;
+    let of = |name: &str| get(&source, &format!("encoder.{name}")).unwrap();
     let same = |a: &Tensor, b: &Tensor| {
         (a - b)
             .unwrap()
@@ -56,13 +53,11 @@ fn a_pretrained_backbone_fills_every_encoder_and_nothing_else() {
         ModelKind::MsAreg,
         ModelKind::ResnetConv1d,
     ] {
-        let (parameters, untouched) = (empty(2), empty(2));
-        kind.build(Preset::Small, &parameters).unwrap();
-        kind.build(Preset::Small, &untouched).unwrap();
+        let [parameters, untouched] = [2, 2].map(|seed| built(kind, Preset::Small, seed));
         let report = load_pretrained(&path, &parameters).unwrap();
         assert_eq!(report.dropped, ["fc.bias", "fc.weight"], "{kind}");
         assert_eq!(report.loaded, 120, "{kind}");
-        for (name, parameter) in parameters.all() {
+        for (name, var) in sorted(&parameters) {
             if name.ends_with("num_batches_tracked") {
                 continue;
             }
@@ -71,33 +66,31 @@ fn a_pretrained_backbone_fills_every_encoder_and_nothing_else() {
                 .map(|rest| rest.replace("stem.0", "conv1").replace("stem.1", "bn1"));
             let expected = match encoder {
                 Some(rest) if !rest.contains("proj") => of(&rest),
-                _ => untouched.get(&name).unwrap().var,
+                _ => get(&untouched, &name).unwrap(),
             };
             assert!(
-                same(parameter.var.as_tensor(), expected.as_tensor()),
+                same(var.as_tensor(), expected.as_tensor()),
                 "{kind}: {name}"
             );
         }
     }
 
-    let regularizer = regularizer();
+    let regularizer = regularizer(Preset::Small);
     load_pretrained(&path, &regularizer).unwrap();
-    let first = regularizer.get("cond_encoder.conv1.weight").unwrap().var;
+    let first = get(&regularizer, "cond_encoder.conv1.weight").unwrap();
     assert!(same(first.as_tensor(), of("conv1.weight").as_tensor()));
 
-    let unet = empty(4);
-    ModelKind::RadioUnet.build(Preset::Small, &unet).unwrap();
+    let unet = built(ModelKind::RadioUnet, Preset::Small, 4);
     assert!(matches!(
         load_pretrained(&path, &unet),
         Err(Error::NoBackbone)
     ));
 }
 
-fn regularizer() -> Parameters {
-    let parameters = empty(3);
-    ModelKind::MsAreg
-        .build_regularizer(Preset::Small, &parameters)
-        .unwrap();
+pub fn regularizer(preset: Preset) -> VarMap {
+    let parameters = VarMap::new();
+    let vb = seeded(&parameters, 3, DType::F32, &Device::Cpu);
+    ModelKind::MsAreg.build_regularizer(preset, vb).unwrap();
     parameters
 }
 
@@ -106,24 +99,19 @@ fn regularizer() -> Parameters {
 fn another_model_s_encoder_is_adopted() {
     let folder = tempfile::tempdir().unwrap();
     let trained = |kind: ModelKind| {
-        let parameters = empty(5);
-        kind.build(Preset::Small, &parameters).unwrap();
+        let parameters = built(kind, Preset::Small, 5);
         let path = folder.path().join(format!("{kind}.safetensors"));
         save(&path, &parameters, None).unwrap();
         (path, values(&parameters))
     };
-    let moved = |path: &Path, into: &Parameters| -> Vec<(String, Vec<f64>)> {
+    let moved = |path: &Path, into: &VarMap| -> Vec<(String, Vec<f64>)> {
         let before = values(into);
         let report = load_pretrained(path, into).unwrap();
         assert!(!report.dropped.is_empty(), "{report}");
         let after = values(into).into_iter().zip(before);
         after.filter(|(a, b)| a != b).map(|(a, _)| a).collect()
     };
-    let random = |kind: ModelKind| {
-        let parameters = empty(6);
-        kind.build(Preset::Small, &parameters).unwrap();
-        parameters
-    };
+    let random = |kind: ModelKind| built(kind, Preset::Small, 6);
     let (scales, of_scales) = trained(ModelKind::MsMlp);
     let (plain, of_plain) = trained(ModelKind::ResnetMlp);
     let value = |all: &[(String, Vec<f64>)], name: &str| {
@@ -147,7 +135,7 @@ fn another_model_s_encoder_is_adopted() {
     let stem = value(&all, "encoder.conv1.weight");
     assert_eq!(stem, value(&of_scales, "encoder.stem.0.weight"));
     // And into a regularizer.
-    let all = moved(&scales, &regularizer());
+    let all = moved(&scales, &regularizer(Preset::Small));
     let deep = value(&all, "cond_encoder.layer4.1.conv2.weight");
     assert_eq!(deep, value(&of_scales, "encoder.layer4.1.conv2.weight"));
 }
@@ -156,21 +144,26 @@ fn another_model_s_encoder_is_adopted() {
 #[test]
 fn a_warm_start_begins_with_the_other_s_answers() {
     let folder = tempfile::tempdir().unwrap();
-    let made = |kind: ModelKind, seed| kind.build(Preset::Small, &empty(seed)).unwrap();
-    let saved = |model: &dyn Model| {
+    let made = |kind: ModelKind, seed| {
+        let parameters = VarMap::new();
+        let vb = seeded(&parameters, seed, DType::F32, &Device::Cpu);
+        (kind.build(Preset::Small, vb).unwrap(), parameters)
+    };
+    let saved = |parameters: &VarMap| {
         let path = folder.path().join("weights.safetensors");
-        save(&path, model.parameters(), None).unwrap();
+        save(&path, parameters, None).unwrap();
         path
     };
     let images = Tensor::rand(0f32, 1.0, (3, 3, 64, 64), &Device::Cpu).unwrap();
     let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
-        let y = model.forward(&images, Mode::Eval).unwrap();
+        let y = model.forward_t(&images, false).unwrap();
         y.to_vec2().unwrap()
     };
 
-    let (trained, adversarial) = (made(ModelKind::MsMlp, 1), made(ModelKind::MsAreg, 2));
+    let (trained, of_trained) = made(ModelKind::MsMlp, 1);
+    let (adversarial, parameters) = made(ModelKind::MsAreg, 2);
     let before = answer(&*adversarial);
-    let report = warm_start(&saved(&*trained), adversarial.parameters()).unwrap();
+    let report = warm_start(&saved(&of_trained), &parameters).unwrap();
     assert_eq!(report.kept, ["noise_proj.bias", "noise_proj.weight"]);
     let (expected, found) = (answer(&*trained), answer(&*adversarial));
     assert_ne!(found, before);
@@ -181,16 +174,16 @@ fn a_warm_start_begins_with_the_other_s_answers() {
     }
 
     // The noise input was not lost to the zeros: it can learn.
-    let own = made(ModelKind::MsAreg, 3);
-    let report = warm_start(&saved(&*adversarial), own.parameters()).unwrap();
+    let (_, own) = made(ModelKind::MsAreg, 3);
+    let report = warm_start(&saved(&parameters), &own).unwrap();
     assert!(report.kept.is_empty());
-    assert_eq!(values(own.parameters()), values(adversarial.parameters()));
+    assert_eq!(values(&own), values(&parameters));
 
     // Another model is refused, with nothing changed.
-    let other = made(ModelKind::ResnetMlp, 4);
-    let before = values(own.parameters());
-    let error = warm_start(&saved(&*other), own.parameters()).unwrap_err();
+    let (_, other) = made(ModelKind::ResnetMlp, 4);
+    let before = values(&own);
+    let error = warm_start(&saved(&other), &own).unwrap_err();
     assert!(matches!(error, Error::WeightsMismatch { .. }), "{error}");
-    assert_eq!(values(own.parameters()), before);
-    assert!(warm_start(&saved(&*own), other.parameters()).is_err());
+    assert_eq!(values(&own), before);
+    assert!(warm_start(&saved(&own), &other).is_err());
 }

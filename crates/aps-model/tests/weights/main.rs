@@ -8,10 +8,10 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use aps_model::candle_core::{DType, Device, Tensor};
-use aps_model::layers::{BatchNorm, Linear};
-use aps_model::weights::{Label, load, load_pretrained, read_label, save};
-use aps_model::{Error, Mode, Model, ModelKind, Parameters, Preset};
+use aps_model::candle_core::{DType, Device, Tensor, Var};
+use aps_model::candle_nn::{Init, VarMap};
+use aps_model::weights::{Label, load, read_label, save};
+use aps_model::{Model, ModelKind, Preset, frozen, seeded, trainable};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -21,33 +21,54 @@ fn golden(name: &str) -> PathBuf {
         .join(name)
 }
 
-fn empty(seed: u64) -> Parameters {
-    Parameters::new(&Device::Cpu, DType::F32, seed)
+/// Returns the tensors of a model under a seed.
+fn built(kind: ModelKind, preset: Preset, seed: u64) -> VarMap {
+    let parameters = VarMap::new();
+    let vb = seeded(&parameters, seed, DType::F32, &Device::Cpu);
+    kind.build(preset, vb).unwrap();
+    parameters
 }
 
 /// The module of `weights.py`: a linear layer and a batch normalisation.
-fn tiny() -> Parameters {
-    let parameters = empty(1);
-    Linear::new(&parameters.root().at("fc"), 3, 2).unwrap();
-    BatchNorm::new(&parameters.root().at("bn"), 2).unwrap();
+fn tiny() -> VarMap {
+    let parameters = VarMap::new();
+    let vb = seeded(&parameters, 1, DType::F32, &Device::Cpu);
+    vb.get((2, 3), "fc.weight").unwrap();
+    for name in [
+        "fc.bias",
+        "bn.weight",
+        "bn.bias",
+        "bn.running_mean",
+        "bn.running_var",
+    ] {
+        vb.get(2, name).unwrap();
+    }
+    let (counter, zero) = ("bn.num_batches_tracked", Init::Const(0.0));
+    vb.get_with_hints_dtype((), counter, zero, DType::I64)
+        .unwrap();
     parameters
 }
 
+/// Returns all tensors by name, in the order of their names.
+fn sorted(parameters: &VarMap) -> Vec<(String, Var)> {
+    let data = parameters.data().lock().unwrap();
+    let mut all: Vec<(String, Var)> = data.iter().map(|(n, v)| (n.clone(), v.clone())).collect();
+    all.sort_by(|(a, _), (b, _)| a.cmp(b));
+    all
+}
+
+fn get(parameters: &VarMap, name: &str) -> Option<Var> {
+    parameters.data().lock().unwrap().get(name).cloned()
+}
+
 /// Returns all values by name.
-fn values(parameters: &Parameters) -> Vec<(String, Vec<f64>)> {
+fn values(parameters: &VarMap) -> Vec<(String, Vec<f64>)> {
     let flat = |t: &Tensor| {
-        t.to_dtype(DType::F64)
-            .unwrap()
-            .flatten_all()
-            .unwrap()
-            .to_vec1()
-            .unwrap()
+        let t = t.to_dtype(DType::F64).unwrap().flatten_all().unwrap();
+        t.to_vec1().unwrap()
     };
-    parameters
-        .all()
-        .into_iter()
-        .map(|(name, p)| (name, flat(p.var.as_tensor())))
-        .collect()
+    let all = sorted(parameters).into_iter();
+    all.map(|(name, var)| (name, flat(&var))).collect()
 }
 
 /// Returns the tensors that `weights.py` writes.
@@ -74,9 +95,7 @@ fn what_is_saved_is_loaded_and_names_its_model() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
     let (kind, preset) = (ModelKind::ResnetMlp, Preset::Small);
-    let (one, other) = (empty(1), empty(2));
-    kind.build(preset, &one).unwrap();
-    kind.build(preset, &other).unwrap();
+    let (one, other) = (built(kind, preset, 1), built(kind, preset, 2));
     assert_ne!(values(&one), values(&other));
     save(&path, &one, Some(Label { kind, preset })).unwrap();
     assert_eq!(read_label(&path).unwrap(), Some(Label { kind, preset }));
@@ -118,32 +137,81 @@ fn frozen_parameters_stay_what_they_were() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
     let (kind, preset) = (ModelKind::ResnetMlp, Preset::Small);
-    let (one, other) = (empty(1), empty(2));
-    kind.build(preset, &one).unwrap();
-    kind.build(preset, &other).unwrap();
-    let frozen = one.frozen().unwrap();
-    let model = kind.build(preset, &frozen).unwrap();
-    assert_eq!(frozen.count(), one.count());
-    assert!(frozen.trainable().is_empty());
+    let (one, other) = (built(kind, preset, 1), built(kind, preset, 2));
+    let frozen_model = || kind.build(preset, frozen(&one).unwrap()).unwrap();
+    let model = frozen_model();
 
     // Several images, so that the kernel cache is used; other weights in between do not reach them.
     let images = Tensor::rand(0f32, 1.0, (4, 3, 64, 64), &Device::Cpu).unwrap();
     let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
-        let y = model.forward(&images, Mode::Eval).unwrap();
+        let y = model.forward_t(&images, false).unwrap();
         y.to_vec2().unwrap()
     };
     let before = answer(&*model);
     save(&path, &other, Some(Label { kind, preset })).unwrap();
     load(&path, &one).unwrap();
     assert_eq!(answer(&*model), before);
-    let now = kind.build(preset, &one.frozen().unwrap()).unwrap();
-    assert_ne!(answer(&*now), before);
+    assert_ne!(answer(&*frozen_model()), before);
+}
 
-    for result in [load(&path, &frozen), load_pretrained(&path, &frozen)] {
-        let error = result.unwrap_err();
-        assert!(matches!(error, Error::Frozen { .. }), "{error}");
+/// Weights of candle's own `VarMap` under a model whose builder is candle's: they are trained, and nothing is cached that
+/// a changed weight would make wrong. A constant may even share its memory with a variable.
+#[test]
+fn a_model_of_any_builder_follows_its_weights() {
+    use aps_model::candle_nn::VarBuilder;
+    let (kind, preset, device) = (ModelKind::MsMlp, Preset::Small, &Device::Cpu);
+    let (ours, theirs) = (built(kind, preset, 1), VarMap::new());
+    let model = kind.build(preset, VarBuilder::from_varmap(&theirs, DType::F32, device));
+    let model = model.unwrap();
+    let names = |map: &VarMap| {
+        sorted(map)
+            .into_iter()
+            .map(|(name, _)| name)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(names(&ours), names(&theirs));
+    assert_eq!(trainable(&ours).len(), trainable(&theirs).len());
+
+    let images = Tensor::rand(0f32, 1.0, (4, 3, 64, 64), device).unwrap();
+    let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
+        model.forward_t(&images, false).unwrap().to_vec2().unwrap()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("weights.safetensors");
+    save(&path, &ours, None).unwrap();
+    let drawn = answer(&*model);
+    load(&path, &theirs).unwrap();
+    let loaded = answer(&*model);
+    assert_ne!(drawn, loaded);
+
+    // From the file, as candle reads it.
+    let bytes = fs::read(&path).unwrap();
+    let vb = VarBuilder::from_buffered_safetensors(bytes, DType::F32, device).unwrap();
+    let from_file = kind.build(preset, vb).unwrap();
+    let all = sorted(&theirs).into_iter();
+    let shared = all
+        .map(|(name, var)| (name, var.as_detached_tensor()))
+        .collect();
+    let shared = kind.build(preset, VarBuilder::from_tensors(shared, DType::F32, device));
+    let shared = shared.unwrap();
+    for (found, expected) in answer(&*from_file)
+        .iter()
+        .flatten()
+        .zip(loaded.iter().flatten())
+    {
+        assert!(
+            (found - expected).abs() <= 1e-5 * (1.0 + expected.abs()),
+            "{found}, {expected}"
+        );
     }
-    assert_eq!(answer(&*model), before);
+    let before = answer(&*shared);
+    let (_, first) = trainable(&theirs)
+        .into_iter()
+        .find(|(name, _)| name == "encoder.layer1.0.conv1.weight")
+        .unwrap();
+    first.set(&first.zeros_like().unwrap()).unwrap();
+    assert_ne!(answer(&*model), loaded, "a trainable weight has changed");
+    assert_eq!(answer(&*shared), before, "a layer's constant is its own");
 }
 
 #[test]

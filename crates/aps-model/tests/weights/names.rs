@@ -4,7 +4,7 @@ use aps_model::candle_core::{DType, Tensor, safetensors};
 use aps_model::weights::{load, save};
 use aps_model::{Error, ModelKind, Preset};
 
-use super::{golden, tiny, values, written};
+use super::{built, golden, sorted, tiny, values, written};
 
 #[test]
 fn pytorch_s_files_in_every_shape() {
@@ -71,10 +71,9 @@ fn load_changed(
     let path = folder.path().join("weights.safetensors");
     let source = tiny();
     load(&golden("plain.pt"), &source).unwrap();
-    let mut tensors: Vec<(String, Tensor)> = source
-        .all()
+    let mut tensors: Vec<(String, Tensor)> = sorted(&source)
         .into_iter()
-        .map(|(name, p)| (name, p.var.as_detached_tensor()))
+        .map(|(name, var)| (name, var.as_detached_tensor()))
         .collect();
     change(&mut tensors);
     safetensors::save(&tensors.into_iter().collect(), &path).unwrap();
@@ -197,10 +196,10 @@ fn two_tensors_for_one_are_refused() {
     let path = folder.path().join("weights.safetensors");
     let source = tiny();
     let mut tensors: Vec<(String, Tensor)> = Vec::new();
-    for (name, p) in source.all() {
-        tensors.push((name.clone(), p.var.as_detached_tensor()));
+    for (name, var) in sorted(&source) {
+        tensors.push((name.clone(), var.as_detached_tensor()));
         if name == "fc.bias" {
-            tensors.push(("fc.module.bias".to_owned(), p.var.as_detached_tensor()));
+            tensors.push(("fc.module.bias".to_owned(), var.as_detached_tensor()));
         }
     }
     safetensors::save(&tensors.into_iter().collect(), &path).unwrap();
@@ -216,9 +215,8 @@ fn two_tensors_for_one_are_refused() {
 fn another_model_s_file_is_told_in_a_few_lines() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
-    let (unet, vit) = (super::empty(1), super::empty(2));
-    ModelKind::RadioUnet.build(Preset::Small, &unet).unwrap();
-    ModelKind::VitReg.build(Preset::Small, &vit).unwrap();
+    let unet = built(ModelKind::RadioUnet, Preset::Small, 1);
+    let vit = built(ModelKind::VitReg, Preset::Small, 2);
     save(&path, &unet, None).unwrap();
     let error = load(&path, &vit).unwrap_err();
     let Error::WeightsMismatch { problems, .. } = error else {

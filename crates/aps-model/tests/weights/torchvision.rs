@@ -5,12 +5,14 @@ use std::io::Write;
 use std::path::Path;
 
 use aps_model::candle_core::{DType, Device, Tensor, safetensors};
+use aps_model::candle_nn::VarMap;
 use aps_model::weights::{LoadReport, load_pretrained};
-use aps_model::{ModelKind, Parameters, Preset};
+use aps_model::{ModelKind, Preset};
 use serde_json::Value;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
-use super::{empty, golden};
+use super::backbone::regularizer;
+use super::{built, get, golden};
 
 /// Names and shapes.
 fn listed(list: &str) -> Vec<(String, Vec<usize>)> {
@@ -122,7 +124,7 @@ fn ends(tensor: &Tensor) -> [f32; 2] {
 }
 
 /// Loads a file of a list into the backbone of `parameters`, below `place`, and checks every tensor of it.
-fn check(list: &str, prefix: &str, form: &str, parameters: &Parameters, place: &str) -> LoadReport {
+fn check(list: &str, prefix: &str, form: &str, parameters: &VarMap, place: &str) -> LoadReport {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights");
     let tensors = listed(list);
@@ -144,7 +146,7 @@ fn check(list: &str, prefix: &str, form: &str, parameters: &Parameters, place: &
         let stem = stem.or(today
             .strip_prefix("bn1.")
             .map(|rest| format!("stem.1.{rest}")));
-        let own = |name: &str| parameters.get(&format!("{place}{name}"));
+        let own = |name: &str| get(parameters, &format!("{place}{name}"));
         let Some(tensor) = own(&today).or(stem.and_then(|name| own(&name))) else {
             let dropped = report.dropped.iter().any(|dropped| dropped.ends_with(name));
             assert!(dropped, "{list}: {name} is neither used nor told of");
@@ -154,11 +156,7 @@ fn check(list: &str, prefix: &str, form: &str, parameters: &Parameters, place: &
             true => (at as f32 / if form == "pt" { 1.0 } else { 8.0 }).trunc(),
             false => value(at),
         };
-        assert_eq!(
-            ends(tensor.var.as_tensor()),
-            [expected; 2],
-            "{list}: {name}"
-        );
+        assert_eq!(ends(tensor.as_tensor()), [expected; 2], "{list}: {name}");
         compared += 1;
     }
     assert_eq!(compared, report.loaded, "{list}");
@@ -167,12 +165,8 @@ fn check(list: &str, prefix: &str, form: &str, parameters: &Parameters, place: &
 
 #[test]
 fn resnet_18_fills_a_backbone() {
-    let built = |kind: ModelKind| {
-        let parameters = empty(1);
-        kind.build(Preset::Paper, &parameters).unwrap();
-        parameters
-    };
-    let (plain, scales) = (built(ModelKind::ResnetMlp), built(ModelKind::MsMlp));
+    let plain = built(ModelKind::ResnetMlp, Preset::Paper, 1);
+    let scales = built(ModelKind::MsMlp, Preset::Paper, 1);
     let forms = [
         ("", "safetensors"),
         ("", "pt"),
@@ -193,10 +187,7 @@ fn resnet_18_fills_a_backbone() {
             );
         }
     }
-    let critic = empty(2);
-    ModelKind::MsAreg
-        .build_regularizer(Preset::Paper, &critic)
-        .unwrap();
+    let critic = regularizer(Preset::Paper);
     let report = check(
         "resnet18",
         "module.",
@@ -209,8 +200,7 @@ fn resnet_18_fills_a_backbone() {
 
 #[test]
 fn vit_b_16_fills_a_backbone() {
-    let parameters = empty(1);
-    ModelKind::VitReg.build(Preset::Paper, &parameters).unwrap();
+    let parameters = built(ModelKind::VitReg, Preset::Paper, 1);
     let report = check("vit_b_16", "", "safetensors", &parameters, "vit.");
     assert_eq!(
         report.to_string(),
@@ -227,8 +217,7 @@ fn vit_b_16_fills_a_backbone() {
 fn another_backbone_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights");
-    let resnet = empty(1);
-    ModelKind::ResnetMlp.build(Preset::Paper, &resnet).unwrap();
+    let resnet = built(ModelKind::ResnetMlp, Preset::Paper, 1);
     // A block more than a ResNet-18 has, as a ResNet-34.
     let mut deeper = listed("resnet18");
     let block: Vec<(String, Vec<usize>)> = deeper
@@ -246,8 +235,7 @@ fn another_backbone_is_refused() {
         "{error}"
     );
     // One for the other.
-    let vit = empty(2);
-    ModelKind::VitReg.build(Preset::Small, &vit).unwrap();
+    let vit = built(ModelKind::VitReg, Preset::Small, 2);
     write_safetensors(&path, &listed("resnet18"));
     let error = load_pretrained(&path, &vit).unwrap_err().to_string();
     assert!(

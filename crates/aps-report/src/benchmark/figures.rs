@@ -7,7 +7,7 @@ use super::paper::PUBLISHED;
 use super::results::{Entry, EntryKind};
 use super::tables::front;
 use super::words;
-use crate::chart::{Axis, Bar, Bars, Chart, Mark, Series, Spot, ccdf_points};
+use crate::chart::{Axis, Chart, Mark, Series, Spot, ccdf_points};
 use crate::document::Figure;
 use crate::numbers::{count, stem};
 use crate::theme::Colour;
@@ -248,52 +248,6 @@ pub fn by_group(
             svg(&format!("{}-{key}", stem(metric.label()))),
             format!("{} by {}. {}", metric.label(), x.label, better(metric)),
             chart.draw(),
-        )
-    };
-    GROUPED.into_iter().map(figure).collect()
-}
-
-/// The same metrics with and without line of sight.
-pub fn by_sight(analysis: &Analysis<'_>, protocol: &str, groups: &[Group]) -> Vec<Figure> {
-    let figure = |metric: Metric| {
-        let mut bars = Vec::new();
-        for entry in shown(analysis, protocol) {
-            for (i, group) in groups.iter().enumerate() {
-                let Some(mean) = analysis.mean_in(group, entry, protocol, metric) else {
-                    continue;
-                };
-                bars.push(Bar {
-                    name: match i {
-                        0 => entry.name.clone(),
-                        _ => String::new(),
-                    },
-                    value: mean.mean,
-                    interval: Some([mean.low, mean.high]),
-                    text: words::value(metric, mean.mean),
-                    colour: Colour::Series(if group.at > 0.0 { 0 } else { 1 }),
-                });
-            }
-        }
-        let names: Vec<String> = groups
-            .iter()
-            .map(|g| {
-                let colour = if g.at > 0.0 { "blue" } else { "orange" };
-                format!(
-                    "{colour}: {} ({} links)",
-                    g.name,
-                    count(g.links.len() as u64)
-                )
-            })
-            .collect();
-        Figure::new(
-            svg(&format!("{}-sight", stem(metric.label()))),
-            format!(
-                "{}; {}. {}",
-                metric.label(),
-                names.join(", "),
-                better(metric)
-            ),
-            Bars::new(Axis::linear(words::axis(metric)), bars).draw(),
         )
     };
     GROUPED.into_iter().map(figure).collect()

@@ -12,8 +12,6 @@ use aps_metrics::Metric;
 pub struct Published {
     /// Name in the tables, which entries share.
     pub name: &'static str,
-    /// One of the five models of Table I, not of the ablation alone.
-    pub is_main: bool,
     /// Multi-scale encoder, and a regularizer that is trained with it, if it is part
     /// of the ablation.
     pub ablation: Option<[bool; 2]>,
@@ -29,7 +27,6 @@ const NONE: f64 = f64::NAN;
 pub const PUBLISHED: [Published; 7] = [
     Published {
         name: "MS-AReg",
-        is_main: true,
         ablation: Some([true, true]),
         ms_per_link: Some(0.101),
         columns: [
@@ -38,7 +35,6 @@ pub const PUBLISHED: [Published; 7] = [
     },
     Published {
         name: "RadioUNet",
-        is_main: true,
         ablation: None,
         ms_per_link: Some(0.933),
         columns: [
@@ -47,7 +43,6 @@ pub const PUBLISHED: [Published; 7] = [
     },
     Published {
         name: "ResNet-MLP",
-        is_main: true,
         ablation: Some([false, false]),
         ms_per_link: Some(0.088),
         columns: [
@@ -56,7 +51,6 @@ pub const PUBLISHED: [Published; 7] = [
     },
     Published {
         name: "ViT-Reg",
-        is_main: true,
         ablation: None,
         ms_per_link: Some(0.822),
         columns: [
@@ -65,7 +59,6 @@ pub const PUBLISHED: [Published; 7] = [
     },
     Published {
         name: "ResNet-Conv1D",
-        is_main: true,
         ablation: None,
         ms_per_link: Some(0.091),
         columns: [
@@ -74,7 +67,6 @@ pub const PUBLISHED: [Published; 7] = [
     },
     Published {
         name: "MS-MLP",
-        is_main: false,
         ablation: Some([true, false]),
         ms_per_link: None,
         columns: [
@@ -83,7 +75,6 @@ pub const PUBLISHED: [Published; 7] = [
     },
     Published {
         name: "Adv-MLP",
-        is_main: false,
         ablation: Some([false, true]),
         ms_per_link: None,
         columns: [

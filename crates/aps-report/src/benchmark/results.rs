@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ReportError, write_whole};
+use crate::ReportError;
 
 /// Version of the format that this code writes and the highest it reads.
 pub const FORMAT: u32 = 1;
@@ -283,6 +283,7 @@ impl Results {
         let file = folder.join(FILE);
         let text = serde_json::to_string_pretty(self);
         let text = text.map_err(ReportError::at("write the results", &file))?;
-        write_whole(&file, (text + "\n").as_bytes())
+        aps_data::replace_file(&file, (text + "\n").as_bytes())
+            .map_err(ReportError::at("write the results", &file))
     }
 }

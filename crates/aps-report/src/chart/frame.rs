@@ -74,7 +74,7 @@ impl Frame {
     }
 
     /// Grid lines and ticks of the x axis, and the border.
-    pub fn draw_x(&self, x: &Axis) -> Group {
+    fn draw_x(&self, x: &Axis) -> Group {
         let mut group = Group::new();
         let below = self.bottom() + 18.0;
         // Texts that would run into the one before are left out.

@@ -1,8 +1,7 @@
-//! Charts as small SVG pictures: lines, scatter, histograms, distributions, bars with intervals.
+//! Charts as small SVG pictures: lines, scatter, histograms, distributions.
 //!
-//! A [`Chart`] is two [`Axis`] and any number of [`Series`]; [`Bars`] is the one kind that has names
-//! instead of an axis. Both give a [`Drawing`], which is saved as a file or put into a page, where it
-//! follows the reader's theme.
+//! A [`Chart`] is two [`Axis`] and any number of [`Series`]. It gives a [`Drawing`], which is saved as a file or put into
+//! a page, where it follows the reader's theme.
 //!
 //! ```
 //! use aps_report::chart::{Axis, Chart, Spot};
@@ -27,7 +26,6 @@
 //! Little is needed here: ticks, a frame, seven forms of series.
 
 mod axis;
-mod bars;
 mod frame;
 mod key;
 mod labels;
@@ -37,7 +35,6 @@ mod values;
 use svg::node::element::Group;
 
 pub use axis::{Axis, Scale};
-pub use bars::{Bar, Bars};
 pub use series::{Mark, Series, Spot};
 pub use values::{Histogram, ccdf_points, pareto_front};
 

@@ -14,8 +14,6 @@ pub enum Block {
     Heading(String),
     /// A paragraph.
     Text(String),
-    /// Points of a list.
-    Points(Vec<String>),
     /// Lines that tell which bounds hold.
     Verdicts(Vec<Verdict>),
     /// A table.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::{Block, Document, Figure, Layout, Table, style};
+use crate::numbers::stem;
 
 impl Document {
     /// The whole text of an HTML file. Sections get anchors made of their titles, numbered where two would be equal;
@@ -46,7 +47,10 @@ impl Document {
     fn anchors(&self) -> Vec<String> {
         let mut seen = BTreeMap::new();
         let mut anchor = |title: &str| {
-            let id = slug(title);
+            let id = match stem(title) {
+                none if none.is_empty() => "section".into(),
+                id => id,
+            };
             let count = seen.entry(id.clone()).or_insert(0);
             *count += 1;
             if *count == 1 {
@@ -64,7 +68,6 @@ impl Block {
         match self {
             Self::Text(text) => html! { p { (text) } },
             Self::Heading(text) => html! { h3 { (text) } },
-            Self::Points(points) => html! { ul { @for point in points { li { (point) } } } },
             Self::Verdicts(verdicts) => html! { ul { @for v in verdicts {
                 li { strong { (v.outcome.word()) } " " (v.line()) }
             } } },
@@ -148,24 +151,6 @@ fn lines(cell: &str, is_best: bool) -> Markup {
     html! {
         @if is_best { strong { (first) } } @else { (first) }
         @for line in lines { br; small { (line) } }
-    }
-}
-
-/// Letters and digits of a title, the rest as single hyphens.
-fn slug(title: &str) -> String {
-    let mut id = String::new();
-    for c in title.chars().flat_map(char::to_lowercase) {
-        if c.is_alphanumeric() {
-            id.push(c);
-        } else if !id.is_empty() && !id.ends_with('-') {
-            id.push('-');
-        }
-    }
-    let id = id.trim_end_matches('-');
-    if id.is_empty() {
-        "section".into()
-    } else {
-        id.into()
     }
 }
 

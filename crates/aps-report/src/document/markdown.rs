@@ -25,10 +25,6 @@ impl Block {
         match self {
             Self::Text(text) => format!("{}\n", escape(text)),
             Self::Heading(text) => format!("### {}\n", escape(text)),
-            Self::Points(points) => {
-                let points = points.iter().map(|p| format!("- {}\n", escape(p)));
-                points.collect()
-            }
             Self::Verdicts(verdicts) => verdicts
                 .iter()
                 .map(|v| format!("- **{}** {}\n", v.outcome.word(), escape(&v.line())))

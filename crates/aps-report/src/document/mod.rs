@@ -169,7 +169,6 @@ mod tests {
         let mut section = Section::new(text);
         section.text(text);
         section.heading(text);
-        section.blocks.push(Block::Points(vec![text.into()]));
         section.verdict(Verdict::open(text, text));
         section.table(Table::new(text, [text]).row([text]));
         let chart = Chart::new(Axis::linear(text), Axis::linear(text)).titled(text);

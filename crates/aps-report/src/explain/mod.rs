@@ -9,7 +9,7 @@ pub use render::Explained;
 use crate::ReportError;
 use crate::link::{
     Fate, LinkView, Lobe, PathView, Spectrum, angle_deg, apart_deg, fate, has_mirrors, lobes,
-    mirror_deg, under,
+    mirror_deg,
 };
 use crate::numbers::fixed;
 use crate::theme::Colour;
@@ -56,16 +56,16 @@ impl<'a> Explanation<'a> {
         protocol: Protocol,
         base: &LabelConfig,
     ) -> Result<Option<Self>, ReportError> {
-        let labeler = Labeler::new(&under(protocol, base))?;
+        let labeler = Labeler::new(&base.under(protocol))?;
         let samples = link.samples();
         let Some(spectrum) = Spectrum::of(&labeler, &samples)? else {
             return Ok(None);
         };
-        let released = Labeler::new(&under(Protocol::Released, base))?;
-        let other = match protocol {
-            Protocol::Released => Labeler::new(&under(Protocol::Paper, base))?,
-            _ => Labeler::new(&under(Protocol::Released, base))?,
-        };
+        let released = Labeler::new(&base.under(Protocol::Released))?;
+        let other = Labeler::new(&base.under(match protocol {
+            Protocol::Released => Protocol::Paper,
+            Protocol::Paper => Protocol::Released,
+        }))?;
         let lobes = lobes(&labeler, &samples, &spectrum)?;
 
         let mut by_gain: Vec<usize> = (0..samples.len()).collect();

@@ -1,6 +1,5 @@
 //! The explanation as a page, or as one picture.
 
-use aps_label::Protocol;
 use svg::node::element::{Group, Text};
 
 use super::{Explanation, LOBE_COLUMNS, Listed, PATH_COLUMNS, badge_text};
@@ -10,6 +9,9 @@ use crate::drawing::{Drawing, at, plain, px, text_width};
 use crate::link::{PathView, angle_deg, mirror_deg};
 use crate::picture::{self, Outlines, Ray};
 use crate::theme::Colour;
+
+const LEGEND: &str = "R12 is a reflection at wall 12, D7 a diffraction at corner 7, LoS the line of sight. Shares are of the \
+    power at the maximum of the lobe. Paths below a fifth of every lobe are listed only among the strongest.";
 
 /// Links what has no number of its own: pointing at a path dims it too.
 const REST: &str = "0";
@@ -61,7 +63,7 @@ impl Explained<'_> {
             Block::Table(paths),
         ];
         links.blocks.push(Block::Group(Layout::Linked, linked));
-        links.text(self.remark());
+        links.text(LEGEND);
         Document::new(self.title)
             .lead(self.summary())
             .lead("Point at a row, a path or a marker to see what belongs together.")
@@ -114,42 +116,16 @@ impl Explained<'_> {
     fn summary(&self) -> String {
         let e = self.explanation;
         let explained = e.lobes.iter().filter(|l| l.cause().is_some()).count();
+        let (lobes, paths) = (e.lobes.len(), e.link.paths.len());
+        let sight = if e.link.has_line_of_sight() {
+            "in"
+        } else {
+            "out of"
+        };
         format!(
-            "{:.0} m apart, {}, {} paths; {} dominant {} under the {} protocol, {explained} of them each made by one path.",
-            e.link.distance_m(),
-            if e.link.has_line_of_sight() {
-                "in line of sight"
-            } else {
-                "out of sight"
-            },
-            e.link.paths.len(),
-            e.lobes.len(),
-            if e.lobes.len() == 1 { "lobe" } else { "lobes" },
+            "protocol {}: {:.0} m, {sight} sight, paths: {paths}, dominant lobes: {lobes}, made by one path: {explained}",
             e.spectrum.protocol,
-        )
-    }
-
-    fn remark(&self) -> String {
-        let e = self.explanation;
-        let more = e.link.paths.len() - e.listed.len();
-        let rest = match more {
-            0 => String::new(),
-            n => format!(" {n} weaker paths, each below a fifth of every lobe, are not listed."),
-        };
-        let mirrors = match e.has_mirrors {
-            true => {
-                " The array tells directions by their sine only, so that each path makes a second lobe at 180 deg minus its own direction."
-            }
-            false => "",
-        };
-        let sense = match e.spectrum.protocol {
-            Protocol::Released => {
-                " The released label shows the direction of travel, half a turn from the direction of arrival."
-            }
-            _ => "",
-        };
-        format!(
-            "R12 is a reflection at wall 12, D7 a diffraction at corner 7, LoS the line of sight. Shares are of the power at the maximum of the lobe.{mirrors}{sense}{rest}"
+            e.link.distance_m(),
         )
     }
 

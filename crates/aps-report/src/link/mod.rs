@@ -5,5 +5,5 @@ mod spectrum;
 mod view;
 
 pub use lobes::{Fate, Lobe, fate, has_mirrors, lobes};
-pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg, under};
-pub use view::{Bend, BendKind, LinkView, PathView};
+pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg};
+pub use view::{Bend, LinkView, PathView};

@@ -1,10 +1,7 @@
 //! Spectra of one link under either protocol, on common terms: power over the power sent.
 
-use aps_label::{LabelConfig, Labeler, PathError, PathSample, Protocol};
+use aps_label::{Labeler, PathError, PathSample, Protocol, relative_power};
 use aps_metrics::{SpectrumPeaks, spectrum_peaks};
-
-/// Natural logarithm of one decibel of power.
-const DECIBEL: f64 = std::f64::consts::LN_10 / 10.0;
 
 /// An APS and, if the configuration asks for it, a PDP.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,40 +64,21 @@ impl Spectrum {
     }
 }
 
-/// The peaks of an APS \[dB\] as a share of its maximum, under the metrics of its protocol.
+/// The peaks of an APS \[dB\] as a share of its maximum, under the metrics of its protocol; none without bins.
 pub fn dominant_peaks(aps_db: &[f64], protocol: Protocol) -> SpectrumPeaks {
-    let top_db = aps_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let shape: Vec<f64> = aps_db
-        .iter()
-        .map(|db| ((db - top_db) * DECIBEL).exp())
-        .collect();
-    let definition = match protocol {
-        Protocol::Released => aps_metrics::Protocol::Released.definition(),
-        _ => aps_metrics::Protocol::Paper.definition(),
-    };
-    // Shares of a maximum are never refused; no bins have no peaks.
-    spectrum_peaks(&shape, &definition).unwrap_or_default()
-}
-
-/// The same label under a protocol: array and bandwidth stay, the delay axis becomes the
-/// protocol's unless it was this protocol's already.
-pub fn under(protocol: Protocol, base: &LabelConfig) -> LabelConfig {
-    let delay_axis = match base.protocol == protocol {
-        true => base.delay_axis,
-        false => LabelConfig::of(protocol).delay_axis,
-    };
-    LabelConfig {
-        protocol,
-        delay_axis,
-        ..base.clone()
+    let mut shape = aps_db.to_vec();
+    if relative_power(&mut shape).is_err() {
+        return SpectrumPeaks::default();
     }
+    let definition = aps_metrics::Protocol::from(protocol).definition();
+    spectrum_peaks(&shape, &definition).unwrap_or_default()
 }
 
 /// The angle at which a protocol shows a path that comes from `arrival_azimuth_rad` \[deg\].
 pub fn angle_deg(arrival_azimuth_rad: f64, protocol: Protocol) -> f64 {
     let turn = match protocol {
         Protocol::Released => 180.0,
-        _ => 0.0,
+        Protocol::Paper => 0.0,
     };
     wrap_deg(arrival_azimuth_rad.to_degrees() + turn)
 }
@@ -124,7 +102,7 @@ fn wrap_deg(angle: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aps_label::Array;
+    use aps_label::{Array, LabelConfig};
 
     #[test]
     fn mirror_has_the_same_sine_and_is_its_own_mirror() {

@@ -1,25 +1,15 @@
 //! A link as people look at it, traced now or read from a file.
 
+use aps_data::{InteractionKind, PathTable, UNKNOWN_ID};
 use aps_label::PathSample;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{PathRecord, SPEED_OF_LIGHT_M_PER_S};
 
-/// The event where a path bends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BendKind {
-    /// Reflection at a wall.
-    Reflection,
-    /// Diffraction at a corner.
-    Diffraction,
-    /// Unknown: the source of the path does not tell.
-    Unknown,
-}
-
 /// A point where a path bends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bend {
-    /// The event.
-    pub kind: BendKind,
+    /// The event; [`InteractionKind::Other`] where the source of the path does not tell.
+    pub kind: InteractionKind,
     /// Wall or corner, where it is known.
     pub id: Option<u32>,
     /// Its place \[m\].
@@ -72,9 +62,9 @@ impl PathView {
         }
         let name = |bend: &Bend| {
             let kind = match bend.kind {
-                BendKind::Reflection => "R",
-                BendKind::Diffraction => "D",
-                BendKind::Unknown => "?",
+                InteractionKind::Reflection => "R",
+                InteractionKind::Diffraction => "D",
+                InteractionKind::Other(_) => "?",
             };
             bend.id.map_or(kind.into(), |id: u32| format!("{kind}{id}"))
         };
@@ -85,10 +75,7 @@ impl PathView {
 impl From<&PathRecord> for PathView {
     fn from(p: &PathRecord) -> Self {
         let bend = |i: &aps_raytrace::Interaction| Bend {
-            kind: match i.kind {
-                aps_raytrace::InteractionKind::Reflection => BendKind::Reflection,
-                aps_raytrace::InteractionKind::Diffraction => BendKind::Diffraction,
-            },
+            kind: i.kind.into(),
             id: Some(i.id),
             point: i.point,
         };
@@ -109,6 +96,29 @@ impl LinkView {
             rx,
             paths: paths.iter().map(PathView::from).collect(),
         }
+    }
+
+    /// A link as a data set stores it.
+    ///
+    /// # Panics
+    /// When the table has no such link.
+    pub fn stored([tx, rx]: [DVec2; 2], table: &PathTable, link: usize) -> Self {
+        let bend = |i: usize| Bend {
+            kind: table.interaction_kind[i],
+            id: Some(table.interaction_id[i]).filter(|&id| id != UNKNOWN_ID),
+            point: table.interaction_point_m[i].into(),
+        };
+        let path = |path: usize| {
+            let sample = table.sample(path);
+            PathView {
+                bends: table.interactions_of(path).map(bend).collect(),
+                delay_s: sample.delay_s,
+                arrival_azimuth_rad: sample.arrival_azimuth_rad,
+                gain_db: sample.gain_db,
+            }
+        };
+        let paths = table.paths_of(link).map(path).collect();
+        Self { tx, rx, paths }
     }
 
     /// The parts of the paths that a label sees, in their order.

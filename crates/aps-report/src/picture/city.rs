@@ -1,5 +1,6 @@
 //! The map with terminals and paths.
 
+use aps_data::InteractionKind;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
 use svg::node::element::path::Data;
@@ -8,7 +9,7 @@ use svg::node::element::{Circle, Group, Line, Path, Rectangle, Text, Title};
 use super::Outlines;
 use crate::chart::{Labels, badge};
 use crate::drawing::{Drawing, plain, px};
-use crate::link::{BendKind, LinkView, PathView};
+use crate::link::{LinkView, PathView};
 use crate::theme::Colour;
 
 /// A path as drawn; those first in a list lie below.
@@ -145,8 +146,8 @@ fn draw_ray(link: &LinkView, ray: &Ray<'_>, frame: &Frame) -> Group {
     let mut group = Group::new().add(line);
     for (bend, &(x, y)) in ray.path.bends.iter().zip(&places[1..]) {
         let kind = match bend.kind {
-            BendKind::Reflection => "reflection",
-            BendKind::Diffraction | BendKind::Unknown => "diffraction",
+            InteractionKind::Reflection => "reflection",
+            InteractionKind::Diffraction | InteractionKind::Other(_) => "diffraction",
         };
         let dot = Circle::new()
             .set("cx", x)

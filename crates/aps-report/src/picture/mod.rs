@@ -10,7 +10,7 @@ use svg::node::element::Group;
 
 pub use city::{Ray, draw as map};
 pub use outline::Outlines;
-pub use spectrum::{axes, curve, delay_chart};
+pub use spectrum::{axes, azimuth, curve, delay_chart};
 pub use strength::GainScale;
 
 use crate::chart::{Chart, Mark, Series};
@@ -77,31 +77,13 @@ pub fn link(outlines: &Outlines, link: &LinkView, spectrum: Option<&Spectrum>) -
         curve.name.clear();
         chart = chart.with(curve);
     }
-    beside(city, chart.draw()).with_key(&scale)
-}
-
-/// Two pictures side by side, below room for a key.
-fn beside(left: Drawing, right: Drawing) -> Composed {
-    let ((width, height), (more, other)) = (left.size(), right.size());
-    Composed {
-        content: Group::new()
-            .add(at(10.0, 30.0, left.into_content()))
-            .add(at(width + 20.0, 10.0, right.into_content())),
-        map_right: 10.0 + width,
-        size: (width + more + 24.0, (height + 40.0).max(other + 16.0)),
-    }
-}
-
-struct Composed {
-    content: Group,
-    map_right: f64,
-    size: (f64, f64),
-}
-
-impl Composed {
-    fn with_key(self, scale: &GainScale) -> Drawing {
-        let content = self.content.add(scale.key(self.map_right, 10.0));
-        let label = "a map with all paths of a link, and the angle power spectrum they make";
-        Drawing::new(content, self.size.0, self.size.1, label)
-    }
+    let chart = chart.draw();
+    let ((width, height), (more, other)) = (city.size(), chart.size());
+    let content = Group::new()
+        .add(at(10.0, 30.0, city.into_content()))
+        .add(at(width + 20.0, 10.0, chart.into_content()))
+        .add(scale.key(10.0 + width, 10.0));
+    let label = "a map with all paths of a link, and the angle power spectrum they make";
+    let height = (height + 40.0).max(other + 16.0);
+    Drawing::new(content, width + more + 24.0, height, label)
 }

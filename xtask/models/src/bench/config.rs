@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::device::Device;
-use crate::run::training_config;
 
 /// Sizes of a benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -289,7 +288,7 @@ impl Config {
 
     /// Settings of a model's training.
     pub fn training(&self, kind: ModelKind) -> Result<TrainConfig> {
-        let (own, usual) = (self.model(kind), training_config(kind, self.preset()?));
+        let (own, usual) = (self.model(kind), kind.train_config(self.preset()?));
         Ok(TrainConfig {
             epochs: own.epochs.unwrap_or(self.training.epochs),
             batch: own.batch.or(self.training.batch).unwrap_or(usual.batch),

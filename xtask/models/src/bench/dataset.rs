@@ -4,9 +4,10 @@ use std::str::FromStr;
 
 use anyhow::{Result, anyhow, ensure};
 use aps_data::Split;
+use aps_data::Stored;
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
-use xtask::{DatasetPlan, MapSource, Receivers, SceneSettings, Stored};
+use xtask::{DatasetPlan, MapSource, Receivers, SceneSettings};
 
 use super::config::{Config, DataConfig};
 

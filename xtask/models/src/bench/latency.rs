@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use aps_model::Model;
 use aps_model::candle_core::Device;
-use aps_model::condition::{Conditions, Link};
-use aps_model::{Mode, Model};
+use aps_model::condition::{Link, ModelInput};
 use aps_report::benchmark::Latency;
 
 use super::config::LatencyConfig;
@@ -17,7 +17,7 @@ const REPETITIONS: (usize, usize) = (3, 1000);
 /// pass is not counted.
 pub fn of_model(
     model: &dyn Model,
-    conditions: &Conditions,
+    input: &dyn ModelInput,
     links: &[Link],
     config: &LatencyConfig,
     device: &Device,
@@ -27,10 +27,10 @@ pub fn of_model(
         let mut pass = || -> Result<[Duration; 2]> {
             let batch: Vec<Link> = links.by_ref().take(batch).collect();
             let started = Instant::now();
-            let images = conditions.images(&batch)?;
+            let images = input.batch(&batch)?;
             device.synchronize()?;
             let built = Instant::now();
-            model.forward(&images, Mode::Eval)?;
+            model.forward_t(&images, false)?;
             device.synchronize()?;
             Ok([built - started, built.elapsed()])
         };

@@ -21,24 +21,20 @@ use super::latency;
 use super::stamp::{Part, State, read_json, write_json};
 use super::test_set::TestSet;
 use crate::data::Buildings;
-use crate::network::{self, Beginning};
+use crate::network::{self, InitialWeights};
 use crate::run::TrainingPlan;
 use crate::settings::RunFolder;
 
 /// Links predicted at a time when no time is taken.
 const BATCH: usize = 64;
 
-/// Name in the tables, by which the paper's figures are put beside it.
+/// Returns the name in the tables, by which the paper's figures are put beside it.
 pub fn title(kind: ModelKind) -> (&'static str, EntryKind) {
-    match kind {
-        ModelKind::MsAreg => ("MS-AReg", EntryKind::Model),
-        ModelKind::MsMlp => ("MS-MLP", EntryKind::Ablation),
-        ModelKind::AdvMlp => ("Adv-MLP", EntryKind::Ablation),
-        ModelKind::ResnetMlp => ("ResNet-MLP", EntryKind::Model),
-        ModelKind::RadioUnet => ("RadioUNet", EntryKind::Model),
-        ModelKind::VitReg => ("ViT-Reg", EntryKind::Model),
-        ModelKind::ResnetConv1d => ("ResNet-Conv1D", EntryKind::Model),
-    }
+    let entry = match kind {
+        ModelKind::MsMlp | ModelKind::AdvMlp => EntryKind::Ablation,
+        _ => EntryKind::Model,
+    };
+    (kind.title(), entry)
 }
 
 /// The training of a model in a benchmark.
@@ -62,7 +58,7 @@ pub fn plan(config: &Config, kind: ModelKind, data: &Path) -> Result<TrainingPla
         mirror: false,
         limit: config.links(kind),
         device: config.device,
-        begin: pretrained.map_or(Beginning::Random, Beginning::Backbone),
+        initial: pretrained.map_or(InitialWeights::Random, InitialWeights::Backbone),
     })
 }
 
@@ -77,7 +73,7 @@ pub fn settings(plan: &TrainingPlan, data: &str) -> Value {
         "develop_links": plan.dev_limit,
         "links": plan.limit,
         "device": plan.device,
-        "initial_weights": plan.begin.to_string(),
+        "initial_weights": plan.initial.to_string(),
     })
 }
 
@@ -110,7 +106,7 @@ pub fn train(
     };
     let started = Instant::now();
     let mut run = plan.prepare(folder.clone(), is_begun)?;
-    let made = run.go(interrupted);
+    let made = run.train(interrupted);
     let seconds = before + started.elapsed().as_secs_f64();
     write_json(&clock, &Clock { seconds })?;
     made?;
@@ -178,15 +174,15 @@ pub fn ask(
         kind: plan.model,
         preset: plan.preset,
     };
-    let model = network::load(weights, label, asked.device)?;
+    let (model, parameters) = network::load(weights, label, asked.device)?;
     let maps = asked.test.maps().iter().copied();
     let buildings = Buildings::load(asked.dataset, maps)?;
-    let conditions = buildings.conditions(false, plan.image_size, asked.device)?;
+    let input = buildings.input(plan.model, false, plan.image_size, asked.device)?;
     let links = asked.test.labels().links();
     let mut predictions = Vec::with_capacity(links.len() * ANGLE_BINS);
     predict(
         &*model,
-        &conditions,
+        &*input,
         links.iter().copied(),
         BATCH,
         |_, spectra| {
@@ -199,9 +195,9 @@ pub fn ask(
     )?;
     Ok(Answer {
         predictions,
-        parameters: Some(model.parameters().count() as u64),
+        parameters: Some(parameters as u64),
         training: Some(training),
-        latency: latency::of_model(&*model, &conditions, links, asked.latency, asked.device)?,
+        latency: latency::of_model(&*model, &*input, links, asked.latency, asked.device)?,
         ..Answer::default()
     })
 }

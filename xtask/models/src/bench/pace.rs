@@ -73,12 +73,12 @@ pub fn data_s(links: usize) -> f64 {
 pub fn model_s(config: &Config, kind: ModelKind, train_links: usize, test_links: usize) -> f64 {
     // Relative to resnet_mlp, a step of training; a regularizer adds two networks of its own.
     let relative = match kind {
-        ModelKind::ResnetMlp | ModelKind::MsMlp => 1.0,
         ModelKind::AdvMlp | ModelKind::MsAreg => 3.0,
         ModelKind::ResnetConv1d => 2.0,
         ModelKind::RadioUnet => 6.0,
         // It works on images of 224 pixels, whatever it is given.
         ModelKind::VitReg => 12.0,
+        _ => 1.0,
     };
     let width = match config.preset() {
         Ok(Preset::Paper) => 4.0,

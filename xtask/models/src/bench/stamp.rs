@@ -134,11 +134,8 @@ impl io::Write for Digest {
 
 /// Writes a value as JSON, whole or not at all.
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    let unfinished = path.with_extension("unfinished");
     let text = serde_json::to_string_pretty(value)? + "\n";
-    fs::write(&unfinished, text)
-        .and_then(|()| fs::rename(&unfinished, path))
-        .with_context(|| format!("cannot write '{}'", path.display()))
+    Ok(aps_data::replace_file(path, text.as_bytes())?)
 }
 
 /// Reads a value from JSON.

@@ -2,8 +2,9 @@
 
 use anyhow::Result;
 use aps_model::candle_core::{DType, Device, Tensor};
-use aps_model::condition::{ConditionConfig, Conditions, Link, Rasters};
-use aps_model::{Mode, Model, ModelKind, Parameters, Preset};
+use aps_model::candle_nn::VarMap;
+use aps_model::condition::{ConditionConfig, Link, Rasters};
+use aps_model::{Model, ModelKind, Preset, frozen, seeded};
 use aps_report::numbers::small;
 use aps_report::numbers::three_digits;
 use aps_report::trade::{Marked, Trade};
@@ -140,16 +141,19 @@ struct Network {
 
 impl Network {
     fn new(kind: ModelKind, dtype: DType, seed: u64) -> Result<Self> {
-        let parameters = Parameters::new(&Device::Cpu, dtype, seed);
-        kind.build(Preset::Small, &parameters)?;
+        let parameters = VarMap::new();
+        kind.build(
+            Preset::Small,
+            seeded(&parameters, seed, dtype, &Device::Cpu),
+        )?;
         Ok(Self {
-            model: kind.build(Preset::Small, &parameters.frozen()?)?,
+            model: kind.build(Preset::Small, frozen(&parameters)?)?,
             dtype,
         })
     }
 
     fn answer(&self, images: &Tensor) -> Result<Tensor> {
-        Ok(self.model.forward(images, Mode::Eval)?)
+        Ok(self.model.forward_t(images, false)?)
     }
 }
 
@@ -196,5 +200,6 @@ fn images(batch: usize) -> Result<Tensor> {
         rx_m: [place(i, 5), place(i, 7)],
     };
     let links: Vec<Link> = (0..batch).map(link).collect();
-    Ok(Conditions::new(rasters, config, &Device::Cpu)?.images(&links)?)
+    let input = ModelKind::ResnetMlp.input(rasters, config, &Device::Cpu)?;
+    Ok(input.batch(&links)?)
 }

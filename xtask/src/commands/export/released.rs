@@ -1,15 +1,14 @@
 //! Labels with the places of their maxima, as the published converter writes them.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use aps_data::released::{LinkName, ProfileFile};
-use aps_data::{Dataset, MapData, PathTable, Profile};
+use aps_data::{Dataset, MapData, PathTable, Profile, replace_unsynced};
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch};
 
 use super::Exporter;
-use crate::samples;
-use crate::whole_files;
 
 /// The labels of one map.
 pub struct Released<'a> {
@@ -89,7 +88,7 @@ impl<'a> Released<'a> {
                 } = buffers;
                 samples.clear();
                 let paths = table.paths_of(link);
-                samples.extend(paths.map(|path| samples::of_stored(table, path)));
+                samples.extend(paths.map(|path| table.sample(path)));
                 let status = labeler.label_into(samples, scratch, label)?;
                 if status != aps_label::Status::Labelled {
                     bail!(
@@ -128,7 +127,9 @@ impl Exporter for Released<'_> {
     fn link(&self, link: usize, name: &LinkName, out: &Path, buffers: &mut Buffers) -> Result<u64> {
         let files = [name.aps_file(), name.pdp_file()].map(|file| out.join(file));
         let is_there = |(file, length): (&PathBuf, &Option<u64>)| {
-            length.is_none_or(|n| whole_files::has_length(file, n))
+            length.is_none_or(|n| {
+                fs::metadata(file).is_ok_and(|found| found.is_file() && found.len() == n)
+            })
         };
         if files.iter().zip(&self.lengths).all(is_there) {
             return Ok(0);
@@ -137,7 +138,7 @@ impl Exporter for Released<'_> {
         for (profile, file) in self.profiles(link, buffers)?.into_iter().zip(files) {
             let Some(profile) = profile else { continue };
             let bytes = profile.to_bytes();
-            whole_files::write(&file, &bytes).with_context(|| format!("link {name}"))?;
+            replace_unsynced(&file, &bytes).with_context(|| format!("link {name}"))?;
             written += bytes.len() as u64;
         }
         Ok(written)

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use aps_data::released::{LinkName, Sample};
-use aps_data::{ConditionConfig, ConditionImages, MapData, Profile, npy};
+use aps_data::{ConditionConfig, ConditionImages, MapData, Profile, npy, replace_unsynced};
 use aps_label::{MeanStd, Normalization};
 
 use super::Exporter;
-use crate::whole_files;
 
 /// The published preprocessing, its default: relative power, minus its own mean, divided by its own deviation.
 const NORMALISATION: Normalization = Normalization::Released(MeanStd {
@@ -62,7 +61,7 @@ impl Exporter for Samples<'_> {
             cond_img,
         };
         let bytes = sample.to_npz()?;
-        whole_files::write(&file, &bytes)?;
+        replace_unsynced(&file, &bytes)?;
         Ok(bytes.len() as u64)
     }
 }
@@ -93,7 +92,10 @@ pub fn write_buildings(map: &MapData, out: &Path) -> Result<()> {
         .collect();
     let mut bytes = Vec::new();
     npy::write_to(&mut bytes, &[grid.height, grid.width], &pixels)?;
-    whole_files::write(&folder.join(format!("{}.npy", map.id)), &bytes)
+    Ok(replace_unsynced(
+        &folder.join(format!("{}.npy", map.id)),
+        &bytes,
+    )?)
 }
 
 /// `metadata.csv`: a row a sample, with the columns of the published preprocessing.
@@ -124,5 +126,8 @@ pub fn write_table(names: &[LinkName], out: &Path) -> Result<()> {
             file,
         ))?;
     }
-    whole_files::write(&out.join("metadata.csv"), &table.into_inner()?)
+    Ok(replace_unsynced(
+        &out.join("metadata.csv"),
+        &table.into_inner()?,
+    )?)
 }

@@ -1,10 +1,7 @@
 //! The charts of the statistics.
 
-use std::collections::BTreeMap;
-
-use aps_report::chart::{Axis, Bar, Bars, Chart, Histogram};
+use aps_report::chart::{Axis, Chart, Histogram};
 use aps_report::drawing::Drawing;
-use aps_report::theme::Colour;
 
 use super::statistics::PAPER_MEAN_PEAKS;
 
@@ -26,29 +23,6 @@ pub fn dominant_peaks(peaks: &[u64]) -> Option<Drawing> {
     // The names of two lines at almost one place would cover each other.
     let name = format!("mean {mean:.2}, paper {PAPER_MEAN_PEAKS}");
     (!peaks.is_empty()).then(|| chart.rule(name, mean).draw())
-}
-
-/// Links by state.
-pub fn status(counts: &BTreeMap<String, u64>) -> Drawing {
-    let all = counts.values().sum::<u64>().max(1) as f64;
-    let bar = |(name, &count): (&String, &u64)| Bar {
-        name: name.replace('_', " "),
-        value: 100.0 * count as f64 / all,
-        interval: None,
-        text: format!("{count}"),
-        colour: if name == "valid" {
-            Colour::Series(0)
-        } else {
-            Colour::Series(1)
-        },
-    };
-    let mut bars: Vec<Bar> = counts.iter().map(bar).collect();
-    bars.sort_by(|p, q| q.value.total_cmp(&p.value));
-    Bars::new(
-        Axis::linear("share of all links [%]").over(0.0, 100.0),
-        bars,
-    )
-    .draw()
 }
 
 /// Distances \[m\].

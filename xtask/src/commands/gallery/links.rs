@@ -5,7 +5,7 @@ use aps_label::{LabelConfig, Labeler, Protocol};
 use aps_report::chart::{Mark, Series};
 use aps_report::document::{Block, Figure, Layout, Section};
 use aps_report::drawing::Drawing;
-use aps_report::link::{LinkView, Spectrum, under};
+use aps_report::link::{LinkView, Spectrum};
 use aps_report::picture::{self, GainScale};
 use aps_report::theme::Colour;
 
@@ -112,7 +112,7 @@ fn labelled(
     for (protocol, colour) in PROTOCOLS {
         let config = LabelConfig {
             pdp: true,
-            ..under(protocol, source.label())
+            ..source.label().under(protocol)
         };
         let spectrum = Spectrum::of(&Labeler::new(&config)?, &samples)?;
         spectra.extend(spectrum.map(|s| (s, colour)));

@@ -102,6 +102,7 @@ impl<'a> Statistics<'a> {
             );
         }
         section.table(self.table());
+        section.table(self.states());
         section.figures(self.figures());
         section
     }
@@ -129,17 +130,23 @@ impl<'a> Statistics<'a> {
         table
     }
 
+    /// Links with a label, and why others have none; most first.
+    fn states(&self) -> Table {
+        let totals = &self.source.dataset().manifest().totals;
+        let mut states: Vec<_> = totals.status.iter().collect();
+        states.sort_by(|p, q| q.1.cmp(p.1));
+        let share = |n: u64| format!("{:.1}", 100.0 * n as f64 / totals.links.max(1) as f64);
+        let row =
+            |(name, &n): (&String, &u64)| vec![name.replace('_', " "), n.to_string(), share(n)];
+        Table::new("", ["state of a link", "links", "share [%]"]).rows(states.into_iter().map(row))
+    }
+
     fn figures(&self) -> Vec<Figure> {
         let v = &self.values;
-        let totals = &self.source.dataset().manifest().totals;
         let mut figures = Vec::new();
         if let Some(chart) = charts::dominant_peaks(&v.dominant_peaks) {
             figures.push(Figure::shown(self.peaks_caption(), chart));
         }
-        figures.push(Figure::shown(
-            "Links with a label, and why others have none.",
-            charts::status(&totals.status),
-        ));
         figures.push(Figure::shown(
             "Distance of transmitter and receiver.",
             charts::distance(&v.distance_m),

@@ -28,7 +28,6 @@ use crate::args::{self, LabelArgs, Store};
 use crate::maps::MapSource;
 use crate::samples::check_azimuth;
 use crate::say;
-use crate::settings;
 use crate::tiles::TileArgs;
 
 /// Losses and delays beyond these are no paths but damage.
@@ -125,7 +124,7 @@ impl Args {
         let raster = source.map(MapSource::raster).unwrap_or_default();
         DatasetConfig {
             seed: self.target.seed,
-            layout: settings::layout(label, raster, stored),
+            layout: Layout::of_labels(label, raster, stored),
             configuration: json!({
                 "import": "propbin",
                 "maps": source.map(MapSource::describe),
@@ -347,7 +346,7 @@ fn label_links(
             }
             Status::NoPath => LinkStatus::NoPath,
         });
-        rows.paths.paths_per_link.push(samples.len());
+        rows.paths.end_link();
         let links = rows.status.len();
         rows.aps.db.extend_from_slice(&label.aps_db);
         rows.pdp.db.extend_from_slice(&label.pdp_db);
@@ -396,9 +395,8 @@ fn add_chain(rows: &mut Rows, chain: &Chain<'_>, [source, receiver]: [[f32; 3]; 
     }
     let kind = match chain {
         Chain::Rooftop(_) => InteractionKind::Diffraction,
-        _ => InteractionKind::Other(255),
+        Chain::Points(_) | Chain::Vertices(_) => InteractionKind::Other(255),
     };
-    rows.paths.interactions_per_path.push(points.len());
     rows.paths
         .interaction_kind
         .extend(points.iter().map(|_| kind));
@@ -406,6 +404,7 @@ fn add_chain(rows: &mut Rows, chain: &Chain<'_>, [source, receiver]: [[f32; 3]; 
         .interaction_id
         .extend(points.iter().map(|_| UNKNOWN_ID));
     rows.paths.interaction_point_m.append(&mut points);
+    rows.paths.end_path();
 }
 
 /// An angle half a turn further, in (-pi, pi] if it was.

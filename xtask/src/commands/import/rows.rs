@@ -1,8 +1,6 @@
 //! Rows of imported links, put together from those of single links.
 
-use aps_data::{Layout, LinkRows, LinkStatus, ProfileRows};
-
-use crate::produce::PathColumns;
+use aps_data::{Layout, LinkRows, LinkStatus, PathTable, ProfileRows};
 
 /// The rows of consecutive links.
 #[derive(Debug, Default)]
@@ -10,7 +8,7 @@ pub struct Rows {
     pub status: Vec<LinkStatus>,
     pub aps: Values,
     pub pdp: Values,
-    pub paths: PathColumns,
+    pub paths: PathTable,
 }
 
 /// Powers [dB] and the places of their maxima.
@@ -46,7 +44,9 @@ impl Rows {
         self.status.append(&mut other.status);
         self.aps.append(other.aps);
         self.pdp.append(other.pdp);
-        self.paths.append(other.paths);
+        for link in 0..other.paths.links() {
+            self.paths.push_link(&other.paths, link);
+        }
     }
 
     /// The rows as they are written.
@@ -57,7 +57,7 @@ impl Rows {
             fallback: None,
             aps: layout.aps.map(|aps| self.aps.rows(aps.argmax)),
             pdp: layout.pdp.map(|pdp| self.pdp.rows(pdp.argmax)),
-            paths: layout.paths.then(|| self.paths.rows()),
+            paths: layout.paths.then_some(&self.paths),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use aps_data::{Dataset, Part};
-use aps_label::{MeanStd, Protocol};
+use aps_label::{MeanStd, Normalization, Protocol};
 use aps_metrics::Shape;
 use serde_json::{Value, json};
 
@@ -68,7 +68,7 @@ impl Truth {
                         labels.place
                     )
                 })?;
-                labels.target = Target::Normalised(targets::normalization(protocol, train));
+                labels.target = Target::Normalised(Normalization::of(protocol, train));
                 labels.training = Some(train);
                 Ok(())
             }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::Findings;
 use crate::output;
-use crate::produce::{LinkMaker, PathColumns, Rows, profile_rows};
+use crate::produce::{LinkMaker, Rows, profile_rows};
 use crate::sampling::{self, Receivers, Sampling};
 use crate::settings;
 use crate::summary::Tally;
@@ -176,8 +176,8 @@ impl<'d> Recomputation<'d> {
             }
         }
         if let Some(table) = &stored.paths {
-            let mut paths = PathColumns::default();
-            paths.push_stored(table, link);
+            let mut paths = PathTable::default();
+            paths.push_link(table, link);
             if !paths.is_same(&rows.paths) {
                 return Ok(Some("paths are".into()));
             }

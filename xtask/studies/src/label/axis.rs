@@ -76,7 +76,7 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     let claim = "error of the continuous maximum, against one refined by golden section";
     study
         .section
-        .verdict(Verdict::bound(claim, worst_db, 1e-10, "dB"));
+        .verdict(Verdict::bound(claim, worst_db, 1e-6, "dB"));
     let cells = |row: &Row| {
         vec![
             row.axis.clone(),
@@ -146,7 +146,7 @@ fn reference(labeler: &Labeler, paths: &[PathSample]) -> Vec<f64> {
     let rate = config.sampling_rate_hz;
     let sense = match config.protocol {
         aps_label::Protocol::Released => std::f64::consts::PI,
-        _ => 0.0,
+        aps_label::Protocol::Paper => 0.0,
     };
     let ends = paths.iter().map(|p| rate * p.delay_s);
     let first = ends.clone().fold(f64::INFINITY, f64::min) - 1.0;

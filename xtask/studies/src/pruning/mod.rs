@@ -1,6 +1,5 @@
 //! Savings by leaving out: time and label with and without each kind of omission, scene by scene.
 
-mod clipping;
 mod needless;
 mod omissions;
 
@@ -14,11 +13,10 @@ use super::{Setup, Study, StudyName};
 pub fn run(setup: &Setup) -> Result<Study> {
     let scenes = typical(setup.profile, setup.seed)?;
     let mut study = Study::new(StudyName::Pruning.name(), "Pruning: what leaving out saves").at(5);
-    let bar = progress::bar(3 * scenes.len() as u64, "scenes");
+    let bar = progress::bar(2 * scenes.len() as u64, "scenes");
     bar.set_message("pruning");
     omissions::study(setup, &scenes, &bar, &mut study)?;
     needless::study(setup, &scenes, &bar, &mut study)?;
-    clipping::study(setup, &scenes, &bar, &mut study)?;
     bar.finish_and_clear();
     Ok(study)
 }

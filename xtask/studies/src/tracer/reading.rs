@@ -110,7 +110,6 @@ pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result
             .verdict(Verdict::decided(is_there, claim, numbers));
     }
     overall_table(&mut study, &all, by_db);
-    by_map(&mut study, references, rows);
     study.data("settings", "Every setting on every map", rows)?;
     study.data("references", "The references", references)?;
     Ok(study)
@@ -188,34 +187,5 @@ fn overall_table(study: &mut Study, all: &[Overall<'_>], by_db: &Trade) {
         "All settings, over all maps",
         &head,
         all.iter().map(row).collect(),
-    );
-}
-
-/// The default and the reference's neighbours on each map.
-fn by_map(study: &mut Study, references: &[ReferenceRow], rows: &[Row]) {
-    let shown: Vec<&str> = [DEFAULT, "R5 D1", "R2 D2", "R5 D2"]
-        .into_iter()
-        .filter(|name| rows.iter().any(|r| r.setting == *name))
-        .collect();
-    let cells = |map: &ReferenceRow| {
-        let mut cells = vec![map.map.clone(), map.walls.to_string()];
-        for name in &shown {
-            let row = rows.iter().find(|r| r.map == map.map && r.setting == *name);
-            cells.push(row.map_or(String::new(), |r| {
-                format!(
-                    "{} us, {} dB",
-                    three_digits(r.total_us),
-                    small(r.mean_error_db)
-                )
-            }));
-        }
-        cells
-    };
-    let mut head = vec!["map", "walls"];
-    head.extend(&shown);
-    study.table(
-        "Time a link and mean error on each map",
-        &head,
-        references.iter().map(cells).collect(),
     );
 }

@@ -5,15 +5,15 @@
 //! transformed back. The worst error, relative to the largest output, is 6e-7 with tiles of 2 x 2 outputs and 2e-6 with
 //! 4 x 4 (256 channels of rectified noise), where the plain sum has 3e-7; the tests hold the gradients to it as well.
 
+mod cache;
 mod filter;
-mod kept;
 mod tiles;
 mod transform;
 
 use rayon::prelude::*;
 
+pub(crate) use self::cache::KernelCache;
 use self::filter::{Filter, Four, Two};
-pub(crate) use self::kept::KeptKernels;
 use self::tiles::{Chunk, Tiles};
 use self::transform::Planes;
 use super::ConvShape;
@@ -23,9 +23,9 @@ use super::matmul::{Matrix, multiply};
 
 /// Fewest channels, on both sides, that repay the transforms.
 const CHANNELS: usize = 16;
-/// Fewest tiles in all that repay the larger kernels: where they are made anew for each call, and where they are kept.
+/// Fewest tiles in all that repay the larger kernels, if they are made anew for each call, and if they are cached.
 const TILES: usize = 48;
-const TILES_IF_KEPT: usize = 32;
+const TILES_IF_CACHED: usize = 32;
 /// Output channels of one matrix product.
 const CHANNEL_BLOCK: usize = 128;
 /// Values between the transformed kernels of two output channels.
@@ -38,11 +38,11 @@ pub(super) enum Size {
     Four,
 }
 
-/// The tiles by which a convolution is done soonest; `None` where the plain way is sooner, or the only one. Whether its
-/// transformed kernels are kept from call to call matters to it.
-pub(super) fn suits(shape: &ConvShape, is_kept: bool) -> Option<Size> {
-    let (fewest_tiles, fewest_pixels) = match is_kept {
-        true => (TILES_IF_KEPT, 2),
+/// Returns the tiles by which a convolution is fastest; `None` where the plain way is faster, or the only one. It depends on
+/// whether transformed kernels are cached from call to call.
+pub(super) fn suits(shape: &ConvShape, is_cached: bool) -> Option<Size> {
+    let (fewest_tiles, fewest_pixels) = match is_cached {
+        true => (TILES_IF_CACHED, 2),
         false => (TILES, 3),
     };
     let fits = shape.kernel == (3, 3)
@@ -61,13 +61,13 @@ pub(super) fn suits(shape: &ConvShape, is_kept: bool) -> Option<Size> {
     }
 }
 
-/// As [`convolve`](super::convolution::convolve).
+/// Computes [`convolve`](super::convolution::convolve).
 pub(super) fn convolve(
     size: Size,
     shape: &ConvShape,
     x: &[f32],
     weight: &[f32],
-    kept: Option<&KeptKernels>,
+    cache: Option<&KernelCache>,
     finish: Finish<'_>,
     out: &mut [f32],
 ) {
@@ -77,14 +77,14 @@ pub(super) fn convolve(
         Size::Four => transform_kernels::<Four, 4, 6>(weight, shape, stride, out),
     };
     let len = shape.out_channels * stride;
-    let kernels = KeptKernels::get_or_make(kept, size, len, kernels);
+    let kernels = KernelCache::get_or_make(cache, size, len, kernels);
     match size {
         Size::Two => convolve_by::<Two, 2, 4>(shape, x, &kernels, finish, out),
         Size::Four => convolve_by::<Four, 4, 6>(shape, x, &kernels, finish, out),
     }
 }
 
-/// As [`weight_gradient`](super::weight_gradient()).
+/// Computes [`weight_gradient`](super::weight_gradient()).
 pub(super) fn weight_gradient(
     size: Size,
     shape: &ConvShape,

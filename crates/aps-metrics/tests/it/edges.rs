@@ -1,0 +1,311 @@
+//! Input that is empty, constant, negative, not finite or of the wrong shape.
+
+use aps_metrics::{
+    DataRange, Defect, Error, Evaluation, Metric, PeakCensus, Protocol, SampleScores, Scorer, Side,
+    Spectra, spectrum_peaks,
+};
+
+const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
+
+fn score(protocol: Protocol, truth: &[f64], prediction: &[f64]) -> SampleScores {
+    Scorer::new(protocol)
+        .score(truth, prediction)
+        .expect("scorable")
+}
+
+fn push(truth: &[f32], prediction: &[f32], bins: usize) -> Result<Evaluation, Error> {
+    let mut evaluation = Evaluation::new(Protocol::Paper);
+    let truth = Spectra::new(truth, bins)?;
+    evaluation.push(truth, Spectra::new(prediction, bins)?, None)?;
+    Ok(evaluation)
+}
+
+#[test]
+fn wrong_shapes_are_named() {
+    let mut evaluation = Evaluation::new(Protocol::Released);
+    let values = [0.0; 12];
+    let truth = Spectra::new(&values, 6).expect("two rows");
+    let prediction = Spectra::new(&values, 4).expect("three rows");
+    let error = evaluation
+        .push(truth, prediction, None)
+        .expect_err("shapes differ");
+    let text = error.to_string();
+    assert!(text.contains("(2, 6)") && text.contains("(3, 4)"), "{text}");
+    assert_eq!(evaluation.samples(), 0);
+
+    let error = Scorer::new(Protocol::Paper)
+        .score(&[1.0; 3], &[1.0; 4])
+        .expect_err("lengths");
+    assert!(error.to_string().contains("(1, 3)") && error.to_string().contains("(1, 4)"));
+}
+
+#[test]
+fn empty_spectra_are_an_error() {
+    assert_eq!(Spectra::<f32>::new(&[], 0).err(), Some(Error::NoBins));
+    assert_eq!(
+        Scorer::new(Protocol::Paper)
+            .score::<f64, f64>(&[], &[])
+            .err(),
+        Some(Error::NoBins)
+    );
+    assert_eq!(
+        spectrum_peaks::<f64>(&[], &Protocol::Paper.definition()).err(),
+        Some(Error::NoBins)
+    );
+}
+
+#[test]
+fn incomplete_rows_are_an_error() {
+    let error = Error::IncompleteRow { values: 7, bins: 3 };
+    assert_eq!(Spectra::new(&[0.0_f32; 7], 3).err(), Some(error));
+}
+
+#[test]
+fn no_samples_have_an_empty_report() {
+    let evaluation = push(&[], &[], 180).expect("no rows are fine");
+    assert_eq!(evaluation.truth_range(), None);
+    let report = evaluation.report(DataRange::new(1.0).expect("positive"));
+    assert_eq!(report.overall.samples, 0);
+    assert_eq!(report.overall.get(Metric::Mae), None);
+    assert!(report.maps.is_empty());
+}
+
+#[test]
+fn chunks_must_agree() {
+    let mut evaluation = push(&[0.0; 4], &[0.0; 4], 4).expect("one row");
+    let five = Spectra::new(&[0.0_f32; 5], 5).expect("one row");
+    let error = Error::BinsChanged {
+        expected: 4,
+        found: 5,
+    };
+    assert_eq!(evaluation.push(five, five, None), Err(error));
+    let four = Spectra::new(&[0.0_f32; 4], 4).expect("one row");
+    let error = Error::MapIds { ids: 2, samples: 1 };
+    assert_eq!(evaluation.push(four, four, Some(&[1, 2])), Err(error));
+    assert_eq!(evaluation.samples(), 1);
+}
+
+#[test]
+fn values_that_are_not_finite_are_listed_and_in_no_mean() {
+    let nan = f32::NAN;
+    let truth = [1.0, 2.0, 1.0, 1.0, nan, 1.0, 1.0, 9.0, 1.0];
+    let prediction = [1.0, 2.0, 1.0, 1.0, nan, 1.0, 1.0, 2.0, f32::INFINITY];
+    let evaluation = push(&truth, &prediction, 3).expect("three rows");
+    assert_eq!(evaluation.samples(), 3);
+    let rejected: Vec<_> = evaluation
+        .rejected()
+        .iter()
+        .map(|r| (r.sample, r.defect))
+        .collect();
+    assert_eq!(
+        rejected,
+        [
+            (
+                1,
+                Defect {
+                    side: Side::Truth,
+                    bin: 1
+                }
+            ),
+            (
+                2,
+                Defect {
+                    side: Side::Prediction,
+                    bin: 2
+                }
+            ),
+        ]
+    );
+    // The truth of a rejected prediction still counts for the range.
+    let range = evaluation.truth_range().expect("two finite truths");
+    assert_eq!(range.get(), 8.0);
+    let report = evaluation.report(range);
+    assert_eq!(
+        (report.rejected_truths, report.rejected_predictions),
+        (1, 1)
+    );
+    assert_eq!(report.overall.samples, 1);
+    assert_eq!(report.overall.get(Metric::Mae).map(|d| d.mean), Some(0.0));
+
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.1e70] {
+        let error = Scorer::new(Protocol::Paper).score(&[0.0, 1.0], &[0.0, bad]);
+        let defect = Defect {
+            side: Side::Prediction,
+            bin: 1,
+        };
+        assert_eq!(error.err(), Some(Error::Unscorable(defect)));
+        let error = Error::NotFinite { index: 1 };
+        assert_eq!(
+            spectrum_peaks(&[0.0, bad], &Protocol::Paper.definition()),
+            Err(error)
+        );
+    }
+}
+
+#[test]
+fn a_range_must_be_positive_and_finite() {
+    for bad in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+        assert!(matches!(DataRange::new(bad), Err(Error::DataRange(_))));
+    }
+    let constant = push(&[3.0; 2], &[3.0; 2], 2).expect("one row");
+    assert_eq!(constant.truth_range().map(DataRange::get), Some(1e-6));
+}
+
+#[test]
+fn constant_spectra_have_no_peaks() {
+    let peaky = [0.0, 5.0, 0.0, 0.0];
+    for protocol in PROTOCOLS {
+        for constant in [[0.0; 4], [2.0; 4], [-2.0; 4]] {
+            // Nothing to find, nothing missed; but no strongest peak to hit either.
+            let scores = score(protocol, &constant, &peaky);
+            assert_eq!(
+                (scores.ple_deg, scores.recall, scores.hit(180.0)),
+                (0.0, [1.0; 2], false)
+            );
+            let scores = score(protocol, &peaky, &constant);
+            assert_eq!(
+                (scores.ple_deg, scores.recall, scores.hit(180.0)),
+                (180.0, [0.0; 2], false)
+            );
+            assert_eq!(score(protocol, &constant, &constant).ple_deg, 0.0);
+        }
+        // Two zero vectors have no direction: the cosine is 0, as PyTorch's floor makes it.
+        let zero = score(protocol, &[0.0; 4], &[0.0; 4]);
+        assert_eq!((zero.mae, zero.cosine, zero.nmse_db()), (0.0, 0.0, -120.0));
+    }
+}
+
+#[test]
+fn one_bin_has_no_peaks() {
+    for protocol in PROTOCOLS {
+        let scores = score(protocol, &[2.0], &[1.0]);
+        assert_eq!((scores.mae, scores.cosine), (1.0, 1.0));
+        assert_eq!(
+            (scores.ple_deg, scores.top_error_deg, scores.truth_peaks),
+            (0.0, None, 0)
+        );
+    }
+}
+
+#[test]
+fn negative_spectra_follow_the_protocol() {
+    // Highest at bin 1, lowest at bin 3.
+    let negative = [-4.0, -1.0, -4.0, -8.0, -4.0];
+    let peaks = |protocol: Protocol| {
+        let peaks = spectrum_peaks(&negative, &protocol.definition()).expect("finite");
+        peaks.all().iter().map(|peak| peak.bin).collect::<Vec<_>>()
+    };
+    // There is no positive maximum to scale by.
+    assert_eq!(peaks(Protocol::Paper), []);
+    // Division by a negative maximum turns the spectrum upside down.
+    assert_eq!(peaks(Protocol::Released), [3]);
+    // Its divisor, max + 1e-8, is 0 here.
+    let zero_divisor = [-1.0, -1e-8, -1.0];
+    let found = spectrum_peaks(&zero_divisor, &Protocol::Released.definition()).expect("finite");
+    assert!(found.all().is_empty());
+}
+
+#[test]
+fn a_peak_at_the_end_exists_on_the_ring_only() {
+    let mut end = [0.0; 180];
+    end[179] = 1.0;
+    let mut start = [0.0; 180];
+    start[0] = 1.0;
+    let paper = score(Protocol::Paper, &end, &start);
+    assert_eq!((paper.ple_deg, paper.top_error_deg), (2.0, Some(2.0)));
+    assert!(paper.hit(2.0) && !paper.hit(1.9));
+    let released = score(Protocol::Released, &end, &start);
+    assert_eq!(
+        (released.ple_deg, released.recall, released.truth_peaks),
+        (0.0, [1.0; 2], 0)
+    );
+}
+
+#[test]
+fn ten_equal_peaks_are_each_just_below_a_tenth() {
+    // 1 / (10 + 1e-8) < 0.1, so none is dominant and the first highest is kept.
+    let comb: Vec<f64> = (0..20).map(|bin| f64::from(bin % 2)).collect();
+    let peaks = spectrum_peaks(&comb, &Protocol::Paper.definition()).expect("finite");
+    assert_eq!(peaks.all().len(), 10);
+    let dominant: Vec<_> = peaks.dominant().iter().map(|peak| peak.bin).collect();
+    assert_eq!(dominant, [1]);
+}
+
+#[test]
+fn a_peak_of_exactly_the_least_prominence_counts() {
+    // 1 / 20 rounds to the threshold 0.05 itself. The released code divides by 20 + 1e-8.
+    let peaks = |values: &[f64], protocol: Protocol| {
+        spectrum_peaks(values, &protocol.definition())
+            .expect("finite")
+            .all()
+            .len()
+    };
+    assert_eq!(peaks(&[0.0, 20.0, 0.0, 1.0, 0.0], Protocol::Paper), 2);
+    assert_eq!(peaks(&[0.0, 20.0, 0.0, 1.0, 0.0], Protocol::Released), 1);
+    // So does 7 / 140, but not 7 * (1 / 140).
+    assert_eq!(peaks(&[0.0, 140.0, 0.0, 7.0, 0.0], Protocol::Paper), 2);
+}
+
+#[test]
+fn floors_of_the_logarithms() {
+    let scores = score(Protocol::Released, &[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]);
+    let range = DataRange::new(10.0).expect("positive");
+    assert_eq!((scores.psnr_db(range), scores.nmse_db()), (140.0, -120.0));
+}
+
+#[test]
+fn maps_are_told_apart() {
+    let mut evaluation = Evaluation::new(Protocol::Paper);
+    let truth = [0.0_f32; 4];
+    let prediction = [1.0_f64, 1.0, 3.0, 3.0];
+    let rows = Spectra::new(&truth, 1).expect("four rows");
+    let predicted = Spectra::new(&prediction, 1).expect("four rows");
+    evaluation
+        .push(rows, predicted, Some(&[50, 46, 50, 50]))
+        .expect("equal shapes");
+    evaluation
+        .push(rows, predicted, None)
+        .expect("maps may be unknown");
+    let range = DataRange::new(1.0).expect("positive");
+    let report = evaluation.report(range);
+    let ids: Vec<_> = report
+        .maps
+        .iter()
+        .map(|m| (m.map_id, m.group.samples))
+        .collect();
+    assert_eq!(ids, [(46, 1), (50, 3)]);
+    assert_eq!(report.overall.samples, 8);
+
+    let mut alone = Evaluation::new(Protocol::Paper);
+    let rows = Spectra::new(&truth[..3], 1).expect("three rows");
+    let predicted = Spectra::new(&[1.0, 3.0, 3.0], 1).expect("three rows");
+    alone.push(rows, predicted, None).expect("equal shapes");
+    assert_eq!(report.maps[1].group, alone.report(range).overall);
+}
+
+#[test]
+fn a_report_counts_peaks() {
+    let none = [0.0; 6];
+    let one = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+    let three = [0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
+    let truth = [none, one, three, three].concat();
+    let prediction = [one, none, none, three].concat();
+    let mut evaluation = Evaluation::new(Protocol::Paper);
+    let view = |values| Spectra::new(values, 6).expect("whole rows");
+    evaluation
+        .push(view(&truth), view(&prediction), None)
+        .expect("equal shapes");
+    let report = evaluation.report(DataRange::new(1.0).expect("positive"));
+    let expected = PeakCensus {
+        dominant_true_peaks: 7,
+        at_most_two: 2,
+        truths_without_peak: 1,
+        predictions_without_peak: 2,
+    };
+    assert_eq!(report.overall.peaks, expected);
+}
+
+#[test]
+fn a_stored_sample_takes_120_bytes() {
+    assert_eq!(size_of::<aps_metrics::ScoredSample>(), 120);
+}

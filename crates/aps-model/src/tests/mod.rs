@@ -1,0 +1,31 @@
+//! Tests of what is not public: operations, layers, models of other sizes, steps of training.
+
+mod fast_operations;
+mod gradients;
+mod operations;
+mod optim;
+mod parity;
+mod stability;
+mod train;
+
+use candle_core::{DType, Device, Tensor};
+use candle_nn::{VarBuilder, VarMap};
+
+use crate::seeded;
+
+/// Returns a builder of tensors on the CPU.
+fn builder(parameters: &VarMap, dtype: DType, seed: u64) -> VarBuilder<'static> {
+    seeded(parameters, seed, dtype, &Device::Cpu)
+}
+
+/// Returns all values in double precision.
+fn flat(tensor: &Tensor) -> Vec<f64> {
+    let flat = tensor.flatten_all().unwrap().to_dtype(DType::F64).unwrap();
+    flat.to_vec1().unwrap()
+}
+
+/// Runs `f` on so many threads.
+fn on_threads<T: Send>(threads: usize, f: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.unwrap().install(f)
+}

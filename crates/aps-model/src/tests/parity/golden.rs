@@ -1,0 +1,84 @@
+//! Golden files, and how close is close.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use candle_core::{Device, Tensor, safetensors};
+
+use super::super::flat;
+use super::rule::mix;
+
+/// Sampled elements a tensor.
+const SAMPLES: usize = 4;
+
+/// The arrays of one model.
+pub struct Golden(HashMap<String, Tensor>);
+
+impl Golden {
+    pub fn of(model: &str) -> Self {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../tests/golden/models")
+            .join(format!("{model}.safetensors"));
+        Self(safetensors::load(path, &Device::Cpu).unwrap())
+    }
+
+    pub fn values(&self, name: &str) -> Vec<f64> {
+        flat(&self.0[name])
+    }
+
+    /// Checks every element of `found` to `tolerance`, absolute.
+    pub fn check_absolute(&self, name: &str, found: &Tensor, tolerance: f64) {
+        assert_eq!(found.dims(), self.0[name].dims(), "{name}");
+        let worst = self
+            .values(name)
+            .iter()
+            .zip(flat(found))
+            .map(|(e, f)| (e - f).abs())
+            .fold(0.0, f64::max);
+        println!("{name}: off by at most {worst:.2e}");
+        assert!(worst <= tolerance, "{name}: off by {worst:e}");
+    }
+
+    /// Norm and samples of each of the tensors, in the order of their names.
+    pub fn rows(&self, name: &str, tensors: &[(String, Tensor)]) -> Vec<Row> {
+        let expected = self.values(name);
+        assert_eq!(
+            expected.len(),
+            tensors.len() * (1 + SAMPLES),
+            "{name}: number of tensors"
+        );
+        tensors
+            .iter()
+            .zip(expected.chunks(1 + SAMPLES))
+            .map(|((tensor, found), expected)| {
+                let found = flat(found);
+                let samples: Vec<f64> = mix(&format!("sample {tensor}"), SAMPLES)
+                    .map(|at| found[(at % found.len() as u64) as usize])
+                    .collect();
+                Row {
+                    tensor: tensor.clone(),
+                    rms: expected[0] / (found.len() as f64).sqrt(),
+                    norm: (expected[0], found.iter().map(|v| v * v).sum::<f64>().sqrt()),
+                    samples: expected[1..].iter().copied().zip(samples).collect(),
+                }
+            })
+            .collect()
+    }
+}
+
+/// Comparison of one tensor; each pair is (expected, found).
+pub struct Row {
+    pub tensor: String,
+    /// Root of the mean square of the expected values.
+    pub rms: f64,
+    pub norm: (f64, f64),
+    pub samples: Vec<(f64, f64)>,
+}
+
+impl Row {
+    /// Norm and samples, each with the size that its error is relative to: an element of the tensor, or all of it.
+    pub fn pairs(&self) -> impl Iterator<Item = (f64, (f64, f64))> {
+        let samples = self.samples.iter().map(|&pair| (self.rms, pair));
+        samples.chain([(self.norm.0, self.norm)])
+    }
+}

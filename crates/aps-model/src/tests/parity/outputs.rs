@@ -1,0 +1,74 @@
+//! Outputs in evaluation mode.
+
+use candle_core::DType;
+use candle_nn::VarMap;
+
+use super::super::builder;
+use super::golden::Golden;
+use super::rule::{images, set_weights, targets};
+use crate::{ModelKind, Preset};
+
+fn outputs_are_pytorch_s(kind: ModelKind, name: &str, size: usize) {
+    let parameters = VarMap::new();
+    let vb = builder(&parameters, DType::F32, 0);
+    let model = kind.build(Preset::Paper, vb).unwrap();
+    set_weights(&parameters);
+    let golden = Golden::of(kind.name());
+    let found = model.forward_t(&images(size), false).unwrap();
+    golden.check_absolute(name, &found, 1e-4);
+}
+
+#[test]
+fn outputs_of_ms_areg() {
+    outputs_are_pytorch_s(ModelKind::MsAreg, "eval_64", 64);
+}
+
+#[test]
+fn outputs_of_ms_mlp() {
+    outputs_are_pytorch_s(ModelKind::MsMlp, "eval_64", 64);
+}
+
+#[test]
+fn outputs_of_adv_mlp() {
+    outputs_are_pytorch_s(ModelKind::AdvMlp, "eval_64", 64);
+}
+
+#[test]
+fn outputs_of_resnet_mlp() {
+    outputs_are_pytorch_s(ModelKind::ResnetMlp, "eval_64", 64);
+}
+
+#[test]
+fn outputs_of_radiounet() {
+    outputs_are_pytorch_s(ModelKind::RadioUnet, "eval_64", 64);
+}
+
+#[test]
+fn outputs_of_vit_reg() {
+    outputs_are_pytorch_s(ModelKind::VitReg, "eval_64", 64);
+}
+
+#[test]
+fn outputs_of_resnet_conv1d() {
+    outputs_are_pytorch_s(ModelKind::ResnetConv1d, "eval_64", 64);
+}
+
+#[test]
+#[ignore = "long: images of the paper's size"]
+fn outputs_at_256_px() {
+    for kind in ModelKind::ALL {
+        outputs_are_pytorch_s(kind, "eval_256", 256);
+    }
+}
+
+#[test]
+fn scores_of_the_regularizer() {
+    let parameters = VarMap::new();
+    let vb = builder(&parameters, DType::F32, 0);
+    let built = ModelKind::MsAreg.build_regularizer(Preset::Paper, vb);
+    let regularizer = built.unwrap().unwrap();
+    set_weights(&parameters);
+    let encoded = regularizer.encode(&images(64), false).unwrap();
+    let found = regularizer.score(&encoded, &targets()).unwrap();
+    Golden::of("ms_areg").check_absolute("critic_eval_64", &found, 1e-4);
+}

@@ -1,0 +1,6 @@
+//! Tests through the crate's public face, one file a theme.
+
+/// Bytes from anywhere as GeoJSON.
+mod fuzz;
+/// Traits, messages and settings of the public types.
+mod traits;
