@@ -8,7 +8,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
 use aps_raytrace::{Area, Footprint, Scene};
 use aps_tests::links::outdoor_points;
-use aps_tests::shapes::{city, city_scene, moved};
+use aps_tests::shapes::{block, city, city_scene, moved, ring};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -126,15 +126,14 @@ fn fields_of_a_mirrored_map_are_the_mirrored_fields() {
     let points = off_grid(&scene, 12, 3);
     let (tx, rx) = prepare(&map, &points);
     for mirror in Mirror::ALL {
-        let turn = |p: DVec2| {
+        let turn = |p: &DVec2| {
             let x = if mirror.x { SIDE_M - p.x } else { p.x };
             let y = if mirror.y { SIDE_M - p.y } else { p.y };
             DVec2::new(x, y)
         };
-        let turned = moved(&footprints, turn);
-        let turned = Scene::new(&turned, area).unwrap();
+        let turned = Scene::new(&moved(&footprints, |p| turn(&p)), area).unwrap();
         let turned = FieldMap::new(&turned, FieldConfig::default()).unwrap();
-        let ends: Vec<DVec2> = points.iter().map(|&p| turn(p)).collect();
+        let ends: Vec<DVec2> = points.iter().map(turn).collect();
         let (turned_tx, turned_rx) = prepare(&turned, &ends);
 
         let (width, height) = (map.grid().width, map.grid().height);
@@ -213,10 +212,11 @@ fn one_thread_and_four_make_the_same_bytes() {
 
 #[test]
 fn a_receiver_that_no_way_leads_to_has_no_detours() {
-    let square = |lo: f64, hi: f64| [(lo, lo), (hi, lo), (hi, hi), (lo, hi)].map(DVec2::from);
-    let mut block = Footprint::new(square(100.0, 150.0));
-    block.holes.push(square(110.0, 140.0).into());
-    let scene = Scene::new(&[block], Some(Area::RADIOMAPSEER)).unwrap();
+    let (outer, yard) = (
+        ring([100.0, 150.0], [100.0, 150.0]),
+        ring([110.0, 140.0], [110.0, 140.0]),
+    );
+    let scene = Scene::new(&[block(outer, yard)], Some(Area::RADIOMAPSEER)).unwrap();
     let map = FieldMap::new(&scene, FieldConfig::default()).unwrap();
     let tx = map.transmitter(DVec2::new(50.0, 50.0)).unwrap();
     let rx = map.receiver(DVec2::new(120.0, 130.0)).unwrap();

@@ -8,7 +8,7 @@ use aps_raytrace::scene::Location;
 use aps_raytrace::{Area, Scene, TraceConfig, Tracer};
 use aps_tests::brute_force::candidates;
 use aps_tests::maps::real_cities;
-use aps_tests::shapes::{city_scene, moved, rectangle};
+use aps_tests::shapes::{block, city, city_scene, moved, rectangle, ring};
 use proptest::prelude::*;
 
 /// Decisions closer than this \[m\] may fall either way.
@@ -100,7 +100,7 @@ fn check_lit(scene: &Scene, map: &FieldMap<'_>, tx: DVec2, count: usize) -> (usi
     (compared, close)
 }
 
-/// Returns true when two corners are at one place, through which exhaustion would find a way of width zero.
+/// Returns true when two corners are at one place, through which exhaustion finds a way of width zero.
 fn has_touching_corners(scene: &Scene) -> bool {
     let corners = scene
         .walls()
@@ -166,14 +166,17 @@ fn check_shortest(scene: &Scene, map: &FieldMap<'_>, tx: DVec2, count: usize) {
     let to_corners = exhaustive.to_corners(tx);
     let fields = map.transmitter(tx).unwrap();
     let found = fields.lengths_m(map, Field::Geodesic);
-    for pixel in pixels(scene, map, count) {
-        let centre = map.grid().centre(pixel);
-        let expected = exhaustive.shortest(tx, &to_corners, centre);
-        let found = f64::from(found[pixel]);
+    let mut longer = 0;
+    let mut check = |to: DVec2, found: f64| {
+        let expected = exhaustive.shortest(tx, &to_corners, to);
+        longer += usize::from(found > expected && !agrees(found, expected));
         assert!(
-            agrees(found, expected),
-            "{tx} to {centre}: {found} m instead of {expected} m"
+            found >= expected || agrees(found, expected),
+            "{tx} to {to}: {found} m instead of {expected} m"
         );
+    };
+    for pixel in pixels(scene, map, count) {
+        check(map.grid().centre(pixel), found[pixel].into());
     }
     for rx in places(scene, count / 10, 77) {
         let receiver = map.receiver(rx).unwrap();
@@ -183,10 +186,13 @@ fn check_shortest(scene: &Scene, map: &FieldMap<'_>, tx: DVec2, count: usize) {
             receiver: &receiver,
             mirror: Mirror::default(),
         };
-        let expected = exhaustive.shortest(tx, &to_corners, rx);
-        let found = link.geodesic_m();
-        assert!(found == expected || (found - expected).abs() < 1e-9);
+        check(rx, link.geodesic_m());
     }
+    let most = match has_touching_corners(scene) {
+        true => count / 4,
+        false => 0,
+    };
+    assert!(longer <= most, "{longer} ways from {tx} are too long");
 }
 
 proptest! {
@@ -225,42 +231,30 @@ fn a_whole_city_is_lit_as_single_pixels_are() {
 
 #[test]
 fn real_cities_are_lit_as_single_pixels_are() {
-    for (name, scene) in real_cities(&[0, 21]) {
+    for (_, scene) in real_cities(&[0, 21]) {
         let map = map(&scene, 1.0);
-        let touching = has_touching_corners(&scene);
         for tx in places(&scene, 2, 1) {
             let (compared, close) = check_lit(&scene, &map, tx, 700);
             assert!(compared > 50 && close < compared / 10, "{compared} {close}");
-            // On map 21 outlines cross themselves.
-            assert!(touching == (name == "map 21"), "{name}");
-            if !touching {
-                check_shortest(&scene, &map, tx, 300);
-            }
+            check_shortest(&scene, &map, tx, 300);
         }
     }
 }
 
-/// A tile of the extract, moved.
-fn helsinki(by: DVec2) -> Scene {
-    let tile = aps_tests::maps::helsinki(200.0);
-    let footprints = moved(&tile.footprints, |p| p + by);
-    let area = Area {
-        min: tile.area.min + by,
-        max: tile.area.max + by,
-    };
-    Scene::new(&footprints, Some(area)).unwrap()
-}
-
 #[test]
-fn helsinki_is_lit_as_single_pixels_are_and_far_from_the_origin_too() {
-    for by in [DVec2::ZERO, DVec2::new(385_000.0, 6_672_000.0)] {
-        let scene = helsinki(by);
-        let map = map(&scene, 1.0);
-        for tx in places(&scene, 2, 9) {
-            let (compared, _) = check_lit(&scene, &map, tx, 700);
-            assert!(compared > 50, "{compared}");
-            check_shortest(&scene, &map, tx, 300);
-        }
+fn a_city_far_from_the_origin_is_lit_as_single_pixels_are() {
+    let by = DVec2::new(385_000.0, 6_672_000.0);
+    let footprints = moved(&city(130, 8).footprints().unwrap(), |p| p + by);
+    let area = Area {
+        min: by,
+        max: by + 130.0,
+    };
+    let scene = Scene::new(&footprints, Some(area)).unwrap();
+    let map = map(&scene, 1.0);
+    for tx in places(&scene, 2, 9) {
+        let (compared, _) = check_lit(&scene, &map, tx, 500);
+        assert!(compared > 50, "{compared}");
+        check_shortest(&scene, &map, tx, 300);
     }
 }
 
@@ -291,9 +285,11 @@ fn no_way_leads_between_two_corners_that_touch() {
 
 #[test]
 fn a_closed_courtyard_is_reached_from_inside_only() {
-    let mut block = rectangle(10.0, 10.0, 30.0, 30.0);
-    block.holes.push(rectangle(15.0, 15.0, 25.0, 25.0).outer);
-    let scene = Scene::new(&[block], square(40.0)).unwrap();
+    let (outer, yard) = (
+        ring([10.0, 30.0], [10.0, 30.0]),
+        ring([15.0, 25.0], [15.0, 25.0]),
+    );
+    let scene = Scene::new(&[block(outer, yard)], square(40.0)).unwrap();
     let map = map(&scene, 1.0);
     let yard = map.grid().pixel_at(DVec2::new(20.0, 20.0)).unwrap();
     let street = map.grid().pixel_at(DVec2::new(35.0, 20.0)).unwrap();

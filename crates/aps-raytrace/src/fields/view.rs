@@ -1,13 +1,15 @@
 //! What a source sees, piece by piece: the part of the street between two rays, up to one wall.
 //!
-//! [`crate::beam`] finds which walls a source sees, each with a window around what is seen of it. Their upper envelope in
-//! inverse depth, taken once more over these few, gives the exact pieces: every ray of a piece meets the same wall first.
+//! [`crate::beam`] tells from which ray on which wall is the nearest: every ray of a piece meets the same wall first.
 
 use glam::DVec2;
 
 use super::canvas::HalfPlane;
 use crate::beam::{Beam, Sweep, Window, visible_walls};
 use crate::scene::{Scene, Wall};
+
+/// Rays nearer to each other than this, in k / (1 + |k|), are one: far above rounding, far below what pixels tell apart.
+const ONE_RAY: f64 = 1e-12;
 
 /// The part of a view between two neighbouring rays, up to the wall that both meet.
 #[derive(Debug, Clone, Copy)]
@@ -123,126 +125,69 @@ impl View {
         let Scratch {
             sweep,
             windows,
-            seen,
-            events,
-            active,
+            nearest,
         } = scratch;
         windows.clear();
-        visible_walls(scene, &self.beam, sweep, windows, |_, _| {});
-        seen.clear();
-        events.clear();
-        active.clear();
-        events.extend([(self.lo, u32::MAX, true), (self.hi, u32::MAX, true)]);
-        for window in windows {
-            if let Some(wall) = Seen::new(self, &scene.walls()[window.wall as usize], window) {
-                let n = seen.len() as u32;
-                events.extend([(wall.from, n, false), (wall.to, n, true)]);
-                seen.push(wall);
-            }
-        }
-        events.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        nearest.clear();
+        visible_walls(scene, &self.beam, sweep, windows, |k, wall| {
+            nearest.push((k, wall));
+        });
+        // A wall is nearest until another is, at most up to its own end.
+        nearest.dedup_by_key(|from| from.1);
         let (middle, half) = (reach[0].midpoint(reach[1]), (reach[1] - reach[0]) * 0.5);
         let beyond = self.project(middle).y + half.dot(self.forward.abs());
-
-        // One stretch of k after another; neighbouring ones that end at the same wall are one.
-        let mut current: Option<(f64, f64, Option<u32>)> = None;
-        let mut flush = |stretch: Option<(f64, f64, Option<u32>)>| {
-            out.extend(stretch.and_then(|(k0, k1, n)| self.piece(k0, k1, n, seen, beyond)));
-        };
-        for (i, &(k, n, ends)) in events.iter().enumerate() {
-            if n != u32::MAX {
-                match active.iter().position(|&m| m == n) {
-                    Some(at) if ends => drop(active.swap_remove(at)),
-                    _ => active.push(n),
-                }
-            }
-            let Some(&(next, ..)) = events.get(i + 1) else {
-                break;
-            };
-            let (from, to) = (k.max(self.lo), next.min(self.hi));
-            if from >= to {
-                continue;
-            }
-            let middle = from + (to - from) * 0.5;
-            let depth = |n: &u32| seen[*n as usize].inverse_depth(middle);
-            let nearest = active.iter().copied();
-            let nearest = nearest.reduce(|p, q| if depth(&q) > depth(&p) { q } else { p });
-            current = match current {
-                Some((k0, _, wall)) if wall == nearest => Some((k0, to, wall)),
-                before => {
-                    flush(before);
-                    Some((from, to, nearest))
-                }
-            };
+        let mut open_from = self.lo;
+        for (i, &(k, id)) in nearest.iter().enumerate() {
+            out.extend(self.open(open_from, k, beyond));
+            let next = nearest.get(i + 1).map_or(self.hi, |next| next.0);
+            open_from = next.min(self.end_of(&scene.walls()[id as usize]));
+            out.extend(self.up_to(k, open_from, id, &scene.walls()[id as usize]));
         }
-        flush(current);
+        out.extend(self.open(open_from, self.hi, beyond));
     }
 
-    fn piece(&self, k0: f64, k1: f64, n: Option<u32>, seen: &[Seen], beyond: f64) -> Option<Piece> {
-        let near = [k0, k1].map(|k| self.point(k, self.near));
-        let Some(n) = n else {
-            return (beyond > self.near).then(|| Piece {
-                apex: self.apex,
-                near,
-                far: [k0, k1].map(|k| self.point(k, beyond)),
-                wall: None,
-                at: [0.0; 2],
-            });
-        };
-        let seen = &seen[n as usize];
-        let at = [k0, k1].map(|k| seen.at(k));
-        Some(Piece {
+    /// The ray on which a wall ends to the left, or the last one where it goes on behind the window.
+    fn end_of(&self, wall: &Wall) -> f64 {
+        // A wall with its front to the apex starts on the left.
+        let start = self.project(wall.a);
+        match start.y > self.near {
+            true => start.x / start.y,
+            false => self.hi,
+        }
+    }
+
+    /// Narrows a stretch of rays to the view. `None` for hardly more than one ray: rounding tells the ends of two walls at one
+    /// corner apart, and between them lies what is behind.
+    fn stretch(&self, from: f64, to: f64) -> Option<[f64; 2]> {
+        let (from, to) = (from.max(self.lo), to.min(self.hi));
+        (to - from > ONE_RAY * (1.0 + from.abs())).then_some([from, to])
+    }
+
+    /// The piece between two rays that meet no wall.
+    fn open(&self, from: f64, to: f64, beyond: f64) -> Option<Piece> {
+        let rays = self.stretch(from, to)?;
+        (beyond > self.near).then(|| Piece {
             apex: self.apex,
-            near,
-            far: at.map(|at| seen.wall.a + seen.wall.along() * at),
-            wall: Some(seen.id),
-            at,
+            near: rays.map(|k| self.point(k, self.near)),
+            far: rays.map(|k| self.point(k, beyond)),
+            wall: None,
+            at: [0.0; 2],
         })
     }
-}
 
-/// The part of a wall that may be seen.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    id: u32,
-    wall: Wall,
-    /// Ends of the wall across and forward.
-    a: DVec2,
-    b: DVec2,
-    /// Range of k.
-    from: f64,
-    to: f64,
-}
-
-impl Seen {
-    fn new(view: &View, wall: &Wall, window: &Window) -> Option<Self> {
-        let (a, b) = (view.project(wall.a), view.project(wall.b));
-        // Windows are a little wider than what is seen; walls are not.
-        let k = |at: f64| {
-            let p = a + (b - a) * at.clamp(0.0, 1.0);
-            p.x / p.y
-        };
-        let (p, q) = (k(window.lo), k(window.hi));
-        let seen = Self {
-            id: window.wall,
-            wall: *wall,
-            a,
-            b,
-            from: p.min(q),
-            to: p.max(q),
-        };
-        (seen.from < seen.to && seen.from.is_finite() && seen.to.is_finite()).then_some(seen)
-    }
-
-    fn inverse_depth(&self, k: f64) -> f64 {
-        let d = self.b - self.a;
-        (d.y * k - d.x) / self.a.perp_dot(self.b)
-    }
-
-    /// Where ray k meets the wall.
-    fn at(&self, k: f64) -> f64 {
-        let d = self.b - self.a;
-        ((k * self.a.y - self.a.x) / (d.x - k * d.y)).clamp(0.0, 1.0)
+    /// The piece between two rays that meet a wall.
+    fn up_to(&self, from: f64, to: f64, id: u32, wall: &Wall) -> Option<Piece> {
+        let rays = self.stretch(from, to)?;
+        let (a, b) = (self.project(wall.a), self.project(wall.b));
+        let d = b - a;
+        let at = rays.map(|k| ((k * a.y - a.x) / (d.x - k * d.y)).clamp(0.0, 1.0));
+        Some(Piece {
+            apex: self.apex,
+            near: rays.map(|k| self.point(k, self.near)),
+            far: at.map(|at| wall.a + wall.along() * at),
+            wall: Some(id),
+            at,
+        })
     }
 }
 
@@ -251,7 +196,5 @@ impl Seen {
 pub(super) struct Scratch {
     sweep: Sweep,
     windows: Vec<Window>,
-    seen: Vec<Seen>,
-    events: Vec<(f64, u32, bool)>,
-    active: Vec<u32>,
+    nearest: Vec<(f64, u32)>,
 }
