@@ -5,20 +5,14 @@ use aps_raytrace::fields::{
     ReceiverRays, TransmitterFields, gather,
 };
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{CityConfig, Location};
+use aps_raytrace::scene::Location;
 use aps_raytrace::{Area, Footprint, Scene};
 use aps_tests::links::outdoor_points;
+use aps_tests::shapes::{city, city_scene, moved};
 use proptest::prelude::*;
 use serde_json::Value;
 
 const SIDE_M: f64 = 256.0;
-
-fn city(seed: u64) -> CityConfig {
-    CityConfig {
-        seed,
-        ..CityConfig::default()
-    }
-}
 
 fn off_grid(scene: &Scene, count: usize, offset: u32) -> Vec<DVec2> {
     // A ray from whole metres may run through a corner.
@@ -70,7 +64,7 @@ proptest! {
         offset in 0_u32..10_000,
         max_bounces in 0_usize..5,
     ) {
-        let scene = Scene::synthetic(&city(seed)).unwrap();
+        let scene = city_scene(256, seed);
         let fan = Fan { directions: 60, ranges_m: Fan::log_spaced(12, 1.0, 320.0), max_bounces };
         let config = FieldConfig { fan, ..FieldConfig::default() };
         let map = FieldMap::new(&scene, config).unwrap();
@@ -125,33 +119,22 @@ fn prepare(map: &FieldMap<'_>, points: &[DVec2]) -> (Vec<TransmitterFields>, Vec
 
 #[test]
 fn fields_of_a_mirrored_map_are_the_mirrored_fields() {
-    let footprints = city(5).footprints().unwrap();
+    let footprints = city(256, 5).footprints().unwrap();
     let area = Some(Area::RADIOMAPSEER);
     let scene = Scene::new(&footprints, area).unwrap();
     let map = FieldMap::new(&scene, FieldConfig::default()).unwrap();
     let points = off_grid(&scene, 12, 3);
     let (tx, rx) = prepare(&map, &points);
     for mirror in Mirror::ALL {
-        let turn = |p: &DVec2| {
+        let turn = |p: DVec2| {
             let x = if mirror.x { SIDE_M - p.x } else { p.x };
             let y = if mirror.y { SIDE_M - p.y } else { p.y };
             DVec2::new(x, y)
         };
-        let turned: Vec<Footprint> = footprints
-            .iter()
-            .map(|f| Footprint {
-                outer: f.outer.iter().map(turn).collect(),
-                holes: f
-                    .holes
-                    .iter()
-                    .map(|h| h.iter().map(turn).collect())
-                    .collect(),
-                ..f.clone()
-            })
-            .collect();
+        let turned = moved(&footprints, turn);
         let turned = Scene::new(&turned, area).unwrap();
         let turned = FieldMap::new(&turned, FieldConfig::default()).unwrap();
-        let ends: Vec<DVec2> = points.iter().map(turn).collect();
+        let ends: Vec<DVec2> = points.iter().map(|&p| turn(p)).collect();
         let (turned_tx, turned_rx) = prepare(&turned, &ends);
 
         let (width, height) = (map.grid().width, map.grid().height);
@@ -212,7 +195,7 @@ fn a_detour_is_nothing_where_the_transmitter_is_in_sight_along_the_ray() {
 
 #[test]
 fn one_thread_and_four_make_the_same_bytes() {
-    let scene = Scene::synthetic(&city(7)).unwrap();
+    let scene = city_scene(256, 7);
     let points = outdoor_points(&scene, 12, 0);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

@@ -4,10 +4,11 @@ use std::collections::HashSet;
 
 use aps_raytrace::fields::{Field, FieldConfig, FieldGrid, FieldLink, FieldMap, Mirror};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{CityConfig, GeoJsonConfig, Location, Tiling, parse_geojson};
-use aps_raytrace::{Area, Footprint, Scene, TraceConfig, Tracer};
+use aps_raytrace::scene::Location;
+use aps_raytrace::{Area, Scene, TraceConfig, Tracer};
 use aps_tests::brute_force::candidates;
-use aps_tests::maps::real_map;
+use aps_tests::maps::real_cities;
+use aps_tests::shapes::{city_scene, moved, rectangle};
 use proptest::prelude::*;
 
 /// Decisions closer than this \[m\] may fall either way.
@@ -15,15 +16,6 @@ const TOLERANCE_M: f64 = 1e-6;
 
 /// Rounding of lengths to f32 \[m\].
 const ROUNDING_M: f64 = 2e-4;
-
-fn city(seed: u64, size_m: u32) -> Scene {
-    let config = CityConfig {
-        seed,
-        size_m,
-        ..CityConfig::default()
-    };
-    Scene::synthetic(&config).unwrap()
-}
 
 fn map(scene: &Scene, pixel_m: f64) -> FieldMap<'_> {
     let config = FieldConfig {
@@ -206,7 +198,7 @@ proptest! {
         offset in 0_u32..10_000,
         pixel_m in prop::sample::select(vec![0.75, 1.0, 2.0]),
     ) {
-        let scene = city(seed, 130);
+        let scene = city_scene(130, seed);
         let map = map(&scene, pixel_m);
         let tx = places(&scene, 1, offset)[0];
         check_shortest(&scene, &map, tx, 300);
@@ -217,7 +209,7 @@ proptest! {
 
 #[test]
 fn a_whole_city_is_lit_as_single_pixels_are() {
-    let scene = city(3, 256);
+    let scene = city_scene(256, 3);
     let map = map(&scene, 1.0);
     let (mut compared, mut close) = (0, 0);
     for tx in places(&scene, 4, 5) {
@@ -232,41 +224,26 @@ fn a_whole_city_is_lit_as_single_pixels_are() {
 }
 
 #[test]
-fn real_maps_are_lit_as_single_pixels_are() {
-    for id in [0, 21] {
-        let Some(text) = real_map(id) else { return };
-        let scene = Scene::from_radiomapseer(&text).unwrap();
+fn real_cities_are_lit_as_single_pixels_are() {
+    for (name, scene) in real_cities(&[0, 21]) {
         let map = map(&scene, 1.0);
+        let touching = has_touching_corners(&scene);
         for tx in places(&scene, 2, 1) {
             let (compared, close) = check_lit(&scene, &map, tx, 700);
             assert!(compared > 50 && close < compared / 10, "{compared} {close}");
             // On map 21 outlines cross themselves.
-            assert_eq!(has_touching_corners(&scene), id == 21);
-            if id != 21 {
+            assert!(touching == (name == "map 21"), "{name}");
+            if !touching {
                 check_shortest(&scene, &map, tx, 300);
             }
         }
     }
 }
 
-/// The tile of the extract with the most buildings, moved.
+/// A tile of the extract, moved.
 fn helsinki(by: DVec2) -> Scene {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/helsinki.geojson");
-    let text = std::fs::read_to_string(path).unwrap();
-    let city = parse_geojson(&text, &GeoJsonConfig::default()).unwrap();
-    let tiling = Tiling::new(city.footprints, 200.0).unwrap();
-    let tiles = tiling.ids(1).map(|id| tiling.tile(id).unwrap());
-    let tile = tiles.max_by_key(|tile| tile.footprints.len()).unwrap();
-    let moved = |points: &Vec<DVec2>| points.iter().map(|&p| p + by).collect();
-    let footprints: Vec<Footprint> = tile
-        .footprints
-        .iter()
-        .map(|f| Footprint {
-            outer: moved(&f.outer),
-            holes: f.holes.iter().map(moved).collect(),
-            ..f.clone()
-        })
-        .collect();
+    let tile = aps_tests::maps::helsinki(200.0);
+    let footprints = moved(&tile.footprints, |p| p + by);
     let area = Area {
         min: tile.area.min + by,
         max: tile.area.max + by,
@@ -287,10 +264,6 @@ fn helsinki_is_lit_as_single_pixels_are_and_far_from_the_origin_too() {
     }
 }
 
-fn house(x0: f64, y0: f64, x1: f64, y1: f64) -> Footprint {
-    Footprint::new([(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(DVec2::from))
-}
-
 fn square(side_m: f64) -> Option<Area> {
     Some(Area {
         min: DVec2::ZERO,
@@ -300,7 +273,10 @@ fn square(side_m: f64) -> Option<Area> {
 
 #[test]
 fn no_way_leads_between_two_corners_that_touch() {
-    let houses = [house(10.0, 10.0, 20.0, 20.0), house(20.0, 20.0, 30.0, 30.0)];
+    let houses = [
+        rectangle(10.0, 10.0, 20.0, 20.0),
+        rectangle(20.0, 20.0, 30.0, 30.0),
+    ];
     let scene = Scene::new(&houses, square(40.0)).unwrap();
     let map = map(&scene, 1.0);
     let fields = map.transmitter(DVec2::new(25.0, 15.0)).unwrap();
@@ -315,8 +291,8 @@ fn no_way_leads_between_two_corners_that_touch() {
 
 #[test]
 fn a_closed_courtyard_is_reached_from_inside_only() {
-    let mut block = house(10.0, 10.0, 30.0, 30.0);
-    block.holes.push(house(15.0, 15.0, 25.0, 25.0).outer);
+    let mut block = rectangle(10.0, 10.0, 30.0, 30.0);
+    block.holes.push(rectangle(15.0, 15.0, 25.0, 25.0).outer);
     let scene = Scene::new(&[block], square(40.0)).unwrap();
     let map = map(&scene, 1.0);
     let yard = map.grid().pixel_at(DVec2::new(20.0, 20.0)).unwrap();
@@ -337,7 +313,7 @@ fn a_closed_courtyard_is_reached_from_inside_only() {
 
 #[test]
 fn a_pixel_behind_a_wall_takes_over_its_neighbour_and_the_next_one_does_not() {
-    let scene = Scene::new(&[house(10.5, 10.0, 20.0, 30.0)], square(40.0)).unwrap();
+    let scene = Scene::new(&[rectangle(10.5, 10.0, 20.0, 30.0)], square(40.0)).unwrap();
     // Centres at whole metres: that at x = 11 is half a metre behind the wall.
     let grid = FieldGrid {
         first_m: DVec2::ZERO,

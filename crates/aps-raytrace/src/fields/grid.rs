@@ -5,8 +5,8 @@ use glam::DVec2;
 use super::error::FieldError;
 use crate::scene::Area;
 
-/// Largest number of pixels: a transmitter's fields take 6 bytes a pixel, and 60 while they are made.
-const MAX_PIXELS: usize = 1 << 24;
+/// Largest number of pixels: a transmitter's fields take 6 bytes a pixel, and 42 while they are made.
+const MAX_PIXELS: usize = 1 << 22;
 
 /// Largest magnitude of a coordinate \[m\], as for terminals.
 const MAX_COORDINATE_M: f64 = 1e9;
@@ -80,7 +80,7 @@ impl FieldGrid {
         } else if self.width == 0 || self.height == 0 {
             "there must be at least one row and one column"
         } else if self.pixels() > MAX_PIXELS {
-            "there may be at most 2^24 pixels; take larger ones"
+            "there may be at most 2^22 pixels; take larger ones"
         } else if !corners.into_iter().all(is_near) {
             "pixels must be at finite positions within 1e9 m"
         } else {

@@ -61,21 +61,18 @@ pub(super) struct View {
 impl View {
     /// The four quadrants around a point.
     pub fn around(apex: DVec2) -> [Self; 4] {
-        Beam::quadrants(apex)
-            .into_iter()
-            .zip([DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y])
-            .map(|(beam, forward)| Self {
-                beam,
-                apex,
-                across: forward.perp(),
-                forward,
-                lo: -1.0,
-                hi: 1.0,
-                near: 0.0,
-            })
-            .collect::<Vec<_>>()
-            .try_into()
-            .expect("there are four quadrants")
+        // In the order of the beams.
+        let forward = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
+        let beams = Beam::quadrants(apex);
+        std::array::from_fn(|i| Self {
+            beam: beams[i],
+            apex,
+            across: forward[i].perp(),
+            forward: forward[i],
+            lo: -1.0,
+            hi: 1.0,
+            near: 0.0,
+        })
     }
 
     /// The view from the image of `source` behind the wall that a piece of its view ends at, through that piece; with the
@@ -84,10 +81,8 @@ impl View {
         let id = piece.wall?;
         let wall = &scene.walls()[id as usize];
         let apex = wall.mirror(source);
-        let (lo, hi) = (
-            piece.at[0].min(piece.at[1]).max(0.0),
-            piece.at[0].max(piece.at[1]).min(1.0),
-        );
+        // From right to left is from a wall's end to its start.
+        let [hi, lo] = piece.at;
         let window = Window { wall: id, lo, hi };
         let beam = Beam::through(apex, wall, window)?;
         let (along, outward) = wall.frame(apex);
@@ -146,11 +141,8 @@ impl View {
             }
         }
         events.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
-        let corners = [reach[0], reach[1], DVec2::new(reach[0].x, reach[1].y)];
-        let corners = corners
-            .into_iter()
-            .chain([DVec2::new(reach[1].x, reach[0].y)]);
-        let beyond = corners.map(|p| self.project(p).y).fold(0.0, f64::max);
+        let (middle, half) = (reach[0].midpoint(reach[1]), (reach[1] - reach[0]) * 0.5);
+        let beyond = self.project(middle).y + half.dot(self.forward.abs());
 
         // One stretch of k after another; neighbouring ones that end at the same wall are one.
         let mut current: Option<(f64, f64, Option<u32>)> = None;

@@ -74,6 +74,7 @@ fn adversarial_gradients_of_ms_areg() {
 }
 
 #[test]
+#[ignore = "long: trains"]
 fn adversarial_three_steps_of_ms_areg() {
     training_is_pytorch_s(DType::F64, ModelKind::MsAreg).unwrap();
 }
@@ -84,6 +85,7 @@ fn adversarial_gradients_of_adv_mlp() {
 }
 
 #[test]
+#[ignore = "long: trains"]
 fn adversarial_three_steps_of_adv_mlp() {
     training_is_pytorch_s(DType::F64, ModelKind::AdvMlp).unwrap();
 }
