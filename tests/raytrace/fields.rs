@@ -231,8 +231,8 @@ fn real_cities_are_lit_as_single_pixels_are() {
         for tx in places(&scene, 2, 1) {
             let (compared, close) = check_lit(&scene, &map, tx, 700);
             assert!(compared > 50 && close < compared / 10, "{compared} {close}");
-            // On map 21 outlines cross themselves.
-            assert!(touching == (name == "map 21"), "{name}");
+            // In the others outlines cross themselves or touch; a tile of Helsinki that has none of it is below.
+            assert_eq!(touching, name != "map 0", "{name}");
             if !touching {
                 check_shortest(&scene, &map, tx, 300);
             }
