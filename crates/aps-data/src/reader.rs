@@ -52,6 +52,11 @@ impl Dataset {
         })
     }
 
+    /// Returns the folder that the data set was opened in.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
     /// Returns the manifest of the data set.
     pub fn manifest(&self) -> &Manifest {
         &self.manifest

@@ -21,6 +21,18 @@ pub trait Progress: Sync {
     fn advance(&self, units: u64) {
         let _ = units;
     }
+
+    /// Takes what a step of a training did.
+    #[cfg(feature = "models")]
+    fn step(&self, report: &aps_model::train::StepReport) {
+        let _ = report;
+    }
+
+    /// Takes the scores of the development links after a step.
+    #[cfg(feature = "models")]
+    fn scored(&self, scores: &crate::training::DevelopmentScores) {
+        let _ = scores;
+    }
 }
 
 /// Ignores the progress.

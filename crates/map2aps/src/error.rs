@@ -125,6 +125,18 @@ pub enum Error {
     /// Spectra that cannot be compared.
     #[error(transparent)]
     Metrics(#[from] aps_metrics::Error),
+    /// A training, or weights that were trained.
+    #[cfg(feature = "models")]
+    #[error(transparent)]
+    Training(#[from] crate::training::TrainingError),
+    /// A model, its weights or its input.
+    #[cfg(feature = "models")]
+    #[error(transparent)]
+    Model(#[from] aps_model::Error),
+    /// A step of a training, or a prediction.
+    #[cfg(feature = "models")]
+    #[error(transparent)]
+    Train(#[from] aps_model::train::TrainError),
 }
 
 impl Error {
@@ -138,7 +150,12 @@ impl Error {
 
     /// Returns true when the operation ended because it was cancelled.
     pub fn is_cancelled(&self) -> bool {
-        matches!(self.cause(), Self::Cancelled | Self::Interrupted { .. })
+        match self.cause() {
+            Self::Cancelled | Self::Interrupted { .. } => true,
+            #[cfg(feature = "models")]
+            Self::Training(crate::training::TrainingError::Interrupted { .. }) => true,
+            _ => false,
+        }
     }
 
     /// The error with its causes in one line. A cause that ends the text so far is left out: some libraries repeat it.
@@ -201,6 +218,16 @@ pub enum Place {
     Receiver(i64),
     /// Spectra that are compared, described.
     Comparison(String),
+    /// A log of a training.
+    Log(PathBuf),
+    /// A file of weights.
+    Weights(PathBuf),
+    /// A file of weights, and the model that they are read for.
+    WeightsOf(PathBuf, String),
+    /// Initial weights, described.
+    InitialWeights(String),
+    /// Notes that a training keeps in its checkpoint.
+    CheckpointNotes,
 }
 
 impl fmt::Display for Place {
@@ -229,6 +256,13 @@ impl fmt::Display for Place {
             Self::Transmitter => write!(f, "transmitter"),
             Self::Receiver(id) => write!(f, "receiver {id}"),
             Self::Comparison(what) => write!(f, "{what}"),
+            Self::Log(path) => write!(f, "log '{}'", path.display()),
+            Self::Weights(path) => write!(f, "weights '{}'", path.display()),
+            Self::WeightsOf(path, model) => {
+                write!(f, "'{}' as weights of {model}", path.display())
+            }
+            Self::InitialWeights(what) => write!(f, "initial weights: {what}"),
+            Self::CheckpointNotes => write!(f, "notes of the checkpoint"),
         }
     }
 }

@@ -10,6 +10,7 @@
 //! | shards of a data set | [`merge`] | the data set that one run would have made |
 //! | a data set, its maps | [`Verify`] | findings |
 //! | a data set | [`Examples`] | condition images and targets |
+//! | a data set | `training` (feature `models`) | trained weights, predictions |
 //! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
 //! | a data set, its maps | [`LinkSource`] | paths of single links |
 //! | a folder with a data set, finished or not | [`Overview`] | sums over its maps |
@@ -37,6 +38,7 @@
 //! # Features
 //!
 //! - `geojson` (on by default): maps cut from a city in GeoJSON.
+//! - `models`: training and prediction with the models of `aps-model`, in candle; `cuda` and `metal`: these on a GPU.
 #![forbid(unsafe_code)]
 
 pub mod control;
@@ -54,6 +56,8 @@ mod scores;
 pub mod settings;
 mod tally;
 pub mod targets;
+#[cfg(feature = "models")]
+pub mod training;
 
 pub use aps_data;
 pub use aps_data::{Access, Dataset, Part, Split, Stored};
@@ -61,13 +65,15 @@ pub use aps_label;
 pub use aps_label::LabelConfig;
 pub use aps_metrics;
 pub use aps_metrics::Metric;
+#[cfg(feature = "models")]
+pub use aps_model;
 pub use aps_raytrace;
 pub use aps_raytrace::TraceConfig;
 
 pub use control::{Control, Progress, Work};
 pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
 pub use error::{Error, Place, Result};
-pub use examples::{Example, Examples};
+pub use examples::{Draw, Example, Examples};
 pub use exchange::{
     ExchangeError, Export, ExportLayout, Exported, ImportPropbin, ImportReleased, ImportSamples,
     Imported, LeftOut,

@@ -5,12 +5,36 @@ use aps_label::{MeanStd, Moments, Normalization, NormalizationError, Protocol, r
 use rayon::prelude::*;
 
 use crate::error::{At, Place, Result};
-use crate::scores::ScoreError;
+use crate::scores::{Domain, ScoreError};
 
 /// The protocol the labels were made under, if that is known.
 pub fn protocol_of(dataset: &Dataset) -> Option<Protocol> {
     let configuration = &dataset.manifest().configuration;
     configuration["label"]["protocol"].as_str()?.parse().ok()
+}
+
+/// Protocol of the labels, statistics of the training maps, and the learning target that both define. The training maps are
+/// those of the data set's split, whichever of them are then trained on.
+///
+/// # Errors
+/// A data set that cannot be read, or has no label in its training maps.
+///
+/// # Panics
+/// When the data set stores no angle power spectra.
+pub fn learning_target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Target)> {
+    let protocol = protocol_of(dataset).unwrap_or(Protocol::Released);
+    let train = training_statistics(dataset)?;
+    let target = Target::Normalised(Normalization::of(protocol, train));
+    Ok((protocol, train, target))
+}
+
+/// Number of labelled links of some maps, by the manifest.
+pub fn labelled_links(dataset: &Dataset, maps: &[u32]) -> usize {
+    let entries = dataset.manifest().maps.iter();
+    let valid = entries
+        .filter(|entry| maps.contains(&entry.id))
+        .map(|entry| entry.status.get("valid").copied().unwrap_or(0));
+    valid.sum::<u64>() as usize
 }
 
 /// The form in which labels are compared.
@@ -23,6 +47,20 @@ pub enum Target {
 }
 
 impl Target {
+    /// The target of a data set's labels in a domain.
+    ///
+    /// # Errors
+    /// For the normalised domain, those of [`learning_target`], and a data set that stores no angle power spectra.
+    pub fn of(dataset: &Dataset, domain: Domain) -> Result<Self> {
+        match domain {
+            Domain::Linear => Ok(Self::Linear),
+            Domain::Normalised if dataset.manifest().layout.aps.is_none() => {
+                Err(ScoreError::NoSpectra.into())
+            }
+            Domain::Normalised => Ok(learning_target(dataset)?.2),
+        }
+    }
+
     /// Makes the stored label of a link into the target, in double precision from the stored values on: `row` has a value
     /// for each bin.
     ///

@@ -4,6 +4,9 @@
 mod make_dataset;
 #[path = "../examples/score.rs"]
 mod score;
+#[cfg(feature = "models")]
+#[path = "../examples/train_and_score.rs"]
+mod train_and_score;
 
 /// Lines of the body of `main`.
 fn lines(source: &str) -> usize {
@@ -12,10 +15,11 @@ fn lines(source: &str) -> usize {
 }
 
 #[test]
-fn a_data_set_is_made_and_a_prediction_scored_in_15_lines_each() {
+fn a_data_set_is_made_a_prediction_scored_and_a_model_trained_in_15_lines_each() {
     for source in [
         include_str!("../examples/make_dataset.rs"),
         include_str!("../examples/score.rs"),
+        include_str!("../examples/train_and_score.rs"),
     ] {
         assert!(lines(source) <= 15, "{} lines", lines(source));
     }
@@ -23,4 +27,6 @@ fn a_data_set_is_made_and_a_prediction_scored_in_15_lines_each() {
     std::env::set_current_dir(folder.path()).unwrap();
     make_dataset::main().unwrap();
     score::main().unwrap();
+    #[cfg(feature = "models")]
+    train_and_score::main().unwrap();
 }

@@ -37,3 +37,23 @@ fn types_can_be_shown_copied_and_shared() {
     is_error::<Error>();
     is_error::<PathListError>();
 }
+
+#[cfg(feature = "models")]
+#[test]
+fn types_of_training_can_be_shown_and_sent() {
+    use map2aps::training::*;
+
+    is_shared::<ClosingScores>();
+    is_shared::<DevelopmentMaps>();
+    is_shared::<DevelopmentScores>();
+    is_shared::<Device>();
+    is_shared::<InitialWeights>();
+    is_shared::<RunFolder>();
+    is_shared::<Settings>();
+    is_shared::<Training>();
+    // A run reads its next batch from a channel, which has one receiver.
+    fn is_moved<T: Debug + Send + 'static>() {}
+    is_moved::<Run>();
+    is_sent::<Trained>();
+    is_error::<TrainingError>();
+}

@@ -6,16 +6,9 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod bench;
-mod data;
 mod device;
-mod journal;
-mod labels;
-mod network;
 mod predict;
-mod rows;
 mod run;
-mod score;
-mod settings;
 mod study;
 mod train;
 

@@ -4,33 +4,17 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Error, Result, bail, ensure};
 use aps_data::npy::{self, Element};
 use aps_data::{Dataset, Part};
-use aps_model::candle_core::{self, Tensor};
-use aps_model::train::predict;
-use aps_model::weights::Label;
-use aps_model::{ANGLE_BINS, Model, ModelKind, Preset};
-use clap::ValueEnum;
+use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::{ProgressBar, ProgressStyle};
+use map2aps::targets::{self, Target};
+use map2aps::training::{self, Device, Settings, Trained, TrainingError};
+use map2aps::{Example, Examples};
+use xtask::{PartName, note};
 
-use crate::data::{self, Buildings};
-use crate::device::Device;
-use crate::labels::{Labels, Row, valid_links};
-use crate::network;
-use crate::settings::Settings;
-use xtask::note;
-
-/// Parts of a data set's split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Split {
-    /// Maps to fit a model's weights on.
-    Train,
-    /// Maps to choose a model by.
-    Develop,
-    /// Maps for the figures that are reported.
-    Test,
-}
+use crate::device::devices;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -62,7 +46,7 @@ pub struct Args {
     data: Option<PathBuf>,
     /// Part of the data set [default: test].
     #[arg(long, value_enum, conflicts_with = "input")]
-    split: Option<Split>,
+    split: Option<PartName>,
     /// Condition images: .npy file.
     #[arg(long)]
     input: Option<PathBuf>,
@@ -74,7 +58,7 @@ pub struct Args {
     #[arg(long, default_value_t = 64)]
     batch: usize,
     /// Where to compute.
-    #[arg(long, value_enum, default_value_t = Device::Cpu)]
+    #[arg(long, value_parser = devices(), default_value_t = Device::Cpu)]
     device: Device,
     /// Threads [default: all cores].
     #[arg(long)]
@@ -90,40 +74,33 @@ impl Args {
         xtask::use_threads(self.threads)?;
         ensure!(self.batch > 0, "--batch must be at least 1");
         let device = self.device.open()?;
-        let label = network::label_of(&self.weights, self.model, self.preset)?;
-        let (model, _) = network::load(&self.weights, label, &device)?;
+        let trained = Trained::load(&self.weights, self.model, self.preset, &device);
+        let trained = trained.map_err(advised)?;
+        let report = trained.report();
+        if !report.dropped.is_empty() {
+            note!("weights '{}': {report}", self.weights.display());
+        }
         match (&self.data, &self.input) {
-            (Some(root), _) => self.of_dataset(root, label, &*model, &device),
-            (None, Some(images)) => self.of_images(images, &*model, &device),
+            (Some(root), _) => self.of_dataset(root, &trained),
+            (None, Some(images)) => self.of_images(images, &trained),
             (None, None) => bail!("give --data or --input"),
         }
     }
 
-    fn of_dataset(
-        &self,
-        root: &Path,
-        label: Label,
-        model: &dyn Model,
-        device: &candle_core::Device,
-    ) -> Result<()> {
-        let dataset = data::open(root)?;
-        let part = match self.split.unwrap_or(Split::Test) {
-            Split::Train => Part::Train,
-            Split::Develop => Part::Develop,
-            Split::Test => Part::Test,
-        };
+    fn of_dataset(&self, root: &Path, trained: &Trained) -> Result<()> {
+        let dataset = training::open(root)?;
+        let part = self.split.map_or(Part::Test, Part::from);
         let maps = dataset.manifest().split.maps(part);
         ensure!(
             !maps.is_empty(),
             "data set '{}' has no {part:?} maps",
             root.display()
         );
-        let trained = Settings::beside(&self.weights)?;
-        let image_size = self.image_size_of(label, trained.as_ref());
-        if let Some(trained) = &trained {
-            warn_of_differences(trained, &dataset, root);
+        let image_size = self.image_size_of(trained);
+        if let Some(settings) = trained.settings() {
+            warn_of_differences(settings, &dataset, root);
         }
-        let mut output = Output::create(&self.out, valid_links(&dataset, maps))?;
+        let mut output = Output::create(&self.out, targets::labelled_links(&dataset, maps))?;
         let names = csv::Writer::from_path(self.links_path());
         let mut names =
             names.with_context(|| format!("cannot create '{}'", self.links_path().display()))?;
@@ -132,36 +109,27 @@ impl Args {
         ])?;
         // A map at a time: its labels are not needed, but its links and buildings are.
         for &id in maps {
-            let buildings = Buildings::load(&dataset, [id])?;
-            let input = buildings.input(label.kind, false, image_size, device)?;
-            let any = aps_label::Normalization::Paper(aps_label::MeanStd {
-                mean: 0.0,
-                std: 1.0,
-            });
-            let labels = Labels::load(&dataset, &[id], &buildings.index_of, None, 0, any)?;
-            for (offset, (row, link)) in labels.rows().iter().zip(labels.links()).enumerate() {
-                let Row {
+            let examples = Examples::of_maps(&dataset, &[id], Target::Linear, None)?;
+            for (offset, example) in examples.list().iter().enumerate() {
+                let Example {
                     map,
-                    link: of_map,
+                    link,
                     tx,
                     rx,
-                } = *row;
-                let numbers = [
-                    (output.rows + offset) as u64,
-                    map.into(),
-                    of_map.into(),
-                    tx.into(),
-                    rx.into(),
-                ];
-                let ends = [link.tx_m, link.rx_m].concat();
+                    tx_m,
+                    rx_m,
+                } = *example;
+                let row = (output.rows + offset) as u64;
+                let numbers = [row, map.into(), link as u64, tx.into(), rx.into()];
+                let ends = [tx_m, rx_m].concat();
                 let cells = numbers
                     .iter()
                     .map(u64::to_string)
                     .chain(ends.iter().map(f64::to_string));
                 names.write_record(cells)?;
             }
-            let links = labels.links().iter().copied();
-            predict(model, &*input, links, self.batch, |_, spectra| {
+            let input = trained.input(&examples, image_size)?;
+            trained.predict_batches(&*input, &examples, self.batch, |spectra| {
                 output.push(spectra)
             })?;
         }
@@ -175,12 +143,7 @@ impl Args {
         Ok(())
     }
 
-    fn of_images(
-        &self,
-        path: &Path,
-        model: &dyn Model,
-        device: &candle_core::Device,
-    ) -> Result<()> {
+    fn of_images(&self, path: &Path, trained: &Trained) -> Result<()> {
         let place = || format!("images '{}'", path.display());
         let images = npy::read::<f32>(path).with_context(place)?;
         let [samples, 3, height, width] = images.shape[..] else {
@@ -198,8 +161,8 @@ impl Args {
                 images.data[bad]
             );
         }
-        if let Some(trained) = Settings::beside(&self.weights)? {
-            let size = trained.image_size;
+        if let Some(settings) = trained.settings() {
+            let size = settings.image_size;
             ensure!(
                 (height, width) == (size, size),
                 "{} are {height} x {width}, the model was trained on {size} x {size}",
@@ -207,38 +170,23 @@ impl Args {
             );
         }
         let mut output = Output::create(&self.out, samples)?;
-        let image = 3 * height * width;
-        for batch in images.data.chunks(self.batch * image.max(1)) {
-            let shape = (batch.len() / image, 3, height, width);
-            let spectra = model.forward_t(&Tensor::from_slice(batch, shape, device)?, false);
-            let spectra = spectra
-                .with_context(place)?
-                .flatten_all()?
-                .to_vec1::<f32>()?;
-            if let Some(bad) = spectra.iter().position(|x| !x.is_finite()) {
-                let sample = output.rows + bad / ANGLE_BINS;
-                bail!(
-                    "the prediction of sample {sample} is not finite: the weights are damaged, or belong elsewhere"
-                );
-            }
-            output.push(&spectra)?;
-        }
+        let size = [height, width];
+        let predicted = trained.predict_images(&images.data, size, self.batch, |spectra| {
+            output.push(spectra)
+        });
+        predicted.with_context(place)?;
         let rows = output.finish()?;
         note!("{rows} spectra in '{}'", self.out.display());
         Ok(())
     }
 
-    fn image_size_of(&self, label: Label, trained: Option<&Settings>) -> usize {
-        let trained = trained.map(|settings| settings.image_size);
-        if let (Some(asked), Some(trained)) = (
-            self.image_size,
-            trained.filter(|&t| Some(t) != self.image_size),
-        ) {
-            note!("note: the model was trained on images of {trained} pixels, not {asked}");
+    fn image_size_of(&self, trained: &Trained) -> usize {
+        let own = trained.settings().map(|settings| settings.image_size);
+        let asked = self.image_size.unwrap_or(trained.image_size());
+        if let Some(own) = own.filter(|&own| own != asked) {
+            note!("note: the model was trained on images of {own} pixels, not {asked}");
         }
-        self.image_size
-            .or(trained)
-            .unwrap_or(network::image_size(label.preset))
+        asked
     }
 
     fn links_path(&self) -> PathBuf {
@@ -254,6 +202,20 @@ fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
             "note: the model was trained on labels made with other settings than those of '{}'",
             root.display()
         );
+    }
+}
+
+/// Names the option that helps against an error of the library, which does not know them.
+fn advised(error: map2aps::Error) -> Error {
+    use aps_model::Error::ForeignLabel;
+    match error.cause() {
+        map2aps::Error::Model(ForeignLabel { .. }) => {
+            Error::new(error).context("name the model with --model, and its --preset")
+        }
+        map2aps::Error::Training(TrainingError::Unnamed(_)) => {
+            Error::new(error).context("give --model")
+        }
+        _ => error.into(),
     }
 }
 
@@ -282,9 +244,13 @@ impl Output {
         })
     }
 
-    fn push(&mut self, spectra: &[f32]) -> Result<()> {
-        let written = self.writer.push(spectra);
-        written.with_context(|| format!("cannot write '{}'", self.path.display()))?;
+    fn push(&mut self, spectra: &[f32]) -> map2aps::Result<()> {
+        self.writer
+            .push(spectra)
+            .map_err(|source| map2aps::Error::At {
+                place: map2aps::error::Place::Writing(self.path.clone()),
+                source: Box::new(source.into()),
+            })?;
         let rows = spectra.len() / ANGLE_BINS;
         self.rows += rows;
         self.bar.inc(rows as u64);

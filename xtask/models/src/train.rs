@@ -4,16 +4,17 @@ use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use anyhow::{Result, ensure};
+use anyhow::{Error, Result, ensure};
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
+use map2aps::training::{
+    self, DevelopmentMaps, Device, InitialWeights, RunFolder, Training, TrainingError,
+    usual_image_size,
+};
 use xtask::interrupt::interrupt_flag;
 
-use crate::data::DevMaps;
-use crate::device::Device;
-use crate::network::{self, InitialWeights};
-use crate::run::TrainingPlan;
-use crate::settings::RunFolder;
+use crate::device::devices;
+use crate::run;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -60,7 +61,7 @@ pub struct Args {
     /// Maps to choose the best weights by, out of the training maps: ids like 0-4,7, or count:N
     /// [default: the data set's].
     #[arg(long)]
-    dev_maps: Option<DevMaps>,
+    dev_maps: Option<DevelopmentMaps>,
     /// Development links scored each time, drawn by the seed; 0 takes all.
     #[arg(long, default_value_t = 10_000)]
     dev_limit: usize,
@@ -75,7 +76,7 @@ pub struct Args {
     #[arg(long)]
     mirror: bool,
     /// Where to compute.
-    #[arg(long, value_enum, default_value_t = Device::Cpu)]
+    #[arg(long, value_parser = devices(), default_value_t = Device::Cpu)]
     device: Device,
     /// Weight of the absolute error beside the regularizer's score, for ms_areg and adv_mlp
     /// [default: 100, the paper's].
@@ -121,24 +122,28 @@ impl Args {
             self.model
         );
         let interrupted = interrupt_flag()?;
-        let mut run = self.plan().prepare(folder, self.resume)?;
-        match run.train(&interrupted) {
-            Err(error) if interrupted.load(Ordering::Relaxed) => {
-                return Err(error.context("the same command with --resume continues"));
-            }
-            done => done?,
-        }
-        run.print_scores()
+        let dataset = training::open(&self.data)?;
+        let made = run::train(
+            &self.plan(),
+            &dataset,
+            folder.clone(),
+            self.resume,
+            &interrupted,
+        );
+        let run = made.map_err(|error| match interrupted.load(Ordering::Relaxed) {
+            true => error.context("the same command with --resume continues"),
+            false => advised(error),
+        })?;
+        run::print_scores(&run, &folder)
     }
 
-    fn plan(&self) -> TrainingPlan {
+    fn plan(&self) -> Training {
         let usual = self.model.train_config(self.preset);
-        TrainingPlan {
+        Training {
             model: self.model,
             preset: self.preset,
-            image_size: self.image_size.unwrap_or(network::image_size(self.preset)),
-            data: self.data.clone(),
-            training: TrainConfig {
+            image_size: self.image_size.unwrap_or(usual_image_size(self.preset)),
+            config: TrainConfig {
                 epochs: self.epochs,
                 batch: self.batch.unwrap_or(usual.batch),
                 learning_rate: self.lr.unwrap_or(usual.learning_rate),
@@ -146,11 +151,11 @@ impl Args {
                 l1_weight: self.l1_weight.unwrap_or(usual.l1_weight),
                 ..usual
             },
-            dev_maps: self.dev_maps.clone(),
-            dev_limit: (self.dev_limit > 0).then_some(self.dev_limit),
+            development_maps: self.dev_maps.clone().unwrap_or_default(),
+            development_links: (self.dev_limit > 0).then_some(self.dev_limit),
             score_every: self.score_every,
             mirror: self.mirror,
-            limit: self.limit,
+            links: self.limit,
             device: self.device,
             initial: match (&self.pretrained, &self.warm_start) {
                 (Some(path), _) => InitialWeights::Backbone(path.clone()),
@@ -158,5 +163,19 @@ impl Args {
                 (None, None) => InitialWeights::Random,
             },
         }
+    }
+}
+
+/// Names the option that helps against an error of the library, which does not know them.
+fn advised(error: Error) -> Error {
+    let cause = error.downcast_ref::<map2aps::Error>();
+    match cause.map(map2aps::Error::cause) {
+        Some(map2aps::Error::Training(
+            TrainingError::NotATrainingMap { .. } | TrainingError::NoDevelopmentMaps { .. },
+        )) => error.context("--dev-maps"),
+        Some(map2aps::Error::Training(
+            TrainingError::Mirrored { .. } | TrainingError::Asymmetric,
+        )) => error.context("train without --mirror"),
+        _ => error,
     }
 }

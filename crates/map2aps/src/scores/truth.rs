@@ -162,15 +162,8 @@ impl Labels {
 
     /// From the manifest, so that a prediction of the wrong shape is told before hours of reading.
     fn shape(&self) -> Shape {
-        let maps = self.maps();
-        let entries = &self.dataset.manifest().maps;
-        let samples = entries
-            .iter()
-            .filter(|entry| maps.contains(&entry.id))
-            .map(|entry| entry.status.get("valid").copied().unwrap_or(0))
-            .sum::<u64>();
         Shape {
-            samples: samples as usize,
+            samples: targets::labelled_links(&self.dataset, self.maps()),
             bins: self.bins(),
         }
     }

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use map2aps::training::Device;
 use toml::{Table, Value};
 use xtask::interrupt::interrupt_flag;
 
 use super::Bench;
 use super::config::{Config, Profile};
-use crate::device::Device;
+use crate::device::devices;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -68,7 +69,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME=FILE", value_parser = external)]
     external: Vec<(String, String)>,
     /// Where models compute.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = devices())]
     device: Option<Device>,
     /// Threads [default: all cores].
     #[arg(long)]

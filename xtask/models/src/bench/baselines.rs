@@ -32,7 +32,7 @@ pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result
     let (mut scratch, mut label) = (Scratch::default(), Label::default());
     let mut times = Vec::with_capacity(test.len());
     let mut answers = Vec::with_capacity(test.len());
-    for link in test.labels().links() {
+    for link in test.examples().list() {
         let started = Instant::now();
         let [dx, dy] = [0, 1].map(|axis| link.tx_m[axis] - link.rx_m[axis]);
         let distance_m = dx.hypot(dy);

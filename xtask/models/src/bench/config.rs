@@ -8,10 +8,9 @@ use aps_label::Protocol;
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
 use clap::ValueEnum;
+use map2aps::training::Device;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
-
-use crate::device::Device;
 
 /// Sizes of a benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -55,15 +55,15 @@ pub fn choose(
         }
     }
     let example = |(name, link): (&str, usize)| {
-        let ends = test.labels().links()[link];
+        let example = test.examples().list()[link];
         Ok(Example {
             difficulty: name.into(),
             link,
-            truth: test.labels().target(link).to_vec(),
+            truth: test.examples().target(link).to_vec(),
             predictions: predictions.get(&link).cloned().unwrap_or_default(),
-            buildings: plan.outlines(test.labels().rows()[link].map)?,
-            tx_m: ends.tx_m,
-            rx_m: ends.rx_m,
+            buildings: plan.outlines(example.map)?,
+            tx_m: example.tx_m,
+            rx_m: example.rx_m,
         })
     };
     chosen.into_iter().map(example).collect()

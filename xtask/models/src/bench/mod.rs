@@ -24,17 +24,15 @@ use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::{ModelKind, candle_core};
 use aps_report::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
 use config::Config;
-use map2aps::DatasetPlan;
+use map2aps::targets::{Target, labelled_links};
+use map2aps::training::{self, Training};
+use map2aps::{DatasetPlan, Draw, Examples};
 use pace::Pace;
 use serde_json::{Value, json};
 use stamp::{Part, State};
 use test_set::TestSet;
 use xtask::{machine, output};
 use xtask::{note, say};
-
-use crate::data;
-use crate::labels::{Labels, valid_links};
-use crate::score;
 
 pub use args::Args;
 
@@ -218,30 +216,21 @@ impl Bench {
             dataset::make(&plan, &folder, split)?;
             data.finish()?;
         }
-        let dataset = data::open(&folder)?;
+        let dataset = training::open(&folder)?;
         let test = TestSet::load(&dataset, self.config.data.test_links, self.config.seed)?;
         let train_maps = &dataset.manifest().split.train;
-        let index_of = (0..)
-            .zip(train_maps)
-            .map(|(place, &id)| (id, place))
-            .collect();
         let (limit, seed) = (self.config.training.links, self.config.seed);
-        let train = Labels::load(
-            &dataset,
-            train_maps,
-            &index_of,
-            limit,
-            seed,
-            test.normalization(),
-        )?;
+        let draw = limit.map(|links| Draw { links, seed });
+        let target = Target::Normalised(test.normalization());
+        let train = Examples::of_maps(&dataset, train_maps, target, draw)?;
         ensure!(
-            !train.rows().is_empty(),
+            !train.list().is_empty(),
             "the training maps {train_maps:?} have no link with a label"
         );
         pace.end((state != State::Finished).then(|| began.elapsed().as_secs_f64()));
         Ok(BenchContext {
-            mean: score::mean_spectrum(&train),
-            train_links: train.rows().len(),
+            mean: train.mean_target(),
+            train_links: train.list().len(),
             plan,
             data,
             dataset,
@@ -295,10 +284,10 @@ impl Bench {
                 ..Answer::default()
             },
             (Job::Model(_), Some((plan, training))) => {
-                let trained = model::train(training, plan, self.fresh, interrupted)?;
+                let trained =
+                    model::train(training, plan, &context.dataset, self.fresh, interrupted)?;
                 let weights = training.folder().join("best.safetensors");
                 let asked = model::Question {
-                    dataset: &context.dataset,
                     test,
                     latency: &self.config.latency,
                     device: &self.device,
@@ -313,12 +302,8 @@ impl Bench {
         Ok((entry, State::New))
     }
 
-    fn training(
-        &self,
-        kind: ModelKind,
-        context: &BenchContext,
-    ) -> Result<(crate::run::TrainingPlan, Part)> {
-        let plan = model::plan(&self.config, kind, &context.data.folder().join("dataset"))?;
+    fn training(&self, kind: ModelKind, context: &BenchContext) -> Result<(Training, Part)> {
+        let plan = model::plan(&self.config, kind)?;
         let folder = self.out.join("models").join(kind.name());
         let settings = model::settings(&plan, context.data.hash());
         Ok((plan, Part::new(folder, settings)))
@@ -338,7 +323,7 @@ impl Bench {
             line_of_sight[link] = false;
         }
         let split = &context.dataset.manifest().split;
-        let develop = valid_links(&context.dataset, split.maps(SplitPart::Develop));
+        let develop = labelled_links(&context.dataset, split.maps(SplitPart::Develop));
         let develop = self
             .config
             .training

@@ -4,14 +4,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use aps_data::Dataset;
+use anyhow::{Context, Result};
 use aps_metrics::Metric;
 use aps_model::candle_core;
-use aps_model::train::predict;
-use aps_model::weights::Label;
+use aps_model::condition::Link;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use aps_report::benchmark::{CurvePoint, EntryKind, Training};
+use map2aps::training::{InitialWeights, RunFolder, Trained, Training as Plan};
+use map2aps::{Dataset, Error};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -20,10 +20,7 @@ use super::config::{Config, LatencyConfig};
 use super::latency;
 use super::stamp::{Part, State, read_json, write_json};
 use super::test_set::TestSet;
-use crate::data::Buildings;
-use crate::network::{self, InitialWeights};
-use crate::run::TrainingPlan;
-use crate::settings::RunFolder;
+use crate::run;
 
 /// Links predicted at a time when no time is taken.
 const BATCH: usize = 64;
@@ -38,7 +35,7 @@ pub fn title(kind: ModelKind) -> (&'static str, EntryKind) {
 }
 
 /// The training of a model in a benchmark.
-pub fn plan(config: &Config, kind: ModelKind, data: &Path) -> Result<TrainingPlan> {
+pub fn plan(config: &Config, kind: ModelKind) -> Result<Plan> {
     let preset = config.preset()?;
     let pretrained = match (kind, preset) {
         // Weights of full width do not fit narrower models.
@@ -46,32 +43,29 @@ pub fn plan(config: &Config, kind: ModelKind, data: &Path) -> Result<TrainingPla
         (ModelKind::VitReg, _) => config.pretrained.vit_b_16.clone(),
         _ => config.pretrained.resnet18.clone(),
     };
-    Ok(TrainingPlan {
+    Ok(Plan {
         model: kind,
         preset,
         image_size: config.image_size(kind),
-        data: data.into(),
-        training: config.training(kind)?,
-        dev_maps: None,
-        dev_limit: config.training.develop_links,
-        score_every: None,
-        mirror: false,
-        limit: config.links(kind),
+        config: config.training(kind)?,
+        development_links: config.training.develop_links,
+        links: config.links(kind),
         device: config.device,
         initial: pretrained.map_or(InitialWeights::Random, InitialWeights::Backbone),
+        ..Plan::new(kind, preset)
     })
 }
 
 /// Everything that decides a training; `data` is the hash of the data set's settings.
-pub fn settings(plan: &TrainingPlan, data: &str) -> Value {
+pub fn settings(plan: &Plan, data: &str) -> Value {
     json!({
         "data": data,
         "model": plan.model.name(),
         "preset": plan.preset.name(),
         "image_size": plan.image_size,
-        "training": plan.training,
-        "develop_links": plan.dev_limit,
-        "links": plan.limit,
+        "training": plan.config,
+        "develop_links": plan.development_links,
+        "links": plan.links,
         "device": plan.device,
         "initial_weights": plan.initial.to_string(),
     })
@@ -86,7 +80,8 @@ struct Clock {
 /// Trains a model into the part's folder, or continues the training that is there.
 pub fn train(
     part: &Part,
-    plan: &TrainingPlan,
+    plan: &Plan,
+    dataset: &Dataset,
     fresh: bool,
     interrupted: &AtomicBool,
 ) -> Result<Training> {
@@ -105,15 +100,14 @@ pub fn train(
         false => 0.0,
     };
     let started = Instant::now();
-    let mut run = plan.prepare(folder.clone(), is_begun)?;
-    let made = run.train(interrupted);
+    let made = run::train(plan, dataset, folder.clone(), is_begun, interrupted);
     let seconds = before + started.elapsed().as_secs_f64();
     write_json(&clock, &Clock { seconds })?;
-    made?;
+    let run = made?;
     let training = Training {
         seconds,
-        epochs: plan.training.epochs as u32,
-        best_epoch: run.best_epoch().map(|epochs| epochs as u32),
+        epochs: plan.config.epochs as u32,
+        best_epoch: run.best_epochs().map(|epochs| epochs as u32),
         links_seen: run.links_seen(),
         curve: curve(&folder)?,
     };
@@ -151,9 +145,7 @@ fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
 
 /// Test links, device and timing by which a trained model is measured.
 pub struct Question<'a> {
-    /// The data set.
-    pub dataset: &'a Dataset,
-    /// Its test links.
+    /// The test links.
     pub test: &'a TestSet,
     /// Settings of the measurement of run times.
     pub latency: &'a LatencyConfig,
@@ -165,39 +157,35 @@ pub struct Question<'a> {
 
 /// Predicts the test links with the best weights, and measures the time that takes.
 pub fn ask(
-    plan: &TrainingPlan,
+    plan: &Plan,
     training: Training,
     weights: &Path,
     asked: &Question<'_>,
 ) -> Result<Answer> {
-    let label = Label {
-        kind: plan.model,
-        preset: plan.preset,
-    };
-    let (model, parameters) = network::load(weights, label, asked.device)?;
-    let maps = asked.test.maps().iter().copied();
-    let buildings = Buildings::load(asked.dataset, maps)?;
-    let input = buildings.input(plan.model, false, plan.image_size, asked.device)?;
-    let links = asked.test.labels().links();
-    let mut predictions = Vec::with_capacity(links.len() * ANGLE_BINS);
-    predict(
-        &*model,
-        &*input,
-        links.iter().copied(),
-        BATCH,
-        |_, spectra| {
-            if asked.interrupted.load(Ordering::Relaxed) {
-                bail!("interrupted");
-            }
-            predictions.extend_from_slice(spectra);
-            anyhow::Ok(())
-        },
-    )?;
+    let (kind, preset) = (Some(plan.model), Some(plan.preset));
+    let trained = Trained::load(weights, kind, preset, asked.device)?;
+    let examples = asked.test.examples();
+    let input = trained.input(examples, plan.image_size)?;
+    let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
+    trained.predict_batches(&*input, examples, BATCH, |spectra| {
+        if asked.interrupted.load(Ordering::Relaxed) {
+            return Err(Error::Cancelled);
+        }
+        predictions.extend_from_slice(spectra);
+        Ok(())
+    })?;
+    let links: Vec<Link> = examples.links().collect();
     Ok(Answer {
         predictions,
-        parameters: Some(parameters as u64),
+        parameters: Some(trained.parameters() as u64),
         training: Some(training),
-        latency: latency::of_model(&*model, &*input, links, asked.latency, asked.device)?,
+        latency: latency::of_model(
+            trained.model(),
+            &*input,
+            &links,
+            asked.latency,
+            asked.device,
+        )?,
         ..Answer::default()
     })
 }

@@ -1,18 +1,16 @@
 //! The links everything is scored on.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use anyhow::{Result, bail, ensure};
 use aps_data::{Dataset, Part};
 use aps_label::{Normalization, Protocol};
-use aps_metrics::{Evaluation, Metric, ScoredSample, spectrum_peaks};
+use aps_metrics::{Metric, ScoredSample, spectrum_peaks};
 use aps_model::ANGLE_BINS;
 use aps_report::benchmark::{ScoreTable, TestLink};
+use map2aps::targets::{self, Target};
+use map2aps::{Draw, Example, Examples};
 use rayon::prelude::*;
-
-use crate::data;
-use crate::labels::{Labels, Row, valid_links};
-use crate::score::{self, BLOCK};
 
 /// Both definitions of the metrics.
 pub const PROTOCOLS: [aps_metrics::Protocol; 2] = [
@@ -22,10 +20,8 @@ pub const PROTOCOLS: [aps_metrics::Protocol; 2] = [
 
 /// Labelled links of the test maps.
 pub struct TestSet {
-    labels: Labels,
+    examples: Examples,
     maps: Vec<u32>,
-    /// Place of each map among the test maps.
-    index_of: BTreeMap<u32, u32>,
     normalization: Normalization,
     /// Definition of the labels.
     pub protocol: Protocol,
@@ -39,21 +35,20 @@ impl TestSet {
     /// The test links of a data set: all, or `limit` of them drawn by `seed`.
     pub fn load(dataset: &Dataset, limit: Option<usize>, seed: u64) -> Result<Self> {
         let maps = dataset.manifest().split.maps(Part::Test).to_vec();
-        let (protocol, _, normalization) = data::target(dataset)?;
-        let index_of = (0..).zip(&maps).map(|(place, &id)| (id, place)).collect();
-        let labels = Labels::load(dataset, &maps, &index_of, limit, seed, normalization)?;
+        let (protocol, train, target) = targets::learning_target(dataset)?;
+        let draw = limit.map(|links| Draw { links, seed });
+        let examples = Examples::of_maps(dataset, &maps, target, draw)?;
         ensure!(
-            !labels.rows().is_empty(),
+            !examples.list().is_empty(),
             "the test maps {maps:?} have no link with a label"
         );
-        let labelled = valid_links(dataset, &maps);
+        let labelled = targets::labelled_links(dataset, &maps);
         let entries = dataset.manifest().maps.iter();
         let of_test = entries.filter(|entry| maps.contains(&entry.id));
         let all: u64 = of_test.flat_map(|entry| entry.status.values()).sum();
         Ok(Self {
-            labels,
-            index_of,
-            normalization,
+            examples,
+            normalization: Normalization::of(protocol, train),
             protocol,
             labelled,
             invalid: all - labelled as u64,
@@ -63,7 +58,7 @@ impl TestSet {
 
     /// Number of links.
     pub fn len(&self) -> usize {
-        self.labels.rows().len()
+        self.examples.list().len()
     }
 
     /// The test maps, ascending.
@@ -72,8 +67,8 @@ impl TestSet {
     }
 
     /// The links and their labels.
-    pub fn labels(&self) -> &Labels {
-        &self.labels
+    pub fn examples(&self) -> &Examples {
+        &self.examples
     }
 
     /// Method by which labels are made into targets.
@@ -83,19 +78,13 @@ impl TestSet {
 
     /// Targets from the labels of another data set of the same terminals: a spectrum a link, none where it has no label.
     pub fn targets_of(&self, other: &Dataset) -> Result<Vec<Option<[f64; ANGLE_BINS]>>> {
-        let labels = Labels::load(
-            other,
-            &self.maps,
-            &self.index_of,
-            None,
-            0,
-            self.normalization,
-        )?;
-        let rows = labels.rows().iter().enumerate();
-        let place: HashMap<(u32, u32), usize> =
+        let target = Target::Normalised(self.normalization);
+        let others = Examples::of_maps(other, &self.maps, target, None)?;
+        let rows = others.list().iter().enumerate();
+        let place: HashMap<(u32, usize), usize> =
             rows.map(|(i, row)| ((row.map, row.link), i)).collect();
-        let own = self.labels.rows().par_iter();
-        let found = own.map(|row| place.get(&(row.map, row.link)).map(|&i| labels.target(i)));
+        let own = self.examples.list().par_iter();
+        let found = own.map(|row| place.get(&(row.map, row.link)).map(|&i| others.target(i)));
         Ok(found.collect())
     }
 
@@ -112,11 +101,11 @@ impl TestSet {
             return Ok(predicted);
         }
         let mut chosen = Vec::with_capacity(self.len() * ANGLE_BINS);
-        let mut wanted = self.labels.rows().iter().peekable();
+        let mut wanted = self.examples.list().iter().peekable();
         let mut row = 0;
         for &id in &self.maps {
             for link in dataset.map(id)?.valid_links() {
-                let is_it = |of: &&Row| of.map == id && of.link as usize == link;
+                let is_it = |of: &&Example| of.map == id && of.link == link;
                 if wanted.next_if(is_it).is_some() {
                     chosen.extend_from_slice(&predicted[row * ANGLE_BINS..][..ANGLE_BINS]);
                 }
@@ -128,10 +117,7 @@ impl TestSet {
 
     /// Scores of predictions, shape (links, bins), under a protocol.
     pub fn score(&self, predicted: &[f32], protocol: aps_metrics::Protocol) -> Result<ScoreTable> {
-        let mut evaluation = Evaluation::new(protocol);
-        for (block, rows) in predicted.chunks(BLOCK * ANGLE_BINS).enumerate() {
-            score::push(&mut evaluation, &self.labels, block * BLOCK, rows)?;
-        }
+        let evaluation = self.examples.evaluate(predicted, protocol)?;
         if let Some(bad) = evaluation.rejected().first() {
             bail!(
                 "the prediction of link {} cannot be scored: {}",
@@ -149,13 +135,13 @@ impl TestSet {
     pub fn links(&self, line_of_sight: &[bool]) -> Result<Vec<TestLink>> {
         let definition = aps_metrics::Protocol::Paper.definition();
         let describe = |i: usize| -> Result<TestLink> {
-            let (row, ends) = (self.labels.rows()[i], self.labels.links()[i]);
-            let peaks = spectrum_peaks(&self.labels.target(i), &definition)?;
-            let [dx, dy] = [0, 1].map(|axis| ends.tx_m[axis] - ends.rx_m[axis]);
+            let example = self.examples.list()[i];
+            let peaks = spectrum_peaks(&self.examples.target(i), &definition)?;
+            let [dx, dy] = [0, 1].map(|axis| example.tx_m[axis] - example.rx_m[axis]);
             Ok(TestLink {
-                map: row.map,
-                tx: row.tx,
-                rx: row.rx,
+                map: example.map,
+                tx: example.tx,
+                rx: example.rx,
                 distance_m: dx.hypot(dy),
                 line_of_sight: line_of_sight[i],
                 dominant_peaks: peaks.dominant().len() as u32,

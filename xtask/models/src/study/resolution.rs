@@ -9,6 +9,7 @@ use aps_metrics::{Metric, Protocol};
 use aps_model::{ModelKind, candle_core};
 use aps_report::numbers::three_digits;
 use aps_report::trade::{Marked, Trade};
+use map2aps::training;
 use serde::Serialize;
 use serde_json::json;
 use xtask::note;
@@ -18,7 +19,6 @@ use crate::bench::config::{self, Config};
 use crate::bench::stamp::{Part, State};
 use crate::bench::test_set::TestSet;
 use crate::bench::{dataset, model};
-use crate::data;
 
 /// The model under study: the simplest.
 const MODEL: ModelKind = ModelKind::ResnetMlp;
@@ -75,7 +75,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
         dataset::make(&plan, &folder, &split)?;
         part.finish()?;
     }
-    let dataset = data::open(&folder)?;
+    let dataset = training::open(&folder)?;
     let test = TestSet::load(&dataset, config.data.test_links, setup.seed)?;
     let device = config.device.open()?;
     let mut rows = Vec::new();
@@ -96,13 +96,12 @@ fn row(
     device: &candle_core::Device,
 ) -> Result<Row> {
     let pixels = config.training.image_size;
-    let plan = model::plan(config, MODEL, &data.folder().join("dataset"))?;
+    let plan = model::plan(config, MODEL)?;
     let settings = model::settings(&plan, data.hash());
     let part = Part::new(setup.work.join(format!("{MODEL}-{pixels}")), settings);
-    let training = model::train(&part, &plan, false, &setup.interrupted)?;
+    let training = model::train(&part, &plan, dataset, false, &setup.interrupted)?;
     let train_s = training.seconds;
     let asked = model::Question {
-        dataset,
         test,
         latency: &config.latency,
         device,

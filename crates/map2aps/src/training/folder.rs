@@ -3,15 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
 use aps_label::MeanStd;
 use aps_model::train::TrainConfig;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::device::Device;
+use super::Device;
+use crate::error::{At, Place, Result};
 
-/// Every setting of a run; written for people and for `predict`, not read by `train`.
+/// Every setting of a run; written for people and for prediction, not read by training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Name of the model.
@@ -51,14 +51,16 @@ pub struct Settings {
 
 impl Settings {
     /// Reads the settings of the run whose folder a file of weights lies in; `None` if it lies in no run's folder.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or holds other settings.
     pub fn beside(weights: &Path) -> Result<Option<Self>> {
         let path = weights.with_file_name("config.json");
         if !path.is_file() {
             return Ok(None);
         }
-        let place = || format!("'{}'", path.display());
-        let text = fs::read_to_string(&path).with_context(place)?;
-        serde_json::from_str(&text).map(Some).with_context(place)
+        let read = || -> Result<Self> { Ok(serde_json::from_str(&fs::read_to_string(&path)?)?) };
+        read().map(Some).at_file(Place::File, &path)
     }
 }
 
@@ -68,11 +70,15 @@ pub struct RunFolder(PathBuf);
 
 impl RunFolder {
     /// Makes the folder if need be.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
     pub fn create(path: &Path) -> Result<Self> {
-        fs::create_dir_all(path).with_context(|| format!("cannot create '{}'", path.display()))?;
+        fs::create_dir_all(path).at_file(Place::Creating, path)?;
         Ok(Self(path.into()))
     }
 
+    /// The folder.
     pub fn path(&self) -> &Path {
         &self.0
     }
@@ -87,17 +93,20 @@ impl RunFolder {
         self.0.join("best.safetensors")
     }
 
+    /// The log of the steps.
     pub fn steps(&self) -> PathBuf {
         self.0.join("steps.csv")
     }
 
+    /// The log of the scores.
     pub fn scores(&self) -> PathBuf {
         self.0.join("scores.csv")
     }
 
-    pub fn write_settings(&self, settings: &Settings) -> Result<()> {
+    /// Writes `config.json`.
+    pub(super) fn write_settings(&self, settings: &Settings) -> Result<()> {
         let path = self.0.join("config.json");
         let text = serde_json::to_string_pretty(settings)? + "\n";
-        fs::write(&path, text).with_context(|| format!("cannot write '{}'", path.display()))
+        fs::write(&path, text).at_file(Place::Writing, &path)
     }
 }

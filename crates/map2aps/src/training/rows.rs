@@ -3,7 +3,7 @@
 use aps_metrics::{GroupReport, Metric};
 use aps_model::train::StepReport;
 
-use crate::score;
+use super::score;
 
 /// Names of [`step_cells`].
 pub fn step_columns() -> Vec<String> {

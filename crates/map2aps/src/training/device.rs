@@ -1,0 +1,77 @@
+//! Devices to compute on.
+
+use std::fmt;
+use std::str::FromStr;
+
+use aps_model::candle_core;
+use serde::{Deserialize, Serialize};
+
+use super::TrainingError;
+use crate::error::Result;
+
+/// Device that holds the tensors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Device {
+    /// The processor.
+    #[default]
+    Cpu,
+    /// The first NVIDIA GPU.
+    Cuda,
+    /// The first Apple GPU.
+    Metal,
+}
+
+impl Device {
+    /// All devices.
+    pub const ALL: [Self; 3] = [Self::Cpu, Self::Cuda, Self::Metal];
+
+    /// Opens the device.
+    ///
+    /// # Errors
+    /// [`TrainingError::Device`] when the device, or the feature of this crate for it, is not there.
+    pub fn open(self) -> Result<candle_core::Device> {
+        let opened = match self {
+            Self::Cpu => Ok(candle_core::Device::Cpu),
+            Self::Cuda => candle_core::Device::new_cuda(0),
+            Self::Metal => candle_core::Device::new_metal(0),
+        };
+        Ok(opened.map_err(|source| TrainingError::Device {
+            device: self,
+            source,
+        })?)
+    }
+
+    /// Name of the device.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Cuda => "cuda",
+            Self::Metal => "metal",
+        }
+    }
+
+    /// Hardware that the device needs.
+    pub(super) fn hardware(self) -> &'static str {
+        match self {
+            Self::Cpu => "a processor",
+            Self::Cuda => "an NVIDIA GPU",
+            Self::Metal => "an Apple GPU",
+        }
+    }
+}
+
+impl fmt::Display for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Device {
+    type Err = TrainingError;
+
+    fn from_str(text: &str) -> Result<Self, TrainingError> {
+        let found = Self::ALL.into_iter().find(|device| device.name() == text);
+        found.ok_or_else(|| TrainingError::UnknownDevice(text.into()))
+    }
+}

@@ -1,0 +1,128 @@
+//! Errors of training and prediction that are not those of the model.
+
+use std::path::PathBuf;
+
+use aps_model::candle_core;
+use aps_model::weights::Label;
+
+use super::Device;
+use crate::error::Error;
+
+impl From<candle_core::Error> for Error {
+    fn from(error: candle_core::Error) -> Self {
+        Self::Model(error.into())
+    }
+}
+
+/// Fault of a training, of its data, or of trained weights.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrainingError {
+    /// The training was cancelled; everything is kept.
+    #[error("interrupted after {done} of {total} steps, all of which are kept in '{}'", folder.display())]
+    Interrupted {
+        /// Steps made.
+        done: u64,
+        /// Steps to make.
+        total: u64,
+        /// Folder of the run.
+        folder: PathBuf,
+    },
+    /// A run is to be continued that was not begun.
+    #[error("there is no run to continue in '{}'", .0.display())]
+    NoRun(PathBuf),
+    /// A device that is not there.
+    #[error("the device {device} needs {} and a build with the feature {device}", device.hardware())]
+    Device {
+        /// The device.
+        device: Device,
+        /// Error of the device's driver.
+        source: candle_core::Error,
+    },
+    /// A word that names no device.
+    #[error("unknown device \"{0}\"; known are cpu, cuda, metal")]
+    UnknownDevice(String),
+    /// Spectra of another length than the models predict.
+    #[error(
+        "it has spectra of {found} bins, the models predict {}",
+        aps_model::ANGLE_BINS
+    )]
+    Bins {
+        /// Bins of the spectra.
+        found: usize,
+    },
+    /// A chosen development map that is no training map.
+    #[error("map {id} cannot be a development map; these must be among the training maps {pool:?}")]
+    NotATrainingMap {
+        /// The map.
+        id: u32,
+        /// Training and development maps of the data set.
+        pool: Vec<u32>,
+    },
+    /// A data set without development maps, and none are chosen.
+    #[error(
+        "the data set has no development maps to choose the best weights by; choose some of {pool:?}"
+    )]
+    NoDevelopmentMaps {
+        /// Maps to choose from.
+        pool: Vec<u32>,
+    },
+    /// Nothing to train on.
+    #[error("no map is left to train on beside the development maps {develop:?}")]
+    NoTrainingMaps {
+        /// Maps that are held out.
+        develop: Vec<u32>,
+    },
+    /// Maps without a labelled link.
+    #[error("the {part} maps {maps:?} have no link with a label")]
+    NoLinks {
+        /// The part that the maps are for: training, development or test.
+        part: &'static str,
+        /// The maps.
+        maps: Vec<u32>,
+    },
+    /// Mirror images of spectra that are not those of a uniform linear array.
+    #[error(
+        "the spectra of mirrored maps follow without tracing for a uniform linear array only; this data set's array is \
+         {array}"
+    )]
+    Mirrored {
+        /// The array, as the manifest has it.
+        array: serde_json::Value,
+    },
+    /// Mirror images of spectra over other angles than their mirror image.
+    #[error("the angles of this data set's spectra are not symmetric about zero")]
+    Asymmetric,
+    /// A log of other columns.
+    #[error("its columns are not those of this run; move it away to continue without it")]
+    LogColumns,
+    /// A log that lacks rows.
+    #[error(
+        "it has fewer rows than its checkpoint has seen; restore it, or start anew in another folder"
+    )]
+    LogRows,
+    /// A run without a score.
+    #[error("no epoch has ended")]
+    NoEpoch,
+    /// Weights that do not name their model.
+    #[error("'{}' does not say which model it is of", .0.display())]
+    Unnamed(PathBuf),
+    /// Weights of another model.
+    #[error(
+        "'{}' holds weights of {}, preset {}, not of {}, preset {}",
+        path.display(), found.kind, found.preset, expected.kind, expected.preset
+    )]
+    OtherModel {
+        /// File of the weights.
+        path: PathBuf,
+        /// The model that the file names.
+        found: Label,
+        /// The model that was asked for.
+        expected: Label,
+    },
+    /// A prediction from an image that is not finite.
+    #[error(
+        "the prediction of sample {0} is not finite: the weights are damaged, or belong elsewhere"
+    )]
+    NotFinite(usize),
+}

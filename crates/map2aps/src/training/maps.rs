@@ -1,0 +1,111 @@
+//! Maps of a training: which are learnt from, and which the best weights are chosen by.
+
+use std::str::FromStr;
+
+use aps_data::Split;
+
+use super::TrainingError;
+use crate::maps::parse_ids;
+
+/// Choice of the maps by which the best weights are chosen.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum DevelopmentMaps {
+    /// The data set's own.
+    #[default]
+    OfSplit,
+    /// These, out of the training and development maps; in text `0-4,7`.
+    Ids(Vec<u32>),
+    /// So many: the data set's own first, then training maps from the end; in text `count:N`.
+    Count(usize),
+}
+
+impl FromStr for DevelopmentMaps {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.strip_prefix("count:") {
+            None => Ok(Self::Ids(
+                parse_ids(text).map_err(|error| error.to_string())?,
+            )),
+            Some(count) => match count.parse() {
+                Ok(count) if count > 0 => Ok(Self::Count(count)),
+                _ => Err(format!("'{count}' is not a number of maps; try count:4")),
+            },
+        }
+    }
+}
+
+/// Returns the maps to train on and those to choose the weights by, both ascending; test maps are neither.
+pub fn divide(
+    split: &Split,
+    chosen: &DevelopmentMaps,
+) -> Result<(Vec<u32>, Vec<u32>), TrainingError> {
+    let mut pool = [split.train.as_slice(), &split.develop].concat();
+    pool.sort_unstable();
+    let mut develop = match chosen {
+        DevelopmentMaps::OfSplit => split.develop.clone(),
+        DevelopmentMaps::Ids(ids) => {
+            if let Some(&id) = ids.iter().find(|id| !pool.contains(id)) {
+                return Err(TrainingError::NotATrainingMap { id, pool });
+            }
+            ids.clone()
+        }
+        &DevelopmentMaps::Count(count) => {
+            let order = split.develop.iter().chain(split.train.iter().rev());
+            order.copied().take(count).collect()
+        }
+    };
+    develop.sort_unstable();
+    develop.dedup();
+    if develop.is_empty() {
+        return Err(TrainingError::NoDevelopmentMaps { pool });
+    }
+    pool.retain(|id| !develop.contains(id));
+    match pool.is_empty() {
+        true => Err(TrainingError::NoTrainingMaps { develop }),
+        false => Ok((pool, develop)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Parts = (Vec<u32>, Vec<u32>);
+
+    fn parts(chosen: Option<&str>) -> Result<Parts, TrainingError> {
+        let split = Split {
+            train: vec![0, 1, 4, 5],
+            develop: vec![2, 3],
+            test: vec![6],
+        };
+        let chosen = chosen.map_or(DevelopmentMaps::OfSplit, |text| text.parse().unwrap());
+        divide(&split, &chosen)
+    }
+
+    #[test]
+    fn development_maps_are_held_out_of_the_training_maps() {
+        assert_eq!(parts(None).unwrap(), (vec![0, 1, 4, 5], vec![2, 3]));
+        assert_eq!(parts(Some("0,5")).unwrap(), (vec![1, 2, 3, 4], vec![0, 5]));
+        assert_eq!(
+            parts(Some("count:1")).unwrap(),
+            (vec![0, 1, 3, 4, 5], vec![2])
+        );
+        assert_eq!(
+            parts(Some("count:3")).unwrap(),
+            (vec![0, 1, 4], vec![2, 3, 5])
+        );
+    }
+
+    #[test]
+    fn test_maps_are_never_developed_on() {
+        assert!(
+            parts(Some("2,6"))
+                .unwrap_err()
+                .to_string()
+                .contains("map 6")
+        );
+        assert!(parts(Some("count:6")).is_err());
+        assert!("count:x".parse::<DevelopmentMaps>().is_err());
+    }
+}

@@ -1,0 +1,78 @@
+//! Models of `aps-model` trained on a data set, and their predictions.
+//!
+//! [`Training`] says what is trained on what; [`Training::run`] makes all steps and gives the [`Trained`] model. For a step
+//! count, logs and closing scores, [`Training::prepare`] gives the [`Run`] itself.
+//!
+//! ```no_run
+#![doc = include_str!("../../examples/train_and_score.rs")]
+//! ```
+//!
+//! # Files of a run
+//!
+//! - `best.safetensors`: weights with the least error on the development maps, of those scored;
+//! - `last.safetensors`: everything needed to continue, after each epoch, each 1000 steps, and when the run is cancelled;
+//! - `config.json`: every setting ([`Settings`]);
+//! - `steps.csv`: loss, gradient norms and learning rate of each step;
+//! - `scores.csv`: mean loss since the row before, and all metrics on the development maps.
+//!
+//! A run that is stopped and continued writes the same bytes as one that is not, on a CPU with any number of threads. Test maps
+//! are never looked at.
+
+mod device;
+mod error;
+mod folder;
+mod input;
+mod log;
+mod maps;
+mod mirror;
+mod network;
+mod plan;
+mod rows;
+mod run;
+mod score;
+mod trained;
+
+use std::path::Path;
+
+use aps_data::Dataset;
+use aps_model::{ANGLE_BINS, Preset};
+
+use crate::error::{At, Place, Result};
+use crate::scores::ScoreError;
+
+pub use device::Device;
+pub use error::TrainingError;
+pub use folder::{RunFolder, Settings};
+pub use maps::DevelopmentMaps;
+pub use network::InitialWeights;
+pub use plan::Training;
+pub use run::{ClosingScores, DevelopmentScores, Run};
+pub use score::mean;
+pub use trained::Trained;
+
+/// Opens a data set whose labels the models can learn.
+///
+/// # Errors
+/// A data set that cannot be read, stores no angle power spectra, or stores them in other bins than the models predict.
+pub fn open(root: &Path) -> Result<Dataset> {
+    let dataset = Dataset::open(root)?;
+    check(&dataset)?;
+    Ok(dataset)
+}
+
+fn check(dataset: &Dataset) -> Result<()> {
+    let place = || Place::Dataset(dataset.root().into());
+    match dataset.manifest().layout.aps.map(|aps| aps.axis.count) {
+        None => Err(ScoreError::NoSpectra).at(place()),
+        Some(ANGLE_BINS) => Ok(()),
+        Some(found) => Err(TrainingError::Bins { found }).at(place()),
+    }
+}
+
+/// Returns the image size that a preset is meant for.
+pub fn usual_image_size(preset: Preset) -> usize {
+    match preset {
+        Preset::Paper => 256,
+        Preset::Small => 64,
+    }
+}

@@ -1,0 +1,183 @@
+//! The plan of a training, and its preparation.
+
+use std::num::NonZeroU64;
+use std::path::Path;
+
+use aps_data::Dataset;
+use aps_model::condition::ConditionConfig;
+use aps_model::data;
+use aps_model::train::{TrainConfig, Trainer};
+use aps_model::weights::Label;
+use aps_model::{ModelKind, Preset};
+
+use super::log::Log;
+use super::maps::divide;
+use super::mirror::mirrored;
+use super::network::Networks;
+use super::run::{Run, State};
+use super::score::Development;
+use super::{
+    DevelopmentMaps, Device, InitialWeights, RunFolder, Settings, Trained, TrainingError, check,
+    rows, usual_image_size,
+};
+use crate::control::Control;
+use crate::error::{At, Place, Result};
+use crate::examples::{Draw, Examples};
+use crate::targets;
+
+/// Model, data and settings of a training.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Training {
+    /// The model to train.
+    pub model: ModelKind,
+    /// Its sizes.
+    pub preset: Preset,
+    /// Rows and columns of condition images \[pixels\].
+    pub image_size: usize,
+    /// Settings of the optimization; its seed draws initial weights and links too.
+    pub config: TrainConfig,
+    /// Maps to choose the best weights by.
+    pub development_maps: DevelopmentMaps,
+    /// Development links scored each time, drawn by the seed; none for all.
+    pub development_links: Option<usize>,
+    /// Steps between two scores of the development links, beside the one at the end of each epoch.
+    pub score_every: Option<NonZeroU64>,
+    /// Links to train on, drawn by the seed; none for all.
+    pub links: Option<usize>,
+    /// If true, the model is trained on the mirror images of each link too.
+    pub mirror: bool,
+    /// Device to compute on.
+    pub device: Device,
+    /// Initial weights.
+    pub initial: InitialWeights,
+}
+
+impl Training {
+    /// Plans a training with the paper's settings of the model, on all links, on the processor.
+    pub fn new(model: ModelKind, preset: Preset) -> Self {
+        Self {
+            model,
+            preset,
+            image_size: usual_image_size(preset),
+            config: model.train_config(preset),
+            development_maps: DevelopmentMaps::default(),
+            development_links: None,
+            score_every: None,
+            links: None,
+            mirror: false,
+            device: Device::default(),
+            initial: InitialWeights::default(),
+        }
+    }
+
+    /// Trains, and returns the weights with the least error on the development maps. A run that `folder` holds already is
+    /// continued, to the same bytes.
+    ///
+    /// # Errors
+    /// As [`Training::prepare`] and [`Run::train`].
+    pub fn run(&self, dataset: &Dataset, folder: &Path, control: &Control<'_>) -> Result<Trained> {
+        let folder = RunFolder::create(folder)?;
+        let is_begun = folder.checkpoint().is_file();
+        self.prepare(dataset, folder.clone(), is_begun)?
+            .train(control)?;
+        let (kind, preset) = (Some(self.model), Some(self.preset));
+        Trained::load(&folder.best(), kind, preset, &self.device.open()?)
+    }
+
+    /// Loads the examples and builds the networks; with `resume` they continue from the folder's checkpoint.
+    ///
+    /// # Errors
+    /// A data set without labels to learn, maps or links that are not there, initial weights or a checkpoint that do not fit,
+    /// settings that cannot be used, files that cannot be written.
+    pub fn prepare(&self, dataset: &Dataset, folder: RunFolder, resume: bool) -> Result<Run> {
+        if resume && !folder.checkpoint().is_file() {
+            return Err(TrainingError::NoRun(folder.path().into()).into());
+        }
+        let device = self.device.open()?;
+        check(dataset)?;
+        let (train_maps, dev_maps) = divide(&dataset.manifest().split, &self.development_maps)?;
+        let (protocol, training_statistics, target) = targets::learning_target(dataset)?;
+        let seed = self.config.seed;
+        let load = |part, maps: &[u32], limit: Option<usize>| -> Result<Examples> {
+            let draw = limit.map(|links| Draw { links, seed });
+            let examples = Examples::of_maps(dataset, maps, target, draw)?;
+            match examples.list().is_empty() {
+                true => Err(TrainingError::NoLinks {
+                    part,
+                    maps: maps.into(),
+                }
+                .into()),
+                false => Ok(examples),
+            }
+        };
+        let train = load("training", &train_maps, self.links)?;
+        let development = load("development", &dev_maps, self.development_links)?;
+        let settings = Settings {
+            model: self.model.to_string(),
+            preset: self.preset.to_string(),
+            image_size: self.image_size,
+            sigma_px: ConditionConfig::default().sigma_px,
+            initial_weights: self.initial.to_string(),
+            device: self.device,
+            data: dataset.root().into(),
+            data_configuration: dataset.manifest().configuration.clone(),
+            protocol: protocol.to_string(),
+            training_statistics,
+            train_maps,
+            dev_maps,
+            train_links: train.list().len(),
+            mirrored: self.mirror,
+            dev_links: development.list().len(),
+            training: self.config.clone(),
+        };
+        let mean_target = train.mean_target();
+        let development = Development {
+            input: development.input(self.model, self.image_size, &device)?,
+            examples: development,
+            protocol: protocol.into(),
+        };
+        let (train, input): (Box<dyn data::Examples>, _) = match self.mirror {
+            false => {
+                let input = train.input(self.model, self.image_size, &device)?;
+                (Box::new(train), input)
+            }
+            true => {
+                let model = (self.model, self.image_size);
+                mirrored(dataset, train, &development.examples, model, &device)?
+            }
+        };
+        let label = Label {
+            kind: self.model,
+            preset: self.preset,
+        };
+        let networks = Networks::new(label, seed, &self.initial, &device)?;
+        let (model, parameters) = networks.model;
+        let mut trainer = Trainer::new(model, &parameters, input, train, self.config.clone())?;
+        if let Some((regularizer, parameters)) = networks.regularizer {
+            trainer = trainer.with_regularizer(regularizer, &parameters)?;
+        }
+        let state: State = match resume {
+            true => {
+                let notes = trainer.resume(folder.checkpoint())?;
+                serde_json::from_str(&notes).at(Place::CheckpointNotes)?
+            }
+            false => State::default(),
+        };
+        folder.write_settings(&settings)?;
+        let steps = Log::open(folder.steps(), &rows::step_columns(), trainer.steps_done())?;
+        let scores = Log::open(folder.scores(), &rows::score_columns(), state.scores)?;
+        Ok(Run {
+            label,
+            folder,
+            settings,
+            initial: networks.loaded,
+            trainer,
+            state,
+            steps,
+            scores,
+            score_every: self.score_every,
+            development,
+            mean_target,
+        })
+    }
+}

@@ -1,0 +1,222 @@
+//! One training from its first, or next, step to its last: weights, logs and checkpoints in a folder.
+
+use std::num::NonZeroU64;
+
+use aps_metrics::{GroupReport, Metric};
+use aps_model::train::{StepReport, Trainer};
+use aps_model::weights::{self, Label, LoadReport};
+use serde::{Deserialize, Serialize};
+
+use super::log::Log;
+use super::score::{Development, mean};
+use super::{RunFolder, Settings, TrainingError, rows};
+use crate::control::{Control, Work};
+use crate::error::Result;
+
+/// Steps between two checkpoints within an epoch.
+const STEPS_BETWEEN_CHECKPOINTS: NonZeroU64 = NonZeroU64::new(1000).unwrap();
+
+/// State of a run beside the training itself; kept in its checkpoints.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(super) struct State {
+    /// Scores that are written.
+    pub scores: u64,
+    /// Steps made before the last of them.
+    scored_at: u64,
+    /// Bits of the sum of the losses since then: JSON would round them.
+    loss_bits: u64,
+    /// Steps made before the best score so far, and its error as bits.
+    best: Option<(u64, u64)>,
+}
+
+/// Scores of the development links after a step.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct DevelopmentScores {
+    /// Steps made.
+    pub steps: u64,
+    /// Epochs made.
+    pub epochs: f64,
+    /// Mean training loss since the scores before.
+    pub loss: f64,
+    /// The scores.
+    pub group: GroupReport,
+    /// Metric by which the best weights are chosen: the one that training minimises.
+    pub chosen_by: Metric,
+    /// True when these are the best so far.
+    pub is_best: bool,
+}
+
+/// Scores of the development links at the end of a run.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct ClosingScores {
+    /// Epochs made before the best weights.
+    pub best_epochs: f64,
+    /// Number of development links.
+    pub links: usize,
+    /// Scores of the best weights.
+    pub best: GroupReport,
+    /// Scores of the mean of the training targets, which needs no training.
+    pub mean: GroupReport,
+}
+
+/// A run from its first, or next, step to its last.
+#[derive(Debug)]
+pub struct Run {
+    pub(super) label: Label,
+    pub(super) folder: RunFolder,
+    pub(super) settings: Settings,
+    pub(super) initial: Option<LoadReport>,
+    pub(super) trainer: Trainer,
+    pub(super) state: State,
+    pub(super) steps: Log,
+    pub(super) scores: Log,
+    pub(super) score_every: Option<NonZeroU64>,
+    pub(super) development: Development,
+    pub(super) mean_target: Vec<f64>,
+}
+
+impl Run {
+    /// Makes all steps that are left. A cancelled run saves everything first.
+    ///
+    /// # Errors
+    /// [`TrainingError::Interrupted`], steps that cannot be made, files that cannot be written.
+    pub fn train(&mut self, control: &Control<'_>) -> Result<()> {
+        let links = self.trainer.links_per_step() as u64;
+        control.progress.begin(Work {
+            units: self.trainer.steps_total() * links,
+            name: "links",
+            finished_maps: 0,
+            maps: 0,
+        });
+        control.progress.advance(self.links_seen());
+        if self.trainer.steps_done() == 0 {
+            // So that a run that fails at once has something to go back to.
+            self.save()?;
+        }
+        while let Some(report) = self.step(control)? {
+            control.progress.step(&report);
+            control.progress.advance(links);
+            let done = self.trainer.steps_done();
+            let is_due = |every: NonZeroU64| done.is_multiple_of(every.get());
+            if report.ends_epoch || self.score_every.is_some_and(is_due) {
+                control.progress.scored(&self.evaluate()?);
+            }
+            if report.ends_epoch || is_due(STEPS_BETWEEN_CHECKPOINTS) {
+                self.save()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Every setting of the run.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Account of the initial weights that a file gave.
+    pub fn initial_weights(&self) -> Option<&LoadReport> {
+        self.initial.as_ref()
+    }
+
+    /// The training itself.
+    pub fn trainer(&self) -> &Trainer {
+        &self.trainer
+    }
+
+    /// Epochs after which the error on the development links was least.
+    pub fn best_epochs(&self) -> Option<f64> {
+        self.state.best.map(|(steps, _)| self.epochs(steps))
+    }
+
+    /// Number of links trained on, repeats counted.
+    pub fn links_seen(&self) -> u64 {
+        self.trainer.steps_done() * self.trainer.links_per_step() as u64
+    }
+
+    /// Loads the best weights, and scores them beside the mean of the training targets.
+    ///
+    /// # Errors
+    /// [`TrainingError::NoEpoch`] when no score was made; weights that cannot be read.
+    pub fn closing_scores(&self) -> Result<ClosingScores> {
+        let best_epochs = self.best_epochs().ok_or(TrainingError::NoEpoch)?;
+        // The last weights are in the checkpoint.
+        weights::load(&self.folder.best(), self.trainer.parameters())?;
+        Ok(ClosingScores {
+            best_epochs,
+            links: self.development.examples.list().len(),
+            best: self.score()?,
+            mean: self.development.score_constant(&self.mean_target)?,
+        })
+    }
+
+    fn epochs(&self, steps: u64) -> f64 {
+        steps as f64 / self.trainer.steps_per_epoch() as f64
+    }
+
+    /// Makes one step, with its row in the log.
+    fn step(&mut self, control: &Control<'_>) -> Result<Option<StepReport>> {
+        if control.is_cancelled() {
+            self.save()?;
+            return Err(TrainingError::Interrupted {
+                done: self.trainer.steps_done(),
+                total: self.trainer.steps_total(),
+                folder: self.folder.path().into(),
+            }
+            .into());
+        }
+        let Some(report) = self.trainer.step()? else {
+            return Ok(None);
+        };
+        let sum = f64::from_bits(self.state.loss_bits) + report.loss;
+        self.state.loss_bits = sum.to_bits();
+        self.steps.push(&rows::step_cells(&report))?;
+        Ok(Some(report))
+    }
+
+    /// Evaluates the model on the development links and saves the weights if they are the best so far.
+    fn evaluate(&mut self) -> Result<DevelopmentScores> {
+        let (steps, group) = (self.trainer.steps_done(), self.score()?);
+        let chosen_by = match self.label.kind.is_adversarial() {
+            true => Metric::Mae,
+            false => Metric::Mse,
+        };
+        let error = mean(&group, chosen_by);
+        let sum = f64::from_bits(std::mem::take(&mut self.state.loss_bits));
+        let loss = sum / (steps - self.state.scored_at) as f64;
+        let epochs = self.epochs(steps);
+        self.scores
+            .push(&rows::score_cells(steps, epochs, loss, &group))?;
+        self.scores.flush()?;
+        self.state.scores += 1;
+        self.state.scored_at = steps;
+        let best = self.state.best;
+        let is_best = best.is_none_or(|(_, best)| error < f64::from_bits(best));
+        if is_best {
+            let parameters = self.trainer.parameters();
+            weights::save(&self.folder.best(), parameters, Some(self.label))?;
+            self.state.best = Some((steps, error.to_bits()));
+        }
+        Ok(DevelopmentScores {
+            steps,
+            epochs,
+            loss,
+            group,
+            chosen_by,
+            is_best,
+        })
+    }
+
+    fn score(&self) -> Result<GroupReport> {
+        let batch = self.trainer.config().batch;
+        self.development.score(self.trainer.model(), batch)
+    }
+
+    fn save(&mut self) -> Result<()> {
+        // Steps before a checkpoint must be in the log when the run is continued from it.
+        self.steps.flush()?;
+        let notes = serde_json::to_string(&self.state)?;
+        Ok(self.trainer.save(self.folder.checkpoint(), &notes)?)
+    }
+}

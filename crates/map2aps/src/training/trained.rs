@@ -1,0 +1,186 @@
+//! Trained models: weights read for prediction alone.
+
+use std::path::Path;
+
+use aps_model::candle_core::{DType, Device, Tensor};
+use aps_model::candle_nn::VarMap;
+use aps_model::condition::ModelInput;
+use aps_model::train::predict;
+use aps_model::weights::{self, Label, LoadReport};
+use aps_model::{
+    ANGLE_BINS, Error as ModelError, Model, ModelKind, Preset, frozen, seeded, trainable,
+};
+
+use super::{Settings, TrainingError, usual_image_size};
+use crate::error::{At, Place, Result};
+use crate::examples::Examples;
+
+/// Links predicted at a time by [`Trained::predict`].
+const BATCH: usize = 64;
+
+/// A trained model, for prediction.
+#[derive(Debug)]
+pub struct Trained {
+    label: Label,
+    model: Box<dyn Model>,
+    device: Device,
+    parameters: usize,
+    settings: Option<Settings>,
+    report: LoadReport,
+}
+
+impl Trained {
+    /// Reads weights, `.safetensors` or PyTorch's `.pt`. Model and preset are as the file says; where `kind` or `preset` is
+    /// given too they must agree. A label that another program wrote into the file is ignored where `kind` is given.
+    ///
+    /// # Errors
+    /// A file that cannot be read, does not say its model, or does not fit it.
+    pub fn load(
+        path: &Path,
+        kind: Option<ModelKind>,
+        preset: Option<Preset>,
+        device: &Device,
+    ) -> Result<Self> {
+        let label = label_of(path, kind, preset)?;
+        let (Label { kind, preset }, parameters) = (label, VarMap::new());
+        kind.build(preset, seeded(&parameters, 0, DType::F32, device))?;
+        let place = Place::WeightsOf(path.into(), format!("{kind}, preset {preset}"));
+        let report = weights::load(path, &parameters).at(place)?;
+        let counts = trainable(&parameters).into_iter();
+        Ok(Self {
+            label,
+            model: kind.build(preset, frozen(&parameters)?)?,
+            device: device.clone(),
+            parameters: counts.map(|(_, var)| var.elem_count()).sum(),
+            settings: Settings::beside(path)?,
+            report,
+        })
+    }
+
+    /// The model and its sizes.
+    pub fn label(&self) -> Label {
+        self.label
+    }
+
+    /// The model itself, its parameters frozen.
+    pub fn model(&self) -> &dyn Model {
+        &*self.model
+    }
+
+    /// Number of trainable parameters.
+    pub fn parameters(&self) -> usize {
+        self.parameters
+    }
+
+    /// Settings of the training, if the weights lie in the folder of a run.
+    pub fn settings(&self) -> Option<&Settings> {
+        self.settings.as_ref()
+    }
+
+    /// Account of the tensors that were read.
+    pub fn report(&self) -> &LoadReport {
+        &self.report
+    }
+
+    /// Rows and columns of the condition images that the model was trained on; if that is not known, those that its preset is
+    /// meant for.
+    pub fn image_size(&self) -> usize {
+        let trained = self.settings.as_ref().map(|settings| settings.image_size);
+        trained.unwrap_or(usual_image_size(self.label.preset))
+    }
+
+    /// Prepares the input of the model for some links.
+    ///
+    /// # Errors
+    /// As [`Examples::input`].
+    pub fn input(&self, examples: &Examples, image_size: usize) -> Result<Box<dyn ModelInput>> {
+        examples.input(self.label.kind, image_size, &self.device)
+    }
+
+    /// Predicts the normalised spectra of all examples; shape (examples, [`ANGLE_BINS`]).
+    ///
+    /// # Errors
+    /// A prediction that is not finite, and failures of the device.
+    pub fn predict(&self, examples: &Examples) -> Result<Vec<f32>> {
+        let input = self.input(examples, self.image_size())?;
+        let mut all = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
+        self.predict_batches(&*input, examples, BATCH, |spectra| {
+            all.extend_from_slice(spectra);
+            Ok(())
+        })?;
+        Ok(all)
+    }
+
+    /// Predicts the spectra of examples, `batch` at a time, and hands them over in order; `input` is
+    /// [that](Trained::input) of these examples.
+    ///
+    /// # Errors
+    /// As [`Trained::predict`], and whatever `take` returns.
+    pub fn predict_batches(
+        &self,
+        input: &dyn ModelInput,
+        examples: &Examples,
+        batch: usize,
+        mut take: impl FnMut(&[f32]) -> Result<()>,
+    ) -> Result<()> {
+        predict(
+            self.model(),
+            input,
+            examples.links(),
+            batch,
+            |_, spectra| take(spectra),
+        )
+    }
+
+    /// Predicts the spectra of condition images of any origin, shape (samples, 3, `height`, `width`), `batch` at a time, and
+    /// hands them over in order.
+    ///
+    /// # Errors
+    /// As [`Trained::predict`], images that the model does not take, and whatever `take` returns.
+    pub fn predict_images(
+        &self,
+        images: &[f32],
+        [height, width]: [usize; 2],
+        batch: usize,
+        mut take: impl FnMut(&[f32]) -> Result<()>,
+    ) -> Result<()> {
+        let (image, mut done) = (3 * height * width, 0);
+        for some in images.chunks(batch.max(1) * image.max(1)) {
+            let forward = || -> Result<Vec<f32>> {
+                let shape = (some.len() / image, 3, height, width);
+                let images = Tensor::from_slice(some, shape, &self.device)?;
+                let spectra = self.model.forward_t(&images, false)?;
+                Ok(spectra.flatten_all()?.to_vec1()?)
+            };
+            let spectra = forward()?;
+            if let Some(bad) = spectra.iter().position(|x| !x.is_finite()) {
+                return Err(TrainingError::NotFinite(done + bad / ANGLE_BINS).into());
+            }
+            done += spectra.len() / ANGLE_BINS;
+            take(&spectra)?;
+        }
+        Ok(())
+    }
+}
+
+fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) -> Result<Label> {
+    let stored = match weights::read_label(path) {
+        Err(ModelError::ForeignLabel { .. }) if kind.is_some() => None,
+        Err(error @ ModelError::ForeignLabel { .. }) => return Err(error.into()),
+        stored => stored.at_file(Place::Weights, path)?,
+    };
+    let unnamed = || TrainingError::Unnamed(path.into());
+    let expected = Label {
+        kind: kind.or(stored.map(|s| s.kind)).ok_or_else(unnamed)?,
+        preset: preset.or(stored.map(|s| s.preset)).unwrap_or(Preset::Paper),
+    };
+    match stored.filter(|&stored| stored != expected) {
+        Some(found) => Err(TrainingError::OtherModel {
+            path: path.into(),
+            found,
+            expected,
+        }
+        .into()),
+        None => Ok(expected),
+    }
+}

@@ -1,0 +1,121 @@
+//! Trainings by the library: cancelled and continued, and what they refuse.
+#![cfg(feature = "models")]
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use map2aps::aps_model::train::StepReport;
+use map2aps::aps_model::{ANGLE_BINS, ModelKind, Preset};
+use map2aps::training::*;
+use map2aps::*;
+
+/// Cancels the training after some steps.
+struct Stop {
+    cancel: AtomicBool,
+    steps: AtomicU64,
+}
+
+impl Progress for Stop {
+    fn step(&self, _: &StepReport) {
+        if self.steps.fetch_sub(1, Ordering::Relaxed) == 1 {
+            self.cancel.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+fn dataset(folder: &Path) -> Dataset {
+    let plan = DatasetPlan {
+        maps: MapSource::Synthetic { count: 3 },
+        tx_per_map: 1,
+        rx_per_map: 12,
+        ..DatasetPlan::default()
+    };
+    let split = Split {
+        train: vec![0],
+        develop: vec![1],
+        test: vec![2],
+    };
+    let made = plan.make_split(folder, &split, &Control::default());
+    made.unwrap();
+    Dataset::open(folder).unwrap()
+}
+
+fn training() -> Training {
+    let mut training = Training {
+        image_size: 32,
+        ..Training::new(ModelKind::ResnetMlp, Preset::Small)
+    };
+    training.config.epochs = 2;
+    training.config.batch = 4;
+    training
+}
+
+#[test]
+fn a_cancelled_training_continues_to_the_same_bytes() {
+    let root = tempfile::tempdir().unwrap();
+    let [data, whole, parts] = ["data", "whole", "parts"].map(|name| root.path().join(name));
+    let (dataset, training) = (dataset(&data), training());
+    let trained = training.run(&dataset, &whole, &Control::default()).unwrap();
+    let stop = Stop {
+        cancel: AtomicBool::new(false),
+        steps: AtomicU64::new(2),
+    };
+    let control = Control {
+        progress: &stop,
+        cancel: &stop.cancel,
+        ..Control::default()
+    };
+    let cancelled = training.run(&dataset, &parts, &control).unwrap_err();
+    assert!(cancelled.is_cancelled(), "{}", cancelled.chain());
+    let told = cancelled.chain();
+    assert!(told.starts_with("interrupted after 2 of "), "{told}");
+    training.run(&dataset, &parts, &Control::default()).unwrap();
+    for name in [
+        "steps.csv",
+        "scores.csv",
+        "config.json",
+        "best.safetensors",
+        "last.safetensors",
+    ] {
+        let read = |folder: &Path| fs::read(folder.join(name)).unwrap();
+        assert!(read(&whole) == read(&parts), "{name}");
+    }
+
+    let test = Examples::load(&dataset, Part::Test, Domain::Normalised).unwrap();
+    let predicted = trained.predict(&test).unwrap();
+    assert_eq!(predicted.len(), test.list().len() * ANGLE_BINS);
+    let again = Trained::load(
+        &parts.join("best.safetensors"),
+        None,
+        None,
+        &Device::Cpu.open().unwrap(),
+    );
+    assert!(again.unwrap().predict(&test).unwrap() == predicted);
+}
+
+#[test]
+fn what_cannot_be_trained_is_told() {
+    let root = tempfile::tempdir().unwrap();
+    let (data, run) = (root.path().join("data"), root.path().join("run"));
+    let dataset = dataset(&data);
+    let refused = |training: Training| {
+        let refused = training.run(&dataset, &run, &Control::default());
+        refused.unwrap_err()
+    };
+    let error = refused(Training {
+        development_maps: DevelopmentMaps::Ids(vec![2]),
+        ..training()
+    });
+    let cause = error.cause();
+    assert!(
+        matches!(cause, Error::Training(TrainingError::NotATrainingMap { id: 2, pool }) if *pool == [0, 1]),
+        "{cause:?}"
+    );
+    let folder = RunFolder::create(&run).unwrap();
+    let error = training().prepare(&dataset, folder, true).unwrap_err();
+    assert!(matches!(
+        error.cause(),
+        Error::Training(TrainingError::NoRun(_))
+    ));
+}
