@@ -1,10 +1,17 @@
 //! Devices on the command line.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use map2aps::training::Device;
 
 /// Parser of `--device`.
 pub fn devices() -> impl TypedValueParser<Value = Device> {
-    let names = PossibleValuesParser::new(Device::ALL.map(Device::name));
-    names.try_map(|name| name.parse::<Device>())
+    let value = |device: Device| {
+        PossibleValue::new(device.name()).help(match device {
+            Device::Cpu => "The processor",
+            Device::Cuda => "The first NVIDIA GPU",
+            Device::Metal => "The first Apple GPU",
+        })
+    };
+    let parser = PossibleValuesParser::new(Device::ALL.map(value));
+    parser.try_map(|name| name.parse::<Device>())
 }
