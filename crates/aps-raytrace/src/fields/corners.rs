@@ -111,8 +111,8 @@ impl Corners {
                 pieces.clear();
             }
             outlook.look(scene, near.point);
-            let seen = in_sight(scene, &corners, near.point, outlook);
-            let next = seen.filter(|&(c, _)| near.bends(corners[c as usize].point));
+            let is_next = |far: &Corner| near.bends(far.point) && far.bends(near.point);
+            let next = in_sight(scene, &corners, near.point, outlook, is_next);
             let next = next.take_while(|_| take(size_of::<(u32, f64)>()));
             (pieces, next.collect())
         };
@@ -134,7 +134,10 @@ impl Corners {
     pub fn in_sight(&self, scene: &Scene, from: DVec2) -> Vec<(u32, f64)> {
         let mut outlook = Outlook::default();
         outlook.look(scene, from);
-        in_sight(scene, &self.corners, from, &outlook).collect()
+        in_sight(scene, &self.corners, from, &outlook, |corner| {
+            corner.bends(from)
+        })
+        .collect()
     }
 
     /// The shortest ways from a place to all corners that a tight string bends at (Dijkstra 1959).
@@ -192,20 +195,20 @@ impl Corners {
     }
 }
 
+/// The corners of a kind in sight of the place where `outlook` was taken, with their distance \[m\].
 fn in_sight(
     scene: &Scene,
     corners: &[Corner],
     from: DVec2,
     outlook: &Outlook,
+    is_of_kind: impl Fn(&Corner) -> bool,
 ) -> impl Iterator<Item = (u32, f64)> {
     let is_seen = move |to: DVec2| {
         !scene.is_blocked_by(from, to, outlook.nearest(to - from))
             && !scene.is_blocked(from, to, [None; 2])
     };
-    let bending = (0..)
-        .zip(corners)
-        .filter(move |(_, corner)| corner.bends(from));
-    let seen = bending.filter(move |(_, corner)| is_seen(corner.point));
+    let all = (0..).zip(corners);
+    let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner.point));
     seen.map(move |(c, corner)| (c, from.distance(corner.point)))
 }
 
