@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use aps_raytrace::Scene;
-use aps_raytrace::scene::{GeoJsonConfig, Tiling, parse_geojson};
+use aps_raytrace::scene::{GeoJsonConfig, Tile, Tiling, parse_geojson};
 
 /// Helsinki, and those of the maps `ids` that are in `../shared/maps`, each with its name.
 ///
@@ -12,7 +12,9 @@ use aps_raytrace::scene::{GeoJsonConfig, Tiling, parse_geojson};
 /// A file is not a map.
 #[must_use]
 pub fn real_cities(ids: &[u32]) -> Vec<(String, Scene)> {
-    let mut cities = vec![("Helsinki".into(), helsinki())];
+    let tile = helsinki(256.0);
+    let scene = Scene::new(&tile.footprints, Some(tile.area)).expect("sound footprints");
+    let mut cities = vec![("Helsinki".into(), scene)];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/maps");
     for id in ids {
         if let Ok(text) = fs::read_to_string(folder.join(format!("{id}.json"))) {
@@ -23,12 +25,15 @@ pub fn real_cities(ids: &[u32]) -> Vec<(String, Scene)> {
     cities
 }
 
-/// The tile of 256 m of the committed extract that has the most buildings.
-fn helsinki() -> Scene {
+/// The tile of so many metres of the committed extract that has the most buildings.
+///
+/// # Panics
+/// The extract has no tiles of this size.
+#[must_use]
+pub fn helsinki(side_m: f64) -> Tile {
     let text = include_str!("../data/helsinki.geojson");
     let city = parse_geojson(text, &GeoJsonConfig::default()).expect("the committed extract");
-    let tiling = Tiling::new(city.footprints, 256.0).expect("a few tiles");
+    let tiling = Tiling::new(city.footprints, side_m).expect("a few tiles");
     let most = tiling.ids(1).max_by_key(|&id| tiling.contents(id).0);
-    let tile = most.and_then(|id| tiling.tile(id)).expect("buildings");
-    Scene::new(&tile.footprints, Some(tile.area)).expect("sound footprints")
+    most.and_then(|id| tiling.tile(id)).expect("buildings")
 }

@@ -230,8 +230,8 @@ fn everything_on_one_line() {
 /// Two terminals at one place have no link; nor have two so near that 1 / distance^2 is no number.
 #[test]
 fn coincident_terminals_are_an_error() {
-    let scene = scene(&[house()]);
-    let tracer = Tracer::new(&scene, with_chains()).unwrap();
+    let one_house = scene(&[house()]);
+    let tracer = Tracer::new(&one_house, with_chains()).unwrap();
     let tx = DVec2::new(-1.0, -1.0);
     let is_coincident = |link: &_| matches!(link, Err(TraceError::Coincident { .. }));
     assert!(is_coincident(&tracer.trace(tx, tx)));

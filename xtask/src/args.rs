@@ -1,15 +1,232 @@
 //! Arguments that several commands share, and how their values are read.
 
 use std::fmt;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use aps_data::Access;
+use anyhow::Result;
+use aps_data::{Access, Part, Stored};
 use aps_label::{Array, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Material, TraceConfig};
+use aps_raytrace::{Material, Scene, TraceConfig};
 use clap::{Args, ValueEnum};
+use map2aps::maps::{self, TileSettings};
+use map2aps::{MapSource, SceneSettings};
+use serde_json::Value;
 
-use aps_data::Stored;
+use crate::note;
+
+/// A value of `--maps`.
+#[derive(Debug, Clone)]
+pub enum MapsArg {
+    /// `DIR`: RadioMapSeer files.
+    Folder(PathBuf),
+    /// A file that is there, or has the name of one (`.geojson`): a city.
+    City(PathBuf),
+    /// `synthetic` or `synthetic:N`.
+    Synthetic {
+        /// Number of maps, if one is asked for.
+        count: Option<u32>,
+    },
+}
+
+impl FromStr for MapsArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let is_geojson = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("geojson");
+        let path = Path::new(text);
+        match text.split_once(':') {
+            None if text == "synthetic" => Ok(Self::Synthetic { count: None }),
+            Some(("synthetic", count)) => match count.parse() {
+                Ok(count) if count > 0 => Ok(Self::Synthetic { count: Some(count) }),
+                _ => Err(format!(
+                    "'{count}' is not a number of maps; try synthetic:10"
+                )),
+            },
+            _ if path.is_file() || path.extension().is_some_and(is_geojson) => {
+                Ok(Self::City(path.into()))
+            }
+            _ => Ok(Self::Folder(path.into())),
+        }
+    }
+}
+
+impl fmt::Display for MapsArg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Folder(path) | Self::City(path) => write!(f, "{}", path.display()),
+            Self::Synthetic { .. } => write!(f, "synthetic city"),
+        }
+    }
+}
+
+impl MapsArg {
+    /// Opens the maps, of synthetic cities so many unless a number is asked for; a city is read, cut into tiles and
+    /// described.
+    ///
+    /// # Errors
+    /// A city that cannot be read or holds no map.
+    pub fn open(&self, tiles: TileSettings, synthetic: u32) -> Result<MapSource> {
+        Ok(match self {
+            Self::Folder(folder) => MapSource::Folder(folder.clone()),
+            Self::City(file) => {
+                let maps = MapSource::geojson(file, tiles)?;
+                if let MapSource::City(city) = &maps {
+                    note!("{city}");
+                }
+                maps
+            }
+            Self::Synthetic { count } => MapSource::Synthetic {
+                count: count.unwrap_or(synthetic),
+            },
+        })
+    }
+
+    /// Opens the maps that a data set was made of; a city is cut by the settings in its `configuration`.
+    ///
+    /// # Errors
+    /// As [`MapsArg::open`], and a city of another data set.
+    pub fn open_for(&self, configuration: &Value, tiles: &TileArgs) -> Result<MapSource> {
+        let maps = self.open(tiles.over(TileSettings::of_dataset(configuration)), 0)?;
+        // Maps of other sources are compared by their buildings, map by map.
+        if let Self::City(_) = self {
+            maps.must_be_of(configuration)
+                .map_err(map2aps::Error::from)?;
+        }
+        Ok(maps)
+    }
+}
+
+/// Settings by which a city in GeoJSON becomes maps.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "City in GeoJSON")]
+pub struct TileArgs {
+    /// Side of the maps it is cut into [m]; numbered row by row from the south-west [default: 256, or as the data set
+    /// at hand was made].
+    #[arg(long, value_name = "METRES")]
+    tile: Option<f64>,
+    /// Leave out maps with fewer buildings [default: 1, or as the data set at hand was made].
+    #[arg(long)]
+    min_buildings: Option<usize>,
+    /// Its coordinates are metres, not degrees.
+    #[arg(long)]
+    metric: bool,
+    /// Take every polygon for a building, with or without a building tag.
+    #[arg(long)]
+    all_polygons: bool,
+}
+
+impl TileArgs {
+    /// The settings for maps of one's own.
+    pub fn settings(&self) -> TileSettings {
+        self.over(TileSettings::default())
+    }
+
+    /// The settings given, and others where none are.
+    fn over(&self, others: TileSettings) -> TileSettings {
+        TileSettings {
+            tile_m: self.tile.unwrap_or(others.tile_m),
+            min_buildings: self.min_buildings.unwrap_or(others.min_buildings),
+            metric: self.metric || others.metric,
+            all_polygons: self.all_polygons || others.all_polygons,
+        }
+    }
+}
+
+/// Settings of the scenes made from maps.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct SceneArgs {
+    /// Fill slits between walls that are narrower [m]; 0 leaves all open.
+    #[arg(
+        long = "close-gaps",
+        value_name = "METRES",
+        default_value_t = SceneSettings::default().close_gaps_m,
+        value_parser = parse_width
+    )]
+    close_gaps_m: f64,
+}
+
+impl SceneArgs {
+    /// The settings.
+    pub fn settings(self) -> SceneSettings {
+        SceneSettings {
+            close_gaps_m: self.close_gaps_m,
+        }
+    }
+}
+
+fn parse_width(text: &str) -> Result<f64, String> {
+    let width: Result<f64, _> = text.parse();
+    let is_width = |w: &f64| w.is_finite() && *w >= 0.0;
+    let wrong = || format!("'{text}' is no width in metres: it must be finite and not negative");
+    width.ok().filter(is_width).ok_or_else(wrong)
+}
+
+/// The one map of a command that traces links.
+#[derive(Debug, Clone, Args)]
+pub struct OneMapArgs {
+    /// Tile of a city [default: the first with a building].
+    #[arg(long, requires = "map")]
+    map_id: Option<u32>,
+    /// Seed of the synthetic city.
+    #[arg(long, default_value_t = 42)]
+    seed: u64,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    pub tiles: TileArgs,
+}
+
+impl OneMapArgs {
+    /// Reads the map: a RadioMapSeer file, a tile of a city in GeoJSON, or `synthetic`.
+    pub fn load(&self, map: &Path) -> Result<Scene> {
+        let scene = self.scene.settings();
+        if map == Path::new("synthetic") {
+            return Ok(MapSource::Synthetic { count: 1 }.load(0, self.seed, scene)?);
+        }
+        Ok(maps::load_file(
+            map,
+            self.map_id,
+            self.tiles.settings(),
+            scene,
+        )?)
+    }
+}
+
+/// Ids of maps in a list like `0-4,7,46-50`: ascending, each once.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IdList(pub Vec<u32>);
+
+impl FromStr for IdList {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let ids = maps::parse_ids(text).map_err(|error| error.to_string())?;
+        Ok(Self(ids))
+    }
+}
+
+/// A part of a data set's split.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PartName {
+    /// Maps to fit a model's weights on.
+    Train,
+    /// Maps to choose a model by.
+    Develop,
+    /// Maps for the figures that are reported.
+    Test,
+}
+
+impl From<PartName> for Part {
+    fn from(name: PartName) -> Self {
+        match name {
+            PartName::Train => Self::Train,
+            PartName::Develop => Self::Develop,
+            PartName::Test => Self::Test,
+        }
+    }
+}
 
 /// A value of `--shard`: `I/N`, counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,6 +237,17 @@ pub struct Shard {
 }
 
 impl Shard {
+    /// The shard that may write so; `None` for a whole data set.
+    pub fn of(access: Access) -> Option<Self> {
+        match access {
+            Access::Whole => None,
+            Access::Shard { index, count } => Some(Self {
+                number: index + 1,
+                count,
+            }),
+        }
+    }
+
     /// The maps it may write.
     pub fn access(self) -> Access {
         Access::Shard {

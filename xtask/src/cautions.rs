@@ -1,11 +1,10 @@
 //! Remarks on what is allowed and yet deserves a second look: a line each, once a command.
 
 use aps_raytrace::TraceConfig;
-use aps_raytrace::glam::DVec2;
 
 use crate::note;
 
-/// Says when walls are made of a material whose source does not state it for the carrier.
+/// Prints a remark when walls are made of a material whose source does not state it for the carrier.
 pub fn tell_carrier(trace: &TraceConfig) {
     if let Some(source) = trace.material_out_of_range() {
         note!(
@@ -18,14 +17,7 @@ pub fn tell_carrier(trace: &TraceConfig) {
     }
 }
 
-/// Number of links whose ends are nearer to each other than a wavelength, and not at one point, which is no link.
-pub fn count_near(trace: &TraceConfig, links: impl IntoIterator<Item = (DVec2, DVec2)>) -> u64 {
-    let wavelength_m = trace.wavelength_m();
-    let is_near = |(tx, rx): &(DVec2, DVec2)| tx != rx && tx.distance(*rx) < wavelength_m;
-    links.into_iter().filter(is_near).count() as u64
-}
-
-/// Says that there are such links, if there are.
+/// Prints a remark when there are links with ends nearer to each other than a wavelength.
 pub fn tell_near(trace: &TraceConfig, links: u64) {
     if links > 0 {
         note!(

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::advice::advice;
 use crate::commands;
 use crate::note;
 use crate::output;
@@ -85,7 +86,7 @@ pub fn exit_code(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            note!("error: {}", output::told(error.as_ref()));
+            note!("error: {}{}", output::told(error.as_ref()), advice(&error));
             ExitCode::FAILURE
         }
     }

@@ -9,6 +9,8 @@ use std::io::{self, ErrorKind, Write};
 
 use anyhow::{Context, Result};
 
+pub use map2aps::error::chain as told;
+
 /// Standard output that takes everything once its reader has gone away.
 #[derive(Debug)]
 pub struct Stdout(io::Stdout);
@@ -55,54 +57,4 @@ macro_rules! say {
 #[macro_export]
 macro_rules! note {
     ($($text:tt)*) => { $crate::output::note(format_args!($($text)*)) };
-}
-
-/// An error with its causes, in one line.
-///
-/// A cause that ends what was told so far is left out: some libraries repeat it in their own message.
-pub fn told(error: &(dyn std::error::Error + 'static)) -> String {
-    let mut told = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let text = error.to_string();
-        if !told.ends_with(&text) {
-            told = format!("{told}: {text}");
-        }
-        cause = error.source();
-    }
-    told
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn causes_are_told_once() {
-        // zip's and csv's errors repeat their cause.
-        let cause = io::Error::other("the disk is full");
-        let repeated = zip_like(cause);
-        assert_eq!(
-            told(anyhow::Error::new(repeated).context("map 3").as_ref()),
-            "map 3: i/o error: the disk is full"
-        );
-        let plain = anyhow::anyhow!("no such link").context("data set 'x'");
-        assert_eq!(told(plain.as_ref()), "data set 'x': no such link");
-    }
-
-    fn zip_like(cause: io::Error) -> impl std::error::Error + Send + Sync + 'static {
-        #[derive(Debug)]
-        struct Repeats(io::Error);
-        impl fmt::Display for Repeats {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "i/o error: {}", self.0)
-            }
-        }
-        impl std::error::Error for Repeats {
-            fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-                Some(&self.0)
-            }
-        }
-        Repeats(cause)
-    }
 }

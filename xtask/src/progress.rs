@@ -1,7 +1,12 @@
 //! Progress for a person who waits, and the number of threads that work for it.
 
+use std::sync::OnceLock;
+
 use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
+use map2aps::{Progress, Work};
+
+use crate::note;
 
 /// A bar over `count` things of the given name.
 pub fn bar(count: u64, things: &str) -> ProgressBar {
@@ -12,6 +17,53 @@ pub fn bar(count: u64, things: &str) -> ProgressBar {
         .expect("the template is well formed")
         .progress_chars("=> ");
     ProgressBar::new(count).with_style(style)
+}
+
+/// The bar of an operation of the library, from the moment it begins.
+#[derive(Debug, Default)]
+pub struct Bar(OnceLock<ProgressBar>);
+
+impl Bar {
+    /// Removes the bar.
+    pub fn clear(&self) {
+        if let Some(bar) = self.0.get() {
+            bar.finish_and_clear();
+        }
+    }
+
+    /// Prints without disturbing the bar.
+    pub fn suspend<R>(&self, print: impl FnOnce() -> R) -> R {
+        match self.0.get() {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+}
+
+impl Progress for Bar {
+    fn begin(&self, work: Work) {
+        let Work {
+            finished_maps,
+            maps,
+            ..
+        } = work;
+        if finished_maps > 0 {
+            note!("{finished_maps} of {maps} maps are there already");
+        }
+        self.0.get_or_init(|| bar(work.units, work.name));
+    }
+
+    fn map(&self, id: u32) {
+        if let Some(bar) = self.0.get() {
+            bar.set_message(format!("map {id}"));
+        }
+    }
+
+    fn advance(&self, units: u64) {
+        if let Some(bar) = self.0.get() {
+            bar.inc(units);
+        }
+    }
 }
 
 /// Sets the number of threads, if one is given.

@@ -84,7 +84,27 @@ pub struct Stored {
     pub paths: bool,
 }
 
+impl Default for Stored {
+    /// Angle power spectra alone.
+    fn default() -> Self {
+        Stored {
+            aps: true,
+            pdp: false,
+            paths: false,
+        }
+    }
+}
+
 impl Layout {
+    /// Returns the kinds of data that are stored.
+    pub fn stored(&self) -> Stored {
+        Stored {
+            aps: self.aps.is_some(),
+            pdp: self.pdp.is_some(),
+            paths: self.paths,
+        }
+    }
+
     /// Returns the layout of labels made with these settings, in half precision.
     pub fn of_labels(label: &LabelConfig, raster: RasterGrid, stored: Stored) -> Self {
         Layout {

@@ -14,7 +14,7 @@ use aps_model::data::Samples;
 use aps_model::train::{TrainConfig, Trainer};
 use aps_model::{ANGLE_BINS, ModelKind, Preset, frozen, seeded};
 
-/// As the runner has: memory of a step is used again in the next one, rather than asked anew from the system page by page.
+/// The runner's allocator: memory of a step is used again in the next one, rather than asked anew from the system page by page.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

@@ -81,7 +81,7 @@ impl ModelKind {
     /// some names of tensors are the same.
     ///
     /// # Errors
-    /// As [`build`](Self::build).
+    /// Those of [`build`](Self::build).
     pub fn build_regularizer(
         self,
         preset: Preset,

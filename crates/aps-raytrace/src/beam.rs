@@ -134,7 +134,7 @@ pub(crate) fn visible_walls(
     sweep.candidates.clear();
     sweep.events.clear();
     sweep.active.clear();
-    scene.index().select(beam.region(), &mut sweep.selected);
+    scene.index().select(&beam.region(), &mut sweep.selected);
     for &id in &sweep.selected {
         if let Some((candidate, from, to)) = clip(&scene.walls()[id as usize], id, beam) {
             let n = sweep.candidates.len() as u32;

@@ -40,7 +40,14 @@ pub(crate) struct Outlook {
 }
 
 impl Outlook {
-    /// Looks around from an outdoor point.
+    /// Looks around from an outdoor point, once.
+    pub fn from(scene: &Scene, from: DVec2) -> Self {
+        let mut outlook = Self::default();
+        outlook.look(scene, from);
+        outlook
+    }
+
+    /// Looks around from another outdoor point.
     pub fn look(&mut self, scene: &Scene, from: DVec2) {
         let Self {
             sweep,

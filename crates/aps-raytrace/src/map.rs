@@ -93,8 +93,7 @@ impl<'s> Map<'s> {
         let limit = self.config.max_wave_bytes;
         let between = Between::find(&self.corners, limit, |corner| {
             let from = self.corners.wedges[corner].point;
-            let mut outlook = Outlook::default();
-            outlook.look(&self.local, from);
+            let mut outlook = Outlook::from(&self.local, from);
             let images = self.images(from, &mut outlook);
             let images = images.map_err(ConfigError::Corner)?;
             Ok(self.legs(from, &outlook, &images))

@@ -51,7 +51,7 @@ impl Stretch {
         ]
         .map(|(axis, limit)| HalfPlane { axis, limit });
         let mut near = Selected::new();
-        index.select(region, &mut near);
+        index.select(&region, &mut near);
         let mut grazed = Grazed::default();
         near.into_iter().any(|id| {
             let is_skipped = |&s: &u32| is_at_or_behind(walls, id, s);

@@ -113,9 +113,11 @@ impl Ends<'_> {
     fn paths_within_limits(&self) -> usize {
         let limits = self.map.config.limits();
         let legs = &self.rx.legs;
-        let at_corners = legs.at_corners().iter().map(|at| {
+        let fronts = &self.tx.fronts;
+        let at_corners = legs.at_corners().iter();
+        let at_corners = at_corners.filter(|at| fronts.paths(at.corner, 0, &limits) > 0);
+        let at_corners = at_corners.map(|at| {
             let legs = legs.short(at.legs.clone()).iter();
-            let fronts = &self.tx.fronts;
             let paths = legs.map(|leg| fronts.paths(at.corner, leg.reflections, &limits));
             paths.sum::<usize>()
         });

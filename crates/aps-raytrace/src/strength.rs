@@ -166,3 +166,25 @@ impl Places {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sixteen_bits_never_round_a_bound_down() {
+        for e in -60..40 {
+            for mantissa in [1.0, 1.000_000_01, 1.999_999_99, 1.234_567_891] {
+                let bound = mantissa * 10.0_f64.powi(e);
+                let rounded = Bound::up(bound).get();
+                assert!(rounded >= bound, "{bound:e}");
+                // Below the normal range of singles steps are wide.
+                assert!(
+                    e < -37 || rounded <= bound * 1.01 || rounded.is_infinite(),
+                    "{bound:e}"
+                );
+            }
+        }
+        assert!(Bound::up(f64::INFINITY).get().is_infinite());
+    }
+}

@@ -49,8 +49,7 @@ impl Transmitter {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
-        let mut outlook = Outlook::default();
-        outlook.look(&map.local, place);
+        let mut outlook = Outlook::from(&map.local, place);
         let images = map.images(place, &mut outlook)?;
         let legs = legs(map, given, courtyard, &outlook, &images)?;
         let of = Sources {
@@ -103,8 +102,7 @@ impl Receiver {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
-        let mut outlook = Outlook::default();
-        outlook.look(&map.local, place);
+        let mut outlook = Outlook::from(&map.local, place);
         let sights = if map.config.reflection_limit() == 0 {
             Vec::new()
         } else {

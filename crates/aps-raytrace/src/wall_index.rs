@@ -1,7 +1,7 @@
 //! The index over the walls of a scene.
 //!
 //! parry's bounding volume hierarchy answers questions about shapes. The two that are asked millions of times, which walls a leg may
-//! meet and which a view may hold, go to a tree of eight boxes a node, compared with a convex region all at once.
+//! meet and which a view may hold, go to a tree of sixteen boxes a node, compared with a convex region all at once.
 
 use glam::DVec2;
 use multiversion::multiversion;
@@ -15,7 +15,7 @@ use crate::scene::Wall;
 const BOX_MARGIN: f64 = 1e-9;
 
 /// Boxes a node.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
 /// Bounds of the boxes of a node: the lower ones, then the upper ones, by axis.
 #[derive(Debug, Clone)]
@@ -26,24 +26,6 @@ struct Node([[[f64; LANES]; 2]; 2]);
 pub(crate) struct HalfPlane {
     pub axis: DVec2,
     pub limit: f64,
-}
-
-/// A half plane for all lanes.
-struct Side {
-    /// Which bound of a box lies farthest inside, by axis.
-    bound: [usize; 2],
-    axis: [[f64; LANES]; 2],
-    limit: [f64; LANES],
-}
-
-impl Side {
-    fn new(HalfPlane { axis, limit }: HalfPlane) -> Self {
-        Self {
-            bound: [axis.x, axis.y].map(|x| usize::from(x > 0.0)),
-            axis: [axis.x, axis.y].map(|x| [x; LANES]),
-            limit: [limit; LANES],
-        }
-    }
 }
 
 /// Walls selected by a search.
@@ -117,10 +99,10 @@ impl WallIndex {
     }
 
     /// Selects the walls whose boxes have a point in each of the half planes.
-    pub fn select<const N: usize>(&self, region: [HalfPlane; N], out: &mut Selected) {
+    pub fn select(&self, region: &[HalfPlane], out: &mut Selected) {
         out.clear();
         if !self.levels.is_empty() {
-            select(&self.levels, &region.map(Side::new), out);
+            select(&self.levels, region, out);
         }
         for place in out {
             *place = self.walls[*place as usize];
@@ -134,7 +116,7 @@ fn merged(boxes: &[Aabb]) -> Option<Aabb> {
 }
 
 impl Node {
-    /// A node of up to eight boxes; the rest are inside out, in no half plane.
+    /// A node of up to so many boxes; the rest are inside out, in no half plane.
     fn new(boxes: &[Aabb]) -> Self {
         let mut bounds = [[[f64::MAX; LANES]; 2], [[f64::MIN; LANES]; 2]];
         for (i, b) in boxes.iter().enumerate() {
@@ -148,13 +130,15 @@ impl Node {
 
     /// A bit for each box that has a point in each of the half planes.
     #[inline(always)]
-    fn meets(&self, region: &[Side]) -> u8 {
+    fn meets(&self, region: &[HalfPlane]) -> u16 {
         let mut least = [f64::INFINITY; LANES];
-        for side in region {
-            let [x, y] = [0, 1].map(|axis| &self.0[side.bound[axis]][axis]);
-            for i in 0..LANES {
-                let above = side.axis[0][i] * x[i] + side.axis[1][i] * y[i] - side.limit[i];
-                least[i] = if above < least[i] { above } else { least[i] };
+        for &HalfPlane { axis, limit } in region {
+            // The bounds of a box that lie farthest inside.
+            let x = &self.0[usize::from(axis.x > 0.0)][0];
+            let y = &self.0[usize::from(axis.y > 0.0)][1];
+            for ((least, x), y) in least.iter_mut().zip(x).zip(y) {
+                let above = axis.x * x + axis.y * y - limit;
+                *least = if above < *least { above } else { *least };
             }
         }
         // Signs as integers, which compilers gather with vectors.
@@ -162,12 +146,12 @@ impl Node {
         for (i, above) in least.into_iter().enumerate() {
             outside |= (above.to_bits() >> 63) << i;
         }
-        !outside as u8
+        !outside as u16
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn select(levels: &[Vec<Node>], region: &[Side], out: &mut Selected) {
+fn select(levels: &[Vec<Node>], region: &[HalfPlane], out: &mut Selected) {
     let mut open: SmallVec<[(u32, u32); 64]> = SmallVec::new();
     open.push((levels.len() as u32 - 1, 0));
     while let Some((level, node)) = open.pop() {
@@ -180,5 +164,46 @@ fn select(levels: &[Vec<Node>], region: &[Side], out: &mut Selected) {
                 None => out.push(place),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{CityConfig, Scene};
+
+    #[test]
+    fn every_wall_with_an_end_in_the_region_is_selected() {
+        let city = CityConfig {
+            size_m: 400,
+            ..CityConfig::default()
+        };
+        let scene = Scene::synthetic(&city).unwrap();
+        let walls = scene.walls();
+        assert!(walls.len() > LANES * LANES, "{}", walls.len());
+        let mut selected = Selected::new();
+        let mut counts = Vec::new();
+        for i in 0..200 {
+            let at = DVec2::new(f64::from(i * 37 % 401), f64::from(i * 91 % 397));
+            let axis = DVec2::from_angle(f64::from(i));
+            let region = [axis, axis.rotate(DVec2::from_angle(2.5))];
+            let region = region.map(|axis: DVec2| HalfPlane {
+                axis,
+                limit: axis.dot(at),
+            });
+            scene.index().select(&region, &mut selected);
+            selected.sort_unstable();
+            let is_in = |p: DVec2| region.iter().all(|half| half.axis.dot(p) >= half.limit);
+            for (id, wall) in (0..).zip(walls) {
+                let is_selected = selected.binary_search(&id).is_ok();
+                assert!(
+                    is_selected || !(is_in(wall.a) || is_in(wall.b)),
+                    "wall {id}"
+                );
+            }
+            counts.push(selected.len());
+        }
+        assert!(counts.iter().all(|&count| count < walls.len()));
+        assert!(counts.iter().any(|&count| count < walls.len() / 4));
     }
 }

@@ -5,6 +5,7 @@
 //! - [`picture`]: a link drawn on its map, and its spectra;
 //! - [`document`]: sections, tables, figures and verdicts, written as HTML or as Markdown;
 //! - [`explain`]: a page that tells which path makes which lobe of a spectrum;
+//! - [`gallery`]: links of a data set to look at, and statistics over many;
 //! - [`benchmark`]: results of models, and the document made of them.
 //!
 //! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas and paths, of the data set its
@@ -16,6 +17,7 @@ pub mod document;
 pub mod drawing;
 mod error;
 pub mod explain;
+pub mod gallery;
 pub mod link;
 pub mod numbers;
 pub mod picture;

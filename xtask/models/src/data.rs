@@ -31,8 +31,8 @@ pub fn open(root: &Path) -> Result<Dataset> {
 /// Reads the target that labels are made into, as in `cargo xtask metrics`: by the labels' own protocol and the statistics of
 /// the training maps of the data set's split, whichever of them are then trained on.
 pub fn target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Normalization)> {
-    let protocol = xtask::targets::protocol_of(dataset).unwrap_or(Protocol::Released);
-    let train = xtask::targets::training_statistics(dataset)?;
+    let protocol = map2aps::targets::protocol_of(dataset).unwrap_or(Protocol::Released);
+    let train = map2aps::targets::training_statistics(dataset)?;
     Ok((protocol, train, Normalization::of(protocol, train)))
 }
 

@@ -8,10 +8,10 @@ use aps_label::Normalization;
 use aps_model::ANGLE_BINS;
 use aps_model::condition::Link;
 use aps_model::data::Examples;
+use map2aps::targets::{self, Target};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use xtask::targets::{self, Target};
 
 /// Place of a link in the data set: its map and its rows there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,21 +3,19 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use aps_data::{Access, Plan, Split};
-use aps_label::{LabelConfig, Labeler, Protocol};
+use aps_data::Access;
+use aps_label::{LabelConfig, Protocol};
 use clap::{Subcommand, ValueEnum};
+use map2aps::maps::choose;
+use map2aps::{Control, DatasetPlan, Receivers};
 
-use crate::args::{self, Shard, Store, TraceArgs};
+use crate::args::{self, IdList, MapsArg, SceneArgs, Shard, Store, TileArgs, TraceArgs};
 use crate::cautions;
 use crate::command_line;
-use crate::maps::{IdList, MapSource, SceneSettings, choose};
-use crate::plan::DatasetPlan;
-use crate::production;
-use crate::progress;
-use crate::sampling::Receivers;
+use crate::interrupt::interrupt_flag;
+use crate::progress::{self, Bar};
 use crate::say;
 use crate::summary::Summary;
-use crate::tiles::TileArgs;
 
 mod merge;
 
@@ -55,7 +53,7 @@ pub struct Order {
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., a FILE with a city in GeoJSON, or
     /// synthetic[:N] for N made-up cities.
     #[arg(long, default_value = "synthetic")]
-    pub maps: MapSource,
+    pub maps: MapsArg,
     /// Maps to use, like 0-4,7 [default: by profile].
     #[arg(long)]
     map_ids: Option<IdList>,
@@ -68,8 +66,9 @@ pub struct Order {
     /// Receivers of each transmitter [default: by profile].
     #[arg(long)]
     rx_per_map: Option<usize>,
-    /// Choice of the points of receivers.
-    #[arg(long, value_enum, default_value_t = Receivers::Reached)]
+    /// Receivers of a transmitter: reached (the first points that it reaches inside the limits, as in published data) or
+    /// outdoor (the same points for all transmitters of a map, reached or not).
+    #[arg(long, default_value = "reached")]
     receivers: Receivers,
     /// Definition of the label: released (what the published code computes) or paper.
     #[arg(long, default_value = "released")]
@@ -84,7 +83,7 @@ pub struct Order {
     #[arg(long, default_value = "data/dataset")]
     pub out: PathBuf,
     #[command(flatten)]
-    scene: SceneSettings,
+    scene: SceneArgs,
     #[command(flatten)]
     trace: TraceArgs,
     #[command(flatten)]
@@ -104,49 +103,30 @@ impl Args {
         if let Some(Action::Merge(args)) = self.action {
             return args.run();
         }
-        let order = self.order.read()?;
         progress::use_threads(self.threads)?;
-        let ids = order.map_ids()?;
-        let plan = order.plan();
-        plan.trace.validate()?;
+        let order = self.order.read()?;
+        let (plan, ids, out) = (&order.plan, &order.ids, &order.out);
         cautions::tell_carrier(&plan.trace);
-        let labeler = Labeler::new(&plan.label)?;
+        let bar = Bar::default();
+        let control = Control {
+            progress: &bar,
+            cancel: &*interrupt_flag()?,
+            command: &command_line::own_without(&["--out", "--shard", "--threads"]),
+        };
         let access = self.shard.map_or(Access::Whole, |shard| shard.access());
-        let out = &order.out;
-        let writer = plan.open(out, access)?;
-        if ids.iter().any(|&id| !writer.has_map(id)) {
-            writer.set_plan(&Plan {
-                maps: ids.clone(),
-                shards: self.shard.map(|shard| shard.count),
-                command: command_line::own_without(&["--out", "--shard", "--threads"]),
-            })?;
-        }
-        let own: Vec<u32> = ids.into_iter().filter(|&id| access.covers(id)).collect();
-        let mut todo = own.clone();
-        todo.retain(|&id| !writer.has_map(id));
-        production::tell_finished(todo.len(), own.len());
-        let links = todo.len() as u64 * order.links_per_map();
-        let mut repairs = Vec::new();
-        let (tally, wall) =
-            production::make_maps(&writer, &labeler, out, &todo, links, |run, id| {
-                plan.map(run, id, &mut repairs)
-            })?;
-        if self.shard.is_none() {
-            let all = writer.map_ids();
-            writer.finish(&Split::of_maps(all, order.seed))?;
-        }
-        cautions::tell_near(&plan.trace, tally.near_links);
-        for line in repairs {
+        let made = plan.make_shard(out, ids, access, &control)?;
+        bar.clear();
+        cautions::tell_near(&plan.trace, made.tally.near_links);
+        for line in &made.repairs {
             say!("{line}")?;
         }
-        let tally = &tally;
-        say!("{}", Summary { tally, wall })?;
+        say!("{}", Summary(&made))?;
         match self.shard {
             None => say!("data set '{}'", out.display())?,
             Some(shard) => say!(
                 "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
                 out.display(),
-                own.len(),
+                ids.iter().filter(|&&id| access.covers(id)).count(),
                 command_line::shown(["dataset", "merge"]),
             )?,
         }
@@ -154,22 +134,38 @@ impl Args {
     }
 }
 
-impl Order {
-    /// The same with its maps read, if they come from a city.
-    pub fn read(mut self) -> Result<Self> {
-        self.maps = self.maps.cut(self.tiles.settings())?;
-        Ok(self)
-    }
-
+/// An [`Order`] with its maps opened.
+pub struct OpenOrder {
     /// Settings that decide the data set.
-    pub fn plan(&self) -> DatasetPlan {
-        let (_, tx_per_map, rx_per_map) = self.sizes();
+    pub plan: DatasetPlan,
+    /// The maps of the data set, ascending.
+    pub ids: Vec<u32>,
+    /// Its folder.
+    pub out: PathBuf,
+}
+
+impl Order {
+    /// Opens the maps.
+    pub fn read(&self) -> Result<OpenOrder> {
+        let (count, tx_per_map, rx_per_map) = match self.profile {
+            Profile::Smoke => (2, 4, 20),
+            Profile::Quick => (10, 20, 100),
+            Profile::Full => (51, 100, 500),
+        };
+        let maps = self.maps.open(self.tiles.settings(), count)?;
+        let mut ids = maps.ids()?;
+        match &self.map_ids {
+            Some(chosen) => ids = choose(&ids, &chosen.0).map_err(map2aps::Error::from)?,
+            None if matches!(self.maps, MapsArg::Synthetic { .. }) => {}
+            None if self.profile == Profile::Full => {}
+            None => ids.truncate(count as usize),
+        }
         let stored = args::stored(&self.store);
-        DatasetPlan {
-            maps: self.maps.clone(),
-            scene: self.scene,
-            tx_per_map,
-            rx_per_map,
+        let plan = DatasetPlan {
+            maps,
+            scene: self.scene.settings(),
+            tx_per_map: self.tx_per_map.unwrap_or(tx_per_map),
+            rx_per_map: self.rx_per_map.unwrap_or(rx_per_map),
             receivers: self.receivers,
             label: LabelConfig {
                 pdp: stored.pdp,
@@ -178,42 +174,8 @@ impl Order {
             stored,
             seed: self.seed,
             trace: self.trace.config(),
-        }
-    }
-
-    /// Links of each map.
-    pub fn links_per_map(&self) -> u64 {
-        let (_, tx, rx) = self.sizes();
-        tx as u64 * rx as u64
-    }
-
-    /// Synthetic maps, transmitters, receivers.
-    fn sizes(&self) -> (usize, usize, usize) {
-        let (maps, tx, rx) = match self.profile {
-            Profile::Smoke => (2, 4, 20),
-            Profile::Quick => (10, 20, 100),
-            Profile::Full => (51, 100, 500),
         };
-        (
-            maps,
-            self.tx_per_map.unwrap_or(tx),
-            self.rx_per_map.unwrap_or(rx),
-        )
-    }
-
-    /// The maps of the data set, ascending.
-    pub fn map_ids(&self) -> Result<Vec<u32>> {
-        let (count, ..) = self.sizes();
-        let mut available = self.maps.ids(count as u32)?;
-        match &self.map_ids {
-            Some(chosen) => choose(&available, chosen),
-            None => {
-                let asked = matches!(self.maps, MapSource::Synthetic { count: Some(_) });
-                if !asked && self.profile != Profile::Full {
-                    available.truncate(count);
-                }
-                Ok(available)
-            }
-        }
+        let out = self.out.clone();
+        Ok(OpenOrder { plan, ids, out })
     }
 }

@@ -10,12 +10,12 @@ use aps_report::explain::{Explained, Explanation};
 use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
 
-use crate::args::{TraceArgs, parse_point};
+use map2aps::is_near;
+
+use crate::args::{MapsArg, OneMapArgs, TraceArgs, parse_point};
 use crate::cautions;
-use crate::maps::{MapSource, SceneSettings, load_one};
 use crate::say;
 use crate::source::{LinkId, Source};
-use crate::tiles::TileArgs;
 
 /// Show which path makes which lobe of a spectrum.
 #[derive(Debug, clap::Args)]
@@ -29,16 +29,10 @@ pub struct Args {
     /// The maps the data set was made from, where it stores no paths: a folder of RadioMapSeer
     /// files, or the GeoJSON file of the city, which is cut as it was. Synthetic ones are found without.
     #[arg(long, requires = "dataset")]
-    maps: Option<MapSource>,
+    maps: Option<MapsArg>,
     /// Trace a link now: a RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, requires_all = ["tx", "rx"])]
     map: Option<PathBuf>,
-    /// Tile of a city [default: the first with a building].
-    #[arg(long, requires = "map")]
-    map_id: Option<u32>,
-    /// Seed of the synthetic city.
-    #[arg(long, default_value_t = 42)]
-    seed: u64,
     /// Transmitter X,Y [m].
     #[arg(long, value_parser = parse_point, allow_hyphen_values = true, requires = "map")]
     tx: Option<DVec2>,
@@ -54,9 +48,7 @@ pub struct Args {
     #[command(flatten)]
     trace: TraceArgs,
     #[command(flatten)]
-    scene: SceneSettings,
-    #[command(flatten)]
-    tiles: TileArgs,
+    one_map: OneMapArgs,
 }
 
 /// A link with everything that is to be shown of it.
@@ -106,7 +98,7 @@ impl Args {
 
     fn subject(&self) -> Result<Subject> {
         if let (Some(folder), Some(id)) = (&self.dataset, self.link) {
-            let source = Source::open(folder, self.maps.clone(), &self.tiles)?;
+            let source = Source::open(folder, self.maps.as_ref(), &self.one_map.tiles)?;
             let map = source.map(id.map)?;
             let row = map.row_of(id.tx, id.rx)?;
             source.must_have_paths(&map, row)?;
@@ -120,12 +112,12 @@ impl Args {
         let (Some(file), Some(tx), Some(rx)) = (&self.map, self.tx, self.rx) else {
             bail!("name a link: DATASET --link MAP,TX,RX, or --map FILE --tx X,Y --rx X,Y");
         };
-        let scene = load_one(file, self.map_id, self.seed, &self.tiles, self.scene)?;
+        let scene = self.one_map.load(file)?;
         let config = self.trace.config();
         let tracer = Tracer::new(&scene, config.clone())?;
         let link = tracer.trace(tx, rx)?;
         cautions::tell_carrier(&config);
-        cautions::tell_near(&config, cautions::count_near(&config, [(tx, rx)]));
+        cautions::tell_near(&config, is_near(&config, tx, rx).into());
         Ok(Subject {
             title: format!("From ({}, {}) m to ({}, {}) m", tx.x, tx.y, rx.x, rx.y),
             outlines: Outlines::of_scene(&scene),

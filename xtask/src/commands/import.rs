@@ -1,27 +1,15 @@
 //! `cargo xtask import`: the files of the published data as a data set.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, ensure};
-use aps_data::released::LinkName;
-use aps_data::{DatasetConfig, DatasetWriter, Plan, Raster, RasterGrid, Split};
+use anyhow::Result;
 use clap::Subcommand;
-use indicatif::ProgressBar;
+use map2aps::{Control, ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource};
 
+use crate::args::{self, LabelArgs, MapsArg, Store, TileArgs};
 use crate::command_line;
-use crate::maps::{self, MapSource, SceneSettings};
-use crate::progress;
+use crate::progress::Bar;
 use crate::say;
-
-mod propbin;
-mod released;
-mod rows;
-mod samples;
-
-/// Links read between two writes.
-const LINKS_AT_ONCE: usize = 2048;
 
 /// Make a data set of the published data's files.
 #[derive(Debug, clap::Args)]
@@ -33,11 +21,11 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 enum From {
     /// Paths in .propbin or .propbin.gz files: a file a transmitter, a folder map_N a map.
-    Propbin(propbin::Args),
+    Propbin(PropbinArgs),
     /// Labels in map_N/N_adps/aps/aps_*.npy, and PDPs beside them.
-    Released(released::Args),
+    Released(ReleasedArgs),
     /// Normalised labels with condition images in samples/aps_*.npz.
-    Samples(samples::Args),
+    Samples(SamplesArgs),
 }
 
 /// Options that all imports take.
@@ -51,126 +39,144 @@ struct Target {
     seed: u64,
 }
 
+/// Options of imports that take buildings from elsewhere.
+#[derive(Debug, clap::Args)]
+struct Buildings {
+    /// Buildings of the maps: a folder of 0.json, 1.json, ... [default: none, their images stay empty].
+    #[arg(long)]
+    maps: Option<MapsArg>,
+    #[command(flatten)]
+    tiles: TileArgs,
+}
+
+impl Buildings {
+    fn open(&self) -> Result<Option<MapSource>> {
+        let maps = self.maps.as_ref();
+        maps.map(|maps| maps.open(self.tiles.settings(), 0))
+            .transpose()
+    }
+}
+
+/// Import paths in .propbin or .propbin.gz files: a file a transmitter, a folder map_N a map.
+#[derive(Debug, clap::Args)]
+struct PropbinArgs {
+    /// A file, or a folder to be searched with all folders in it.
+    source: PathBuf,
+    /// Number of the map for files that are in no folder map_N.
+    #[arg(long, default_value_t = 0)]
+    map_id: u32,
+    /// Draw so many of a map's receivers [default: all].
+    #[arg(long)]
+    rx_per_map: Option<usize>,
+    #[command(flatten)]
+    label: LabelArgs,
+    /// Data to store: any of aps,pdp,paths.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "aps,paths")]
+    store: Vec<Store>,
+    #[command(flatten)]
+    target: Target,
+    #[command(flatten)]
+    buildings: Buildings,
+}
+
+/// Import labels in map_N/N_adps/aps/aps_*.npy, and PDPs beside them.
+#[derive(Debug, clap::Args)]
+struct ReleasedArgs {
+    /// Folder that holds map_0, map_1, ...
+    folder: PathBuf,
+    #[command(flatten)]
+    target: Target,
+    #[command(flatten)]
+    buildings: Buildings,
+}
+
+/// Import normalised labels with condition images in samples/aps_*.npz.
+#[derive(Debug, clap::Args)]
+struct SamplesArgs {
+    /// Folder that holds samples/.
+    folder: PathBuf,
+    #[command(flatten)]
+    target: Target,
+}
+
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        match self.from {
-            From::Propbin(args) => args.run(),
-            From::Released(args) => args.run(),
-            From::Samples(args) => args.run(),
-        }
-    }
-}
-
-impl Target {
-    /// Makes those of the maps that are not there, and finishes the data set.
-    fn make<T>(
-        &self,
-        config: DatasetConfig,
-        maps: &BTreeMap<u32, Vec<T>>,
-        mut map: impl FnMut(&DatasetWriter, u32, &[T], &ProgressBar) -> Result<()>,
-    ) -> Result<()> {
-        let writer = DatasetWriter::open(&self.out, config)
-            .with_context(|| format!("data set '{}'", self.out.display()))?;
-        let todo = || maps.iter().filter(|(id, _)| !writer.has_map(**id));
-        if todo().next().is_some() {
-            writer.set_plan(&Plan {
-                maps: maps.keys().copied().collect(),
-                shards: None,
-                command: command_line::own_without(&["--out"]),
-            })?;
-        }
-        let files = todo().map(|(_, files)| files.len() as u64).sum();
-        let progress = progress::bar(files, "files");
-        for (&id, files) in todo() {
-            progress.set_message(format!("map {id}"));
-            map(&writer, id, files, &progress).with_context(|| format!("map {id}"))?;
-        }
-        progress.finish_and_clear();
-        let manifest = {
-            let ids = writer.map_ids();
-            writer.finish(&Split::of_maps(ids, self.seed))?
+        let bar = Bar::default();
+        let control = Control {
+            progress: &bar,
+            command: &command_line::own_without(&["--out"]),
+            ..Control::default()
         };
-        let states = manifest.totals.status.iter();
-        let states: Vec<String> = states
-            .map(|(name, count)| format!("{count} {name}"))
-            .collect();
-        say!(
-            "{} maps, {} links ({}), {} paths in '{}'",
-            manifest.totals.maps,
-            manifest.totals.links,
-            states.join(", "),
-            manifest.totals.paths,
-            self.out.display()
-        )?;
-        Ok(())
-    }
-}
-
-/// The image of a map's buildings: drawn from its footprints, or empty where none are given.
-fn buildings(maps: Option<&MapSource>, id: u32) -> Result<Raster> {
-    match maps {
-        Some(maps) => {
-            let scene = maps.load(id, 0, SceneSettings::default())?;
-            maps::raster(&scene, maps.raster())
-        }
-        None => Ok(Raster::empty(RasterGrid::default())?),
-    }
-}
-
-/// Positions of the ends of some links, each once and in order, and the links as rows of these.
-struct Ends {
-    tx_m: Vec<[f64; 2]>,
-    rx_m: Vec<[f64; 2]>,
-    links: Vec<[u32; 2]>,
-}
-
-impl Ends {
-    /// Collects the ends of the links with these sorted names.
-    fn of(names: &[LinkName]) -> Self {
-        let unique = |place: fn(&LinkName) -> [i32; 2]| {
-            let mut places: Vec<[i32; 2]> = names.iter().map(place).collect();
-            places.sort_unstable();
-            places.dedup();
-            places
+        let (target, imported) = match self.from {
+            From::Propbin(args) => {
+                let stored = args::stored(&args.store);
+                let import = ImportPropbin {
+                    maps: args.buildings.open()?,
+                    label: args.label.config(stored.pdp),
+                    source: args.source,
+                    map_id: args.map_id,
+                    rx_per_map: args.rx_per_map,
+                    stored,
+                    seed: args.target.seed,
+                };
+                let imported = import.run(&args.target.out, &control)?;
+                (args.target, imported)
+            }
+            From::Released(args) => {
+                let import = ImportReleased {
+                    maps: args.buildings.open()?,
+                    folder: args.folder,
+                    seed: args.target.seed,
+                };
+                let imported = import.run(&args.target.out, &control)?;
+                (args.target, imported)
+            }
+            From::Samples(args) => {
+                let import = ImportSamples {
+                    folder: args.folder,
+                    seed: args.target.seed,
+                };
+                let imported = import.run(&args.target.out, &control)?;
+                (args.target, imported)
+            }
         };
-        let (tx, rx) = (unique(|n| n.tx_m), unique(|n| n.rx_m));
-        let row = |places: &[[i32; 2]], place| {
-            places.binary_search(&place).expect("it was collected") as u32
-        };
-        let metres = |places: &[[i32; 2]]| places.iter().map(|p| p.map(f64::from)).collect();
-        Self {
-            links: names
-                .iter()
-                .map(|n| [row(&tx, n.tx_m), row(&rx, n.rx_m)])
-                .collect(),
-            tx_m: metres(&tx),
-            rx_m: metres(&rx),
+        bar.clear();
+        print(&target, &imported)
+    }
+}
+
+fn print(target: &Target, imported: &Imported) -> Result<()> {
+    let Imported {
+        totals, left_out, ..
+    } = imported;
+    let states = totals.status.iter();
+    let states: Vec<String> = states.map(|(name, n)| format!("{n} {name}")).collect();
+    say!(
+        "{} maps, {} links ({}), {} paths in '{}'",
+        totals.maps,
+        totals.links,
+        states.join(", "),
+        totals.paths,
+        target.out.display()
+    )?;
+    for (count, what) in [
+        (
+            left_out.not_finite,
+            "paths with a number that is not finite",
+        ),
+        (
+            left_out.impossible,
+            "paths with an impossible loss or delay",
+        ),
+        (
+            left_out.repeated_receivers,
+            "receivers at the place of an earlier one",
+        ),
+    ] {
+        if count > 0 {
+            say!("left out: {count} {what}")?;
         }
     }
-}
-
-/// The files of a folder that are named after links, in the order of the names.
-fn named_files(folder: &Path, beginning: &str, end: &str) -> Result<Vec<LinkName>> {
-    let mut names = Vec::new();
-    for entry in
-        fs::read_dir(folder).with_context(|| format!("cannot read '{}'", folder.display()))?
-    {
-        let name = entry?.file_name();
-        names.extend(
-            name.to_str()
-                .and_then(|name| LinkName::of_file(name, beginning, end)),
-        );
-    }
-    names.sort_unstable();
-    Ok(names)
-}
-
-fn must_have_maps<T>(maps: &BTreeMap<u32, Vec<T>>, folder: &Path, expected: &str) -> Result<()> {
-    ensure!(
-        !maps.is_empty(),
-        "nothing to import in '{}': expected {expected}",
-        folder.display()
-    );
     Ok(())
 }

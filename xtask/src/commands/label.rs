@@ -4,14 +4,14 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
-use aps_label::{DelayAxis, LabelConfig, Labeler, PathSample};
+use anyhow::{Context, Result};
+use aps_label::{DelayAxis, LabelConfig, Labeler};
 use npyz::WriterBuilder;
+
+use map2aps::path_list::LinkList;
 
 use crate::args::LabelArgs;
 use crate::note;
-use crate::samples;
-use crate::wire::LinkList;
 
 /// Make labels for path lists from anywhere: one row a link, dB, f64.
 #[derive(Debug, clap::Args)]
@@ -43,34 +43,15 @@ impl Args {
         let file = File::open(&self.paths).with_context(place)?;
         let list = LinkList::read(BufReader::new(file)).with_context(place)?;
         let labeler = Labeler::new(&self.config())?;
-        let (mut aps, mut pdp) = (Vec::new(), Vec::new());
-        let mut unlabelled = Vec::new();
-        for (i, link) in list.links.iter().enumerate() {
-            let place = || format!("{}: link {i}", place());
-            let paths = link.paths.iter().enumerate();
-            let samples: Vec<PathSample> = paths
-                .map(|(k, path)| samples::of_entry(path).with_context(|| format!("path {k}")))
-                .collect::<Result<_>>()
-                .with_context(place)?;
-            let label = labeler.label(&samples).with_context(place)?;
-            match label {
-                Some(label) => {
-                    aps.extend(label.aps_db);
-                    pdp.extend(label.pdp_db);
-                }
-                None => unlabelled.push(i),
-            }
-        }
-        ensure!(
-            unlabelled.is_empty(),
-            "{}: links {unlabelled:?} have no path that the {} protocol counts, so no label; remove them",
-            place(),
-            self.label.protocol
-        );
+        let labels = list.label(&labeler).with_context(place)?;
         let links = list.links.len();
-        write_npy(&self.out, &aps, [links, labeler.angles_deg().len()])?;
+        write_npy(
+            &self.out,
+            &labels.aps_db,
+            [links, labeler.angles_deg().len()],
+        )?;
         if let Some(file) = &self.pdp {
-            write_npy(file, &pdp, [links, labeler.delays_s().len()])?;
+            write_npy(file, &labels.pdp_db, [links, labeler.delays_s().len()])?;
         }
         note!("{links} labels in '{}'", self.out.display());
         Ok(())

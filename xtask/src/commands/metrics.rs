@@ -1,34 +1,17 @@
 //! `cargo xtask metrics`: predictions of any model against the truth.
 
 mod output;
-mod rows;
-mod truth;
 
-use crate::note;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
-use aps_data::Part;
 use aps_label::Protocol;
-use aps_metrics::{DataRange, Error, Evaluation, Spectra};
+use aps_metrics::DataRange;
 use clap::ValueEnum;
+use map2aps::{ArrayFile, Prediction, Scoring, Truth};
 
-use rows::ArrayFile;
-use truth::Truth;
-
-/// Values of spectra held at a time: 16 MB in f64, beside the scores of 120 bytes a sample.
-const BLOCK_VALUES: usize = 1 << 21;
-
-/// Parts of a data set's split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Split {
-    /// Maps to fit a model's weights on.
-    Train,
-    /// Maps to choose a model by.
-    Develop,
-    /// Maps for the figures that are reported.
-    Test,
-}
+use crate::args::PartName;
+use crate::note;
 
 /// Form that a data set's labels are turned into before a prediction is compared with them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -39,11 +22,11 @@ pub enum Domain {
     Linear,
 }
 
-impl Domain {
-    fn name(self) -> &'static str {
-        match self {
-            Domain::Normalised => "normalised",
-            Domain::Linear => "linear",
+impl From<Domain> for map2aps::Domain {
+    fn from(domain: Domain) -> Self {
+        match domain {
+            Domain::Normalised => Self::Normalised,
+            Domain::Linear => Self::Linear,
         }
     }
 }
@@ -86,7 +69,7 @@ pub struct Args {
     truth: PathBuf,
     /// Part of the data set to score on [default: test].
     #[arg(long, value_enum)]
-    split: Option<Split>,
+    split: Option<PartName>,
     /// Predicted spectra: .npy file.
     #[arg(long)]
     prediction: PathBuf,
@@ -110,65 +93,31 @@ pub struct Args {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        let given_range = self.data_range.map(DataRange::new).transpose()?;
+        let data_range = self.data_range.map(DataRange::new).transpose()?;
         let mut truth = self.open_truth()?;
-        let protocol = self
-            .protocol
-            .or(truth.own_protocol())
-            .unwrap_or(Protocol::Released);
+        let scoring = Scoring {
+            protocol: self.protocol,
+            map_ids: match &self.map_ids {
+                Some(path) => Some(ArrayFile::open_ids(path).context("map ids")?),
+                None => None,
+            },
+            data_range,
+        };
+        let protocol = scoring.protocol(&truth);
         if let Some(own) = truth.own_protocol().filter(|&own| own != protocol) {
             note!(
                 "note: the labels were made under the {own} protocol, on its angle grid; \
                  they are scored under the {protocol} one"
             );
         }
-        let shape = truth.shape();
-        ensure!(shape.samples > 0, "{truth} holds no sample");
-        let mut prediction = ArrayFile::open_spectra(&self.prediction)
-            .with_context(|| format!("prediction for {truth}, of shape {shape}"))?;
-        if prediction.shape() != shape {
-            let mismatch = Error::ShapeMismatch {
-                truth: shape,
-                prediction: prediction.shape(),
-            };
-            let files = format!("{truth}, prediction '{}'", self.prediction.display());
-            return Err(anyhow::Error::from(mismatch).context(files));
-        }
-
-        truth.prepare(protocol)?;
-
-        let mut evaluation = Evaluation::new(aps_metrics::Protocol::from(protocol));
-        let (mut map_ids, mut predicted) = (self.open_map_ids(shape.samples)?, Vec::new());
-        truth.for_each_block(BLOCK_VALUES, |true_rows, map_id| {
-            let rows = true_rows.len() / shape.bins;
-            prediction.read_rows(rows, &mut predicted)?;
-            let ids = match (map_id, &mut map_ids) {
-                (Some(id), _) => Some(vec![id; rows]),
-                (None, Some(file)) => Some(file.read_ids(rows)?),
-                (None, None) => None,
-            };
-            let (t, p) = (
-                Spectra::new(true_rows, shape.bins)?,
-                Spectra::new(&predicted, shape.bins)?,
-            );
-            Ok(evaluation.push(t, p, ids.as_deref())?)
-        })?;
-
-        ensure!(
-            !evaluation.scored().is_empty(),
-            "none of {} samples can be scored: each holds NaN or an infinity; the first: {}",
-            evaluation.samples(),
-            evaluation.rejected()[0].defect
-        );
-        let range = given_range
-            .or(evaluation.truth_range())
-            .expect("a scored sample has a finite truth");
-        let result = output::Scores {
-            protocol: protocol.into(),
+        let prediction = ArrayFile::open_spectra(&self.prediction);
+        let prediction = prediction
+            .with_context(|| format!("prediction for {truth}, of shape {}", truth.shape()))?;
+        let scores = scoring.score(&mut truth, Prediction::File(prediction))?;
+        let result = output::Printed {
             truth: &truth,
             prediction: &self.prediction,
-            evaluation: &evaluation,
-            report: evaluation.report(range),
+            scores: &scores,
         };
         result.warn();
         result.print(self.format)
@@ -180,12 +129,9 @@ impl Args {
                 self.map_ids.is_none(),
                 "--map-ids is for truth from a file; a data set knows its maps"
             );
-            let part = match self.split.unwrap_or(Split::Test) {
-                Split::Train => Part::Train,
-                Split::Develop => Part::Develop,
-                Split::Test => Part::Test,
-            };
-            Truth::dataset(&self.truth, part, self.domain.unwrap_or(Domain::Normalised))
+            let part = self.split.unwrap_or(PartName::Test).into();
+            let domain = self.domain.map(Into::into).unwrap_or_default();
+            Ok(Truth::dataset(&self.truth, part, domain)?)
         } else {
             ensure!(
                 self.split.is_none() && self.domain.is_none(),
@@ -196,17 +142,5 @@ impl Args {
             let file = ArrayFile::open_spectra(&self.truth).context("truth")?;
             Ok(Truth::File(file))
         }
-    }
-
-    fn open_map_ids(&self, samples: usize) -> Result<Option<ArrayFile>> {
-        let Some(path) = &self.map_ids else {
-            return Ok(None);
-        };
-        let file = ArrayFile::open_ids(path).context("map ids")?;
-        let ids = file.shape().samples;
-        if ids != samples {
-            return Err(Error::MapIds { ids, samples }.into());
-        }
-        Ok(Some(file))
     }
 }

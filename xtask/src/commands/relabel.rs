@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, DatasetConfig, DatasetWriter, Layout, Plan, Stored};
-use aps_label::{Array, DelayAxis, LabelConfig, Labeler, Protocol};
+use anyhow::{Context, Result};
+use aps_data::Dataset;
+use aps_label::{Array, DelayAxis, LabelConfig, Protocol};
 use clap::ValueEnum;
+use map2aps::{Control, relabel, settings};
 
 use crate::args::{self, Store};
 use crate::command_line;
-use crate::production;
-use crate::progress;
+use crate::interrupt::interrupt_flag;
+use crate::progress::{self, Bar};
 use crate::say;
-use crate::settings;
 use crate::summary::Summary;
 
 /// Forms of the receiving array.
@@ -69,82 +69,26 @@ impl Args {
         progress::use_threads(self.threads)?;
         let source = Dataset::open(&self.dataset)?;
         let place = || format!("data set '{}'", self.dataset.display());
-        if !source.manifest().layout.paths {
-            bail!(
-                "{} stores no paths to be labelled; make one that does with {}",
-                place(),
-                command_line::shown(["dataset", "--store", "aps,paths", "--out", "DIR"])
-            );
-        }
-        let config = self.config(&source).with_context(place)?;
-        let labeler = Labeler::new(&settings::label_of(&config.configuration)?)?;
-        let writer = DatasetWriter::open(&self.out, config)
-            .with_context(|| format!("data set '{}'", self.out.display()))?;
-        let maps = &source.manifest().maps;
-        let todo: Vec<_> = maps.iter().filter(|map| !writer.has_map(map.id)).collect();
-        if !todo.is_empty() {
-            writer.set_plan(&Plan {
-                maps: maps.iter().map(|map| map.id).collect(),
-                shards: None,
-                command: command_line::own_without(&["--out", "--threads"]),
-            })?;
-        }
-        production::tell_finished(todo.len(), maps.len());
-        let links = todo.iter().map(|map| map.links as u64).sum();
-        let todo: Vec<u32> = todo.iter().map(|map| map.id).collect();
-        let (tally, wall) =
-            production::make_maps(&writer, &labeler, &self.out, &todo, links, |run, id| {
-                run.relabel(&source, id)
-            })?;
-        writer.finish(&source.manifest().split)?;
-        let tally = &tally;
-        say!("{}", Summary { tally, wall })?;
-        say!("data set '{}'", self.out.display())?;
-        Ok(())
-    }
-
-    /// The settings of the source, but for the label.
-    fn config(&self, source: &Dataset) -> Result<DatasetConfig> {
         let manifest = source.manifest();
-        let own = settings::label_of(&manifest.configuration)?;
-        let stored = self.stored(source);
-        ensure!(
-            stored.aps || stored.pdp,
-            "--store must name aps, pdp or both: there is nothing else to make anew"
-        );
-        let label = self.label(&own, stored.pdp);
-        label.validate()?;
-        let mut layout = Layout::of_labels(&label, manifest.layout.raster, stored);
-        for (new, old) in [
-            (&mut layout.aps, manifest.layout.aps),
-            (&mut layout.pdp, manifest.layout.pdp),
-        ] {
-            if let (Some(new), Some(old)) = (new, old) {
-                new.dtype = old.dtype;
-            }
-        }
-        let mut configuration = manifest.configuration.clone();
-        configuration["label"] = serde_json::to_value(&label)?;
-        Ok(DatasetConfig {
-            seed: manifest.seed,
-            layout,
-            configuration,
-        })
-    }
-
-    fn stored(&self, source: &Dataset) -> Stored {
-        let layout = &source.manifest().layout;
-        match &self.store {
+        let own = settings::label_of(&manifest.configuration).with_context(place)?;
+        let stored = match &self.store {
             Some(store) => args::stored(store),
-            None => Stored {
-                aps: layout.aps.is_some(),
-                pdp: layout.pdp.is_some(),
-                paths: layout.paths,
-            },
-        }
+            None => manifest.layout.stored(),
+        };
+        let bar = Bar::default();
+        let control = Control {
+            progress: &bar,
+            cancel: &*interrupt_flag()?,
+            command: &command_line::own_without(&["--out", "--threads"]),
+        };
+        let made = relabel(&source, &self.out, &self.label(&own), stored, &control);
+        let made = made.with_context(place)?;
+        bar.clear();
+        say!("{}", Summary(&made))?;
+        say!("data set '{}'", self.out.display())
     }
 
-    fn label(&self, own: &LabelConfig, pdp: bool) -> LabelConfig {
+    fn label(&self, own: &LabelConfig) -> LabelConfig {
         let own = own.under(self.protocol.unwrap_or(own.protocol));
         let axis = own.delay_axis;
         LabelConfig {
@@ -155,7 +99,7 @@ impl Args {
                 points: self.delay_points.unwrap_or(axis.points),
                 last_s: self.last_delay_s.unwrap_or(axis.last_s),
             },
-            pdp,
+            pdp: own.pdp,
         }
     }
 

@@ -6,14 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Access, replace_unsynced};
-use aps_label::Labeler;
+use map2aps::maps::{TileSettings, ranges};
 
 use super::dataset::Order;
+use crate::args::MapsArg;
 use crate::cautions;
 use crate::command_line;
-use crate::maps::{MapSource, ranges};
-use crate::tiles::TileSettings;
 use crate::{note, say};
 
 mod scripts;
@@ -74,12 +72,8 @@ impl Args {
         let here = std::env::current_dir().context("cannot tell the current folder")?;
         let folder = here.join(self.folder());
         let order = self.order.read()?;
-        let plan = order.plan();
-        // Settings that every task would refuse are refused here.
-        plan.trace.validate()?;
+        let (plan, ids) = (&order.plan, &order.ids);
         cautions::tell_carrier(&plan.trace);
-        Labeler::new(&plan.label)?;
-        let ids = order.map_ids()?;
         let count = ids.len() as u32;
         let tasks = self.tasks.unwrap_or_else(|| {
             let by_nodes = self.nodes.saturating_mul(4).min(count);
@@ -89,9 +83,9 @@ impl Args {
             tasks <= count,
             "{tasks} tasks for {count} maps: some would have nothing to do; give --tasks {count} or less"
         );
-        let begun = plan.open(&order.out, Access::Whole)?;
-        let todo = ids.iter().filter(|&&id| !begun.has_map(id));
-        let shards: BTreeSet<u32> = todo.map(|id| id % tasks + 1).collect();
+        // Settings that every task would refuse are refused here.
+        let todo = plan.missing(&order.out, ids)?;
+        let shards: BTreeSet<u32> = todo.iter().map(|id| id % tasks + 1).collect();
         let shards: Vec<u32> = shards.into_iter().collect();
         if let Some(&last) = shards.last()
             && last > USUAL_LAST_TASK
@@ -105,8 +99,8 @@ impl Args {
             here: text(&here)?,
             folder: text(&folder)?,
             out: text(&order.out)?,
-            dataset: dataset_words(&ids),
-            maps: maps_words(&order),
+            dataset: dataset_words(ids),
+            maps: maps_words(&self.order),
             tasks,
             shards: ranges(&shards),
             last_shard: shards.last().copied(),
@@ -124,12 +118,12 @@ impl Args {
             (MERGE, job.merge()),
             (SUBMIT, job.submit()),
         ] {
-            replace_unsynced(&folder.join(name), script.as_bytes())?;
+            aps_data::replace_unsynced(&folder.join(name), script.as_bytes())?;
         }
         let submit = folder.join(SUBMIT);
         say!(
             "{count} maps, {} links; {} of {tasks} tasks to do, {} at once",
-            u64::from(count) * order.links_per_map(),
+            u64::from(count) * (plan.tx_per_map * plan.rx_per_map) as u64,
             shards.len(),
             self.nodes.min(shards.len() as u32),
         )?;
@@ -182,10 +176,10 @@ fn maps_words(order: &Order) -> Vec<String> {
     } = order.tiles.settings();
     let maps = &order.maps;
     let mut words = Vec::new();
-    if !matches!(maps, MapSource::Synthetic { .. }) {
+    if !matches!(maps, MapsArg::Synthetic { .. }) {
         words.extend(["--maps".into(), maps.to_string()]);
     }
-    if matches!(maps, MapSource::City { .. }) {
+    if matches!(maps, MapsArg::City { .. }) {
         words.extend(["--tile".into(), tile_m.to_string()]);
         words.extend(["--min-buildings".into(), min_buildings.to_string()]);
         words.extend(metric.then(|| "--metric".into()));

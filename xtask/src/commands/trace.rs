@@ -11,13 +11,13 @@ use aps_report::link::{LinkView, PathView, Spectrum};
 use aps_report::picture::{self, Outlines};
 use clap::ValueEnum;
 
-use crate::args::{TraceArgs, parse_point};
+use map2aps::is_near;
+use map2aps::path_list::{LinkEntry, LinkList};
+
+use crate::args::{OneMapArgs, TraceArgs, parse_point};
 use crate::cautions;
-use crate::maps::{SceneSettings, load_one};
 use crate::note;
 use crate::output;
-use crate::tiles::TileArgs;
-use crate::wire::{LinkEntry, LinkList};
 
 /// Forms of output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -33,12 +33,6 @@ pub struct Args {
     /// A RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, default_value = "synthetic")]
     map: PathBuf,
-    /// Tile of a city [default: the first with a building].
-    #[arg(long)]
-    map_id: Option<u32>,
-    /// Seed of the synthetic city.
-    #[arg(long, default_value_t = 42)]
-    seed: u64,
     /// Transmitter X,Y [m].
     #[arg(long, value_parser = parse_point, requires = "rx", allow_hyphen_values = true)]
     tx: Option<DVec2>,
@@ -60,21 +54,20 @@ pub struct Args {
     #[command(flatten)]
     trace: TraceArgs,
     #[command(flatten)]
-    scene: SceneSettings,
-    #[command(flatten)]
-    tiles: TileArgs,
+    one_map: OneMapArgs,
 }
 
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        let scene = self.scene()?;
+        let scene = self.one_map.load(&self.map)?;
         let ends = self.ends()?;
         let config = self.trace.config();
         let tracer = Tracer::new(&scene, config.clone())?;
         let links = trace_all(&tracer, &ends)?;
         cautions::tell_carrier(&config);
-        cautions::tell_near(&config, cautions::count_near(&config, ends.iter().copied()));
+        let near = ends.iter().filter(|(tx, rx)| is_near(&config, *tx, *rx));
+        cautions::tell_near(&config, near.count() as u64);
         match self.format {
             Format::Json => print_json(&ends, &links)?,
             Format::Csv => print_csv(&ends, &links)?,
@@ -85,10 +78,6 @@ impl Args {
             self.draw(file, &scene, tx, rx, &links[0])?;
         }
         Ok(())
-    }
-
-    fn scene(&self) -> Result<Scene> {
-        load_one(&self.map, self.map_id, self.seed, &self.tiles, self.scene)
     }
 
     /// Transmitter and receiver of each link.

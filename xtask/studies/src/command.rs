@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
-use xtask::{IdList, MapSource, child, command_line, hand_over, machine, map_ranges, say};
+use map2aps::maps::ranges;
+use xtask::{IdList, MapsArg, child, command_line, hand_over, machine, say};
 
 use crate::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
 
@@ -33,7 +34,7 @@ pub struct Args {
     profile: Profile,
     /// Maps for the studies of the tracer and of models: synthetic cities, or a folder of RadioMapSeer files.
     #[arg(long, default_value = "synthetic")]
-    maps: MapSource,
+    maps: MapsArg,
     /// Ids of maps in that folder for the tracer, such as 0,7,30-33 [default: five, from the fewest walls to the most].
     #[arg(long, alias = "map-ids")]
     ids: Option<IdList>,
@@ -130,7 +131,7 @@ impl Args {
             .map(Into::into)
             .into();
         rest.extend([self.seed.to_string().into(), "--out".into(), out.into()]);
-        if let MapSource::Folder(maps) = &self.maps {
+        if let MapsArg::Folder(maps) = &self.maps {
             rest.extend(["--maps".into(), maps.into()]);
         }
         if let Some(work) = &self.work {
@@ -142,10 +143,10 @@ impl Args {
     /// The command that measures a study again, as somebody else would type it.
     fn command(&self, study: StudyName) -> String {
         let mut words = vec!["report".to_owned(), "--study".into(), study.name().into()];
-        if let (StudyName::Tracer, MapSource::Folder(_)) = (study, &self.maps) {
+        if let (StudyName::Tracer, MapsArg::Folder(_)) = (study, &self.maps) {
             words.extend(["--maps".into(), "path/to/maps".into()]);
             if let Some(ids) = &self.ids {
-                words.extend(["--ids".into(), map_ranges(&ids.0)]);
+                words.extend(["--ids".into(), ranges(&ids.0)]);
             }
         }
         words.extend(["--profile".into(), self.profile.name().into()]);

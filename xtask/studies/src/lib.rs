@@ -86,7 +86,7 @@ impl Profile {
 pub enum StudyName {
     /// Limits of the tracer: label error against time a link.
     Tracer,
-    /// Delay axis, precision and kernels of the label: error against time a label.
+    /// Delay axis of the label: error against time a label.
     Label,
     /// The diffraction coefficient against exact solutions.
     Diffraction,

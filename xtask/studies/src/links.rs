@@ -8,8 +8,8 @@ use aps_data::sample_of;
 use aps_label::{Label, LabelConfig, Labeler, MAX_PATHS, PathSample, Scratch, Status};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Omitted, PathRecord, Receiver, Scene, TraceConfig, Tracer, Transmitter};
+use map2aps::sampling::draw as draw_terminals;
 use rayon::prelude::*;
-use xtask::draw_terminals;
 
 use crate::{NamedScene, Stopwatch, on_one_thread};
 

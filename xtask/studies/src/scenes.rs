@@ -4,7 +4,9 @@ use anyhow::{Result, bail, ensure};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Area, Footprint, Scene};
-use xtask::{IdList, MapSource, SceneSettings, choose_maps};
+use map2aps::SceneSettings;
+use map2aps::maps::{TileSettings, choose};
+use xtask::{IdList, MapsArg};
 
 use crate::Profile;
 
@@ -35,7 +37,7 @@ const CHOSEN: usize = 5;
 /// The maps of the study of the tracer.
 #[derive(Debug, Clone)]
 pub struct MapChoice {
-    source: MapSource,
+    source: MapsArg,
     ids: Option<IdList>,
 }
 
@@ -44,13 +46,13 @@ impl MapChoice {
     ///
     /// # Errors
     /// A city in GeoJSON, and ids of synthetic cities.
-    pub fn new(source: MapSource, ids: Option<IdList>) -> Result<Self> {
+    pub fn new(source: MapsArg, ids: Option<IdList>) -> Result<Self> {
         match source {
-            MapSource::Folder(_) => {}
-            MapSource::City { .. } => bail!(
+            MapsArg::Folder(_) => {}
+            MapsArg::City(_) => bail!(
                 "--maps {source}: the study of the tracer takes a folder of RadioMapSeer files, or synthetic"
             ),
-            MapSource::Synthetic { .. } => ensure!(
+            MapsArg::Synthetic { .. } => ensure!(
                 ids.is_none(),
                 "--ids names maps of a folder; give one with --maps"
             ),
@@ -64,7 +66,7 @@ impl MapChoice {
     /// Maps that are not there or cannot be read.
     pub fn scenes(&self, profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
         let mut scenes = match self.source {
-            MapSource::Synthetic { .. } => cities(profile, seed)?,
+            MapsArg::Synthetic { .. } => cities(profile, seed)?,
             _ => self.maps(profile, seed)?,
         };
         scenes.sort_by_key(|s| (s.scene.walls().len(), s.id));
@@ -72,19 +74,17 @@ impl MapChoice {
     }
 
     fn maps(&self, profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
-        let available = self.source.ids(0)?;
+        let source = self.source.open(TileSettings::default(), 0)?;
+        let available = source.ids()?;
         let load = |id: u32| -> Result<NamedScene> {
             Ok(NamedScene {
                 name: format!("map {id}"),
                 id,
-                scene: self.source.load(id, seed, SceneSettings::default())?,
+                scene: source.load(id, seed, SceneSettings::default())?,
             })
         };
         if let Some(ids) = &self.ids {
-            return choose_maps(&available, ids)?
-                .into_iter()
-                .map(load)
-                .collect();
+            return choose(&available, &ids.0)?.into_iter().map(load).collect();
         }
         let mut all: Vec<NamedScene> = available.into_iter().map(load).collect::<Result<_>>()?;
         all.sort_by_key(|s| (s.scene.walls().len(), s.id));
@@ -203,7 +203,7 @@ mod tests {
             let text = format!("[{}]", houses.join(","));
             std::fs::write(folder.path().join(format!("{id}.json")), text).unwrap();
         }
-        let source = MapSource::Folder(folder.path().into());
+        let source = MapsArg::Folder(folder.path().into());
         let ids = |ids: Option<IdList>| -> Vec<u32> {
             let maps = MapChoice::new(source.clone(), ids).unwrap();
             maps.scenes(Profile::Full, 1)

@@ -89,7 +89,7 @@ pub(crate) fn gradient_sums(
         .unzip()
 }
 
-/// Stands for an output of which every place counts.
+/// Output of which every place counts.
 const ALWAYS: &[f32] = &[];
 
 /// The gradient by the input: `a * grad + b * (x - mean) + d` a channel, `grad` only where ReLU let it through.

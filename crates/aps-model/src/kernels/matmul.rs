@@ -1,4 +1,4 @@
-//! The one door to the matrix product of [`gemm`].
+//! Calls the matrix product of [`gemm`].
 
 /// A matrix laid over a slice: element (i, j) is `data[i * row_stride + j * col_stride]`.
 #[derive(Clone, Copy)]

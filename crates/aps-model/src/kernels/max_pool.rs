@@ -114,7 +114,7 @@ impl Winners {
 /// The place of a winner not found yet.
 const NOWHERE: u32 = u32::MAX;
 
-/// Each window's winner so far against every `STEP`th pixel from place `first` on.
+/// Compares each window's winner so far with every `STEP`th pixel from place `first` on.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 fn challenge(plane: &[f32], first: u32, values: &mut [f32], places: &mut [u32]) {
     let n = values.len();

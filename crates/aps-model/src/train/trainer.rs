@@ -23,7 +23,7 @@ use crate::{ANGLE_BINS, Model, Regularizer};
 pub struct Trainer {
     model: Box<dyn Model>,
     regularizer: Option<Regularizer>,
-    /// Of the model, and of the regularizer if there is one.
+    /// Parameters and optimizer of the model, then of the regularizer if there is one.
     networks: Vec<Optimized>,
     input: Box<dyn ModelInput>,
     examples: Arc<dyn Examples>,

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use aps_model::candle_core::{DType, Device, Tensor, Var};
 use aps_model::candle_nn::{Init, VarMap};
 use aps_model::weights::{Label, load, read_label, save};
-use aps_model::{Error, Model, ModelKind, Preset, frozen, seeded, trainable};
+use aps_model::{Model, ModelKind, Preset, frozen, seeded, trainable};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

@@ -1,5 +1,6 @@
 //! Single links: the map, the truth and the predictions.
 
+use aps_label::Protocol;
 use aps_metrics::Metric;
 use aps_raytrace::glam::DVec2;
 
@@ -111,22 +112,21 @@ fn place(analysis: &Analysis<'_>, example: &Example) -> String {
 
 /// Truth and predictions over the angle; none if nothing of the names was predicted.
 fn zone(analysis: &Analysis<'_>, example: &Example, names: &[&str]) -> Option<Chart> {
-    let released = analysis.results.data.protocol == "released";
-    let label = if released {
-        "direction of travel at the receiver [deg]"
-    } else {
-        "angle of arrival [deg]"
-    };
+    let protocol: Protocol = analysis.results.data.protocol.parse().ok()?;
+    let axis = protocol.angle_axis_deg();
     let line = |values: &[f64], dashed: bool| Mark::Line {
-        points: values
-            .iter()
-            .enumerate()
-            .map(|(i, &v)| [angle_deg(i, values.len(), released), v])
-            .collect(),
+        points: aps_label::Axis {
+            count: values.len(),
+            ..axis
+        }
+        .values()
+        .zip(values)
+        .map(|(x, &y)| [x, y])
+        .collect(),
         dashed,
     };
-    let mut chart =
-        Chart::new(Axis::azimuth(label), Axis::linear("normalised power")).sized(480.0, 340.0);
+    let axes = (picture::azimuth(protocol), Axis::linear("normalised power"));
+    let mut chart = Chart::new(axes.0, axes.1).sized(480.0, 340.0);
     chart = chart.with(Series::new(
         "truth",
         Colour::Ink,
@@ -146,16 +146,6 @@ fn zone(analysis: &Analysis<'_>, example: &Example, names: &[&str]) -> Option<Ch
         ));
     }
     (chart.series.len() > 1).then_some(chart)
-}
-
-/// The angle of a bin \[deg\].
-fn angle_deg(bin: usize, bins: usize, is_released: bool) -> f64 {
-    let steps = if is_released {
-        bins.saturating_sub(1)
-    } else {
-        bins
-    };
-    -180.0 + 360.0 * bin as f64 / steps.max(1) as f64
 }
 
 fn scores(analysis: &Analysis<'_>, protocol: &str, example: &Example, names: &[&str]) -> String {

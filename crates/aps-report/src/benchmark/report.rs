@@ -154,7 +154,9 @@ fn strata(analysis: &Analysis<'_>, protocol: &str) -> Section {
 
     let groups = analysis.groups(by_sight);
     section.heading("In sight or not");
-    let axis = Axis::linear("line of sight (1) or none (0)").every(1.0);
+    let axis = Axis::linear("line of sight (1) or none (0)")
+        .over(-0.5, 1.5)
+        .every(1.0);
     section.figures(figures(&groups, ("sight", axis), 1.0, false));
     let caption = "Scores in sight and out of sight";
     add(&mut section, ("by-sight", caption), &groups, &HEADLINE);

@@ -1,11 +1,9 @@
 //! Scores of single links: one npy file an entry and protocol.
 
-use std::fs::File;
-use std::io::{BufReader, BufWriter};
 use std::path::{Component, Path};
 
+use aps_data::npy::{self, Array, NpyError};
 use aps_metrics::Metric;
-use npyz::{NpyFile, WriterBuilder};
 
 use super::results::ProtocolScores;
 use crate::ReportError;
@@ -50,27 +48,25 @@ impl ScoreTable {
             let file = scores.file.display();
             return refuse(format!("'{file}' is not in the folder of the results"));
         }
-        let file = BufReader::new(File::open(&path).map_err(&place)?);
-        let array = NpyFile::new(file).map_err(&place)?;
-        // Before a value is read: no memory is taken for a size that only the header claims.
-        let expected = [links as u64, scores.metrics.len() as u64];
-        if array.shape() != expected || array.order() != npyz::Order::C {
+        let array: Array<f64> = match npy::read::<f32>(&path) {
+            Ok(Array { shape, data }) => Array {
+                shape,
+                data: data.into_iter().map(f64::from).collect(),
+            },
+            Err(NpyError::Dtype { .. }) => npy::read(&path).map_err(&place)?,
+            Err(error) => return Err(place(error)),
+        };
+        let expected = [links, scores.metrics.len()];
+        if array.shape != expected {
             return refuse(format!(
-                "'{}' has shape {:?}; {links} links and {} metrics need {expected:?}, in C order",
+                "'{}' has shape {:?}; {links} links and {} metrics need {expected:?}",
                 path.display(),
-                array.shape(),
+                array.shape,
                 scores.metrics.len(),
             ));
         }
-        let values: Vec<f64> = match array.dtype().descr().ends_with("f4'") {
-            true => {
-                let values = array.into_vec::<f32>().map_err(&place)?;
-                values.into_iter().map(f64::from).collect()
-            }
-            false => array.into_vec().map_err(&place)?,
-        };
         let width = scores.metrics.len();
-        let column = |i: usize| values.iter().skip(i).step_by(width).copied().collect();
+        let column = |i: usize| array.data.iter().skip(i).step_by(width).copied().collect();
         let known = scores.metrics.iter().enumerate().filter_map(|(i, key)| {
             let metric = Metric::ALL.into_iter().find(|m| m.key() == key)?;
             Some((metric, column(i)))
@@ -94,23 +90,15 @@ impl ScoreTable {
         protocol: &str,
     ) -> Result<ProtocolScores, ReportError> {
         let path = folder.join(file);
-        let place = ReportError::at("write the scores", &path);
         if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).map_err(&place)?;
+            let place = ReportError::at("write the scores", &path);
+            std::fs::create_dir_all(parent).map_err(place)?;
         }
         let links = self.columns.first().map_or(0, |c| c.1.len());
-        let out = BufWriter::new(File::create(&path).map_err(&place)?);
-        let mut writer = npyz::WriteOptions::new()
-            .default_dtype()
-            .shape(&[links as u64, self.columns.len() as u64])
-            .writer(out)
-            .begin_nd()
-            .map_err(&place)?;
-        for link in 0..links {
-            let row = self.columns.iter().map(|(_, values)| values[link]);
-            writer.extend(row).map_err(&place)?;
-        }
-        writer.finish().map_err(&place)?;
+        let row = |link: usize| self.columns.iter().map(move |(_, values)| values[link]);
+        let values: Vec<f64> = (0..links).flat_map(row).collect();
+        npy::write(&path, &[links, self.columns.len()], &values)
+            .map_err(ReportError::at("write the scores", &path))?;
         Ok(ProtocolScores {
             protocol: protocol.into(),
             metrics: self.columns.iter().map(|c| c.0.key().into()).collect(),

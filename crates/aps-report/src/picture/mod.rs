@@ -10,7 +10,7 @@ use svg::node::element::Group;
 
 pub use city::{Ray, draw as map};
 pub use outline::Outlines;
-pub use spectrum::{axes, curve, delay_chart};
+pub use spectrum::{axes, azimuth, curve, delay_chart};
 pub use strength::GainScale;
 
 use crate::chart::{Chart, Mark, Series};

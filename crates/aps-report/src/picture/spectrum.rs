@@ -15,11 +15,15 @@ const ROOM_DB: f64 = 12.0;
 /// Axes for spectra of a link: angles in the sense of `protocol`, powers below `top_db`, with room
 /// for badges above or not.
 pub fn axes(protocol: Protocol, top_db: f64, with_room: bool) -> Chart {
-    let x = Axis::azimuth(match protocol {
+    Chart::new(azimuth(protocol), level_axis(top_db, with_room))
+}
+
+/// The axis of angles in the sense of a protocol.
+pub fn azimuth(protocol: Protocol) -> Axis {
+    Axis::azimuth(match protocol {
         Protocol::Released => "direction of travel at the receiver [deg]",
         Protocol::Paper => "angle of arrival [deg]",
-    });
-    Chart::new(x, level_axis(top_db, with_room))
+    })
 }
 
 /// A curve over these axes, in the sense of `protocol`.

@@ -10,10 +10,10 @@ use aps_data::{Dataset, Split};
 use aps_label::{Label, Labeler, PathSample, Scratch, Status};
 use aps_model::ANGLE_BINS;
 use aps_raytrace::SPEED_OF_LIGHT_M_PER_S;
-use xtask::DatasetPlan;
+use map2aps::DatasetPlan;
 
 use super::answer::Answer;
-use super::dataset::trace;
+use super::dataset::{self, trace};
 use super::latency::{ms_per_link, of_times};
 use super::test_set::TestSet;
 
@@ -84,10 +84,10 @@ pub fn tracer(
         test: test.maps().to_vec(),
         ..Split::default()
     };
-    let times = lower.make(&labels, &split)?;
+    let times = dataset::make(&lower, &labels, &split)?.maps;
     let answers = test.targets_of(&Dataset::open(&labels)?)?;
     fs::remove_dir_all(&labels)?;
-    let of_map = |&(links, time)| ms_per_link(time, links as usize);
+    let of_map = |&(_, links, time)| ms_per_link(time, links as usize);
     Ok(Answer {
         latency: vec![of_times(batch, times.iter().map(of_map).collect())],
         ..substitute(answers, mean)

@@ -1,26 +1,31 @@
 //! The data set of a benchmark.
 
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, anyhow, ensure};
-use aps_data::Split;
-use aps_data::Stored;
+use aps_data::{Split, Stored};
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
-use xtask::{DatasetPlan, MapSource, Receivers, SceneSettings};
+use map2aps::maps::TileSettings;
+use map2aps::{Control, DatasetPlan, Made, Receivers, SceneSettings};
+use xtask::MapsArg;
+use xtask::interrupt::interrupt_flag;
+use xtask::progress::Bar;
 
 use super::config::{Config, DataConfig};
 
 /// Plans the data set, and splits its maps into maps for training, development and test.
 pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let data = &config.data;
-    let maps = MapSource::from_str(&data.maps).map_err(|e| anyhow!("maps: {e}"))?;
+    let maps = MapsArg::from_str(&data.maps).map_err(|e| anyhow!("maps: {e}"))?;
     ensure!(
-        !matches!(maps, MapSource::City { .. }),
+        !matches!(maps, MapsArg::City(_)),
         "a city in GeoJSON cannot be benchmarked on directly: give a folder of maps, or synthetic"
     );
     let asked = data.train_maps + data.develop_maps + data.test_maps;
-    let split = split(&maps.ids(asked as u32)?, data)?;
+    let maps = maps.open(TileSettings::default(), asked as u32)?;
+    let split = split(&maps.ids()?, data)?;
     let plan = DatasetPlan {
         maps,
         scene: SceneSettings::default(),
@@ -28,15 +33,24 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
         rx_per_map: data.rx_per_map,
         receivers: Receivers::Reached,
         label: LabelConfig::of(data.protocol),
-        stored: Stored {
-            aps: true,
-            pdp: false,
-            paths: false,
-        },
+        stored: Stored::default(),
         seed: config.seed,
         trace: trace(data.max_reflections, data.max_diffractions),
     };
     Ok((plan, split))
+}
+
+/// Makes the maps of a data set that its folder lacks, with a progress bar; Ctrl-C keeps whole maps.
+pub fn make(plan: &DatasetPlan, folder: &Path, split: &Split) -> Result<Made> {
+    let bar = Bar::default();
+    let control = Control {
+        progress: &bar,
+        cancel: &*interrupt_flag()?,
+        ..Control::default()
+    };
+    let made = plan.make_split(folder, split, &control)?;
+    bar.clear();
+    Ok(made)
 }
 
 /// The tracer's settings with some limits.

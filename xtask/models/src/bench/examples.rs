@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use aps_metrics::Metric;
 use aps_model::ANGLE_BINS;
 use aps_report::benchmark::{Entry, EntryKind, Example, Prediction, ScoreTable};
-use xtask::DatasetPlan;
+use map2aps::DatasetPlan;
 
 use super::answer;
 use super::test_set::TestSet;

@@ -24,11 +24,12 @@ use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::{ModelKind, candle_core};
 use aps_report::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
 use config::Config;
+use map2aps::DatasetPlan;
 use pace::Pace;
 use serde_json::{Value, json};
 use stamp::{Part, State};
 use test_set::TestSet;
-use xtask::{DatasetPlan, machine, output};
+use xtask::{machine, output};
 use xtask::{note, say};
 
 use crate::data;
@@ -78,8 +79,8 @@ struct Bench {
     device: candle_core::Device,
 }
 
-/// Data that all jobs are given.
-struct Ground {
+/// Data set and settings that all jobs share.
+struct BenchContext {
     plan: DatasetPlan,
     data: Part,
     dataset: Dataset,
@@ -97,13 +98,13 @@ impl Bench {
         let jobs = self.jobs()?;
         let (plan, split) = dataset::plan(&self.config)?;
         let mut pace = Pace::new(self.guesses(&split, &jobs));
-        let ground = self.ground(plan, &split, &mut pace)?;
+        let context = self.context(plan, &split, &mut pace)?;
         let (mut entries, mut failed) = (Vec::new(), Vec::new());
         for job in &jobs {
             let (name, _) = job.title();
             pace.announce(&name);
             let began = Instant::now();
-            match self.entry(job, &ground) {
+            match self.entry(job, &context) {
                 Ok((entry, state)) => {
                     let is_reused = state == State::Finished;
                     pace.end((!is_reused).then(|| began.elapsed().as_secs_f64()));
@@ -126,7 +127,7 @@ impl Bench {
         }
         ensure!(!entries.is_empty(), "nothing could be scored");
         machine.seconds_total = started.elapsed().as_secs_f64();
-        let results = self.results(machine, &ground, entries, failed)?;
+        let results = self.results(machine, &context, entries, failed)?;
         results.save(&self.out)?;
         let files = aps_report::benchmark::write_report(&results, &self.out)?;
         note!("{} files of the report", files.len());
@@ -200,7 +201,7 @@ impl Bench {
         std::iter::once(data).chain(jobs.iter().map(job)).collect()
     }
 
-    fn ground(&self, plan: DatasetPlan, split: &Split, pace: &mut Pace) -> Result<Ground> {
+    fn context(&self, plan: DatasetPlan, split: &Split, pace: &mut Pace) -> Result<BenchContext> {
         pace.announce("data set");
         let began = Instant::now();
         let settings = json!({
@@ -214,7 +215,7 @@ impl Bench {
         // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
         let folder = data.folder().join("dataset");
         if state != State::Finished {
-            plan.make(&folder, split)?;
+            dataset::make(&plan, &folder, split)?;
             data.finish()?;
         }
         let dataset = data::open(&folder)?;
@@ -238,7 +239,7 @@ impl Bench {
             "the training maps {train_maps:?} have no link with a label"
         );
         pace.end((state != State::Finished).then(|| began.elapsed().as_secs_f64()));
-        Ok(Ground {
+        Ok(BenchContext {
             mean: score::mean_spectrum(&train),
             train_links: train.rows().len(),
             plan,
@@ -249,11 +250,11 @@ impl Bench {
     }
 
     /// Makes an entry, or takes it as it was made before.
-    fn entry(&self, job: &Job, ground: &Ground) -> Result<(Entry, State)> {
+    fn entry(&self, job: &Job, context: &BenchContext) -> Result<(Entry, State)> {
         let (name, kind) = job.title();
         let folder = Path::new("scores").join(stem(&name));
         let training = match job {
-            &Job::Model(kind) => Some(self.training(kind, ground)?),
+            &Job::Model(kind) => Some(self.training(kind, context)?),
             _ => None,
         };
         let made_of = match (job, &training) {
@@ -265,7 +266,7 @@ impl Bench {
             self.out.join(&folder),
             json!({
                 "name": name,
-                "data": ground.data.hash(),
+                "data": context.data.hash(),
                 "test_links": self.config.data.test_links,
                 "seed": self.config.seed,
                 "latency": self.config.latency,
@@ -279,25 +280,25 @@ impl Bench {
         if state == State::Finished {
             return Ok((answer::entry(part.folder())?, state));
         }
-        let (test, interrupted) = (&ground.test, &*self.interrupted);
+        let (test, interrupted) = (&context.test, &*self.interrupted);
         let answer = match (job, &training) {
-            (Job::Mean, _) => baselines::mean(test, &ground.mean),
-            (Job::LineOfSight, _) => baselines::line_of_sight(test, &ground.plan, &ground.mean)?,
+            (Job::Mean, _) => baselines::mean(test, &context.mean),
+            (Job::LineOfSight, _) => baselines::line_of_sight(test, &context.plan, &context.mean)?,
             (Job::Tracer(limits), _) => {
                 let batches = &self.config.latency.batches;
                 let batch = batches.iter().copied().max().unwrap_or(1);
-                let (plan, mean, folder) = (&ground.plan, &ground.mean, part.folder());
+                let (plan, mean, folder) = (&context.plan, &context.mean, part.folder());
                 baselines::tracer(test, plan, *limits, mean, folder, batch)?
             }
             (Job::External(_, file), _) => Answer {
-                predictions: test.choose(&ground.dataset, answer::spectra(file)?)?,
+                predictions: test.choose(&context.dataset, answer::spectra(file)?)?,
                 ..Answer::default()
             },
             (Job::Model(_), Some((plan, training))) => {
                 let trained = model::train(training, plan, self.fresh, interrupted)?;
                 let weights = training.folder().join("best.safetensors");
                 let asked = model::Question {
-                    dataset: &ground.dataset,
+                    dataset: &context.dataset,
                     test,
                     latency: &self.config.latency,
                     device: &self.device,
@@ -315,29 +316,29 @@ impl Bench {
     fn training(
         &self,
         kind: ModelKind,
-        ground: &Ground,
+        context: &BenchContext,
     ) -> Result<(crate::run::TrainingPlan, Part)> {
-        let plan = model::plan(&self.config, kind, &ground.data.folder().join("dataset"))?;
+        let plan = model::plan(&self.config, kind, &context.data.folder().join("dataset"))?;
         let folder = self.out.join("models").join(kind.name());
-        let settings = model::settings(&plan, ground.data.hash());
+        let settings = model::settings(&plan, context.data.hash());
         Ok((plan, Part::new(folder, settings)))
     }
 
     fn results(
         &self,
         machine: Machine,
-        ground: &Ground,
+        context: &BenchContext,
         entries: Vec<Entry>,
         failed: Vec<Failure>,
     ) -> Result<Results> {
         let folder_of = |name: &str| self.out.join("scores").join(stem(name));
         let (sight, _) = Job::Tracer(SIGHT).title();
-        let mut line_of_sight = vec![true; ground.test.len()];
+        let mut line_of_sight = vec![true; context.test.len()];
         for link in answer::substituted(&folder_of(&sight))? {
             line_of_sight[link] = false;
         }
-        let split = &ground.dataset.manifest().split;
-        let develop = valid_links(&ground.dataset, split.maps(SplitPart::Develop));
+        let split = &context.dataset.manifest().split;
+        let develop = valid_links(&context.dataset, split.maps(SplitPart::Develop));
         let develop = self
             .config
             .training
@@ -368,14 +369,20 @@ impl Bench {
                 train_maps: split.train.clone(),
                 dev_maps: split.develop.clone(),
                 test_maps: split.test.clone(),
-                train_links: ground.train_links as u64,
+                train_links: context.train_links as u64,
                 dev_links: develop as u64,
-                test_links: ground.test.len() as u64,
-                invalid_test_links: ground.test.invalid,
-                protocol: ground.test.protocol.to_string(),
+                test_links: context.test.len() as u64,
+                invalid_test_links: context.test.invalid,
+                protocol: context.test.protocol.to_string(),
             },
-            links: ground.test.links(&line_of_sight)?,
-            examples: examples::choose(&entries, &ground.test, &ground.plan, &self.out, folder_of)?,
+            links: context.test.links(&line_of_sight)?,
+            examples: examples::choose(
+                &entries,
+                &context.test,
+                &context.plan,
+                &self.out,
+                folder_of,
+            )?,
             entries,
             failed,
         })

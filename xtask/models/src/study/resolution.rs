@@ -72,7 +72,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let part = Part::new(setup.work.join("data"), settings);
     let folder = part.folder().join("dataset");
     if part.open(false)? != State::Finished {
-        plan.make(&folder, &split)?;
+        dataset::make(&plan, &folder, &split)?;
         part.finish()?;
     }
     let dataset = data::open(&folder)?;

@@ -5,11 +5,12 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use aps_metrics::{Evaluation, GroupReport, Metric, Protocol, Report};
+use aps_label::MeanStd;
+use aps_metrics::{GroupReport, Metric};
+use map2aps::{Scores, Truth};
 use serde_json::json;
 
 use super::Format;
-use super::truth::Truth;
 
 /// Rejected samples that JSON lists one by one.
 const LISTED: usize = 100;
@@ -22,26 +23,24 @@ const MIRROR_COLUMNS: [Metric; 3] = [
 ];
 
 /// Scores of a prediction, with everything that is printed or written about it.
-pub struct Scores<'a> {
-    pub protocol: Protocol,
+pub struct Printed<'a> {
     pub truth: &'a Truth,
     pub prediction: &'a Path,
-    pub evaluation: &'a Evaluation,
-    pub report: Report,
+    pub scores: &'a Scores,
 }
 
-impl Scores<'_> {
+impl Printed<'_> {
     /// Tells on standard error of samples that are in no mean, whatever the format.
     pub fn warn(&self) {
-        let rejected = self.evaluation.rejected();
+        let rejected = self.scores.evaluation.rejected();
         if let Some(first) = rejected.first() {
             note!(
                 "WARNING: {} of {} samples are NOT scored and in no mean \
                  (NaN or infinite: {} predictions, {} truths); the first: sample {}, {}",
                 rejected.len(),
-                self.evaluation.samples(),
-                self.report.rejected_predictions,
-                self.report.rejected_truths,
+                self.scores.evaluation.samples(),
+                self.scores.report.rejected_predictions,
+                self.scores.report.rejected_truths,
                 first.sample,
                 first.defect
             );
@@ -92,15 +91,15 @@ impl Scores<'_> {
     }
 
     fn json(&self, out: &mut impl Write) -> Result<()> {
-        let rejected = self.evaluation.rejected();
+        let rejected = self.scores.evaluation.rejected();
         let value = json!({
-            "protocol": self.protocol,
+            "protocol": self.scores.protocol,
             "truth": self.truth.describe(),
             "prediction": self.prediction.display().to_string(),
-            "samples": self.evaluation.samples(),
+            "samples": self.scores.evaluation.samples(),
             "rejected": rejected.len(),
             "first_rejected": &rejected[..rejected.len().min(LISTED)],
-            "report": self.report,
+            "report": self.scores.report,
         });
         serde_json::to_writer_pretty(&mut *out, &value)?;
         writeln!(out)?;
@@ -117,7 +116,7 @@ impl Scores<'_> {
             for m in &group.metrics {
                 let d = &m.distribution;
                 let mut record = vec![
-                    self.protocol.name().to_owned(),
+                    self.scores.protocol.name().to_owned(),
                     name.clone(),
                     group.samples.to_string(),
                     rejected.to_string(),
@@ -137,9 +136,13 @@ impl Scores<'_> {
 
     /// Name, number of rejected samples and report of all samples, then of each map.
     fn groups(&self) -> Vec<(String, usize, &GroupReport)> {
-        let rejected = self.evaluation.rejected();
-        let all = ("all".to_owned(), rejected.len(), &self.report.overall);
-        let maps = self.report.maps.iter().map(|map| {
+        let rejected = self.scores.evaluation.rejected();
+        let all = (
+            "all".to_owned(),
+            rejected.len(),
+            &self.scores.report.overall,
+        );
+        let maps = self.scores.report.maps.iter().map(|map| {
             let id = Some(map.map_id);
             let of_map = rejected.iter().filter(|r| r.map_id == id).count();
             (format!("map {}", map.map_id), of_map, &map.group)
@@ -172,10 +175,20 @@ impl Scores<'_> {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let GroupReport { samples, peaks, .. } = &self.report.overall;
-        let (name, range) = (self.protocol.name(), self.report.data_range.get());
+        let GroupReport { samples, peaks, .. } = &self.scores.report.overall;
+        let (name, range) = (
+            self.scores.protocol.name(),
+            self.scores.report.data_range.get(),
+        );
         let share = |count: usize| count as f64 / (*samples).max(1) as f64;
-        let mut remarks: Vec<String> = self.truth.target().into_iter().collect();
+        let mut remarks = Vec::new();
+        match self.truth.target() {
+            None => {}
+            Some((_, Some(MeanStd { mean, std }))) => remarks.push(format!(
+                "compared as normalised target: training mean {mean:.6}, std {std:.6}"
+            )),
+            Some(_) => remarks.push("compared as linear power relative to the maximum".into()),
+        }
         remarks.extend([
             format!("means under the {name} protocol; PSNR relative to a range of {range:.6}"),
             format!(
@@ -188,8 +201,8 @@ impl Scores<'_> {
             ),
         ]);
         let (predictions, truths) = (
-            self.report.rejected_predictions,
-            self.report.rejected_truths,
+            self.scores.report.rejected_predictions,
+            self.scores.report.rejected_truths,
         );
         if predictions + truths > 0 {
             remarks.push(format!(

@@ -48,118 +48,69 @@ impl Job<'_> {
             None => "--exclusive".into(),
             Some(cpus) => format!("--cpus-per-task={cpus}"),
         };
-        let options = self.options(
-            "%A_%a",
-            &[
-                format!("--array={}%{}", self.shards, self.at_once),
-                cores,
-                "--requeue".into(),
-                "--signal=B:USR1@120".into(),
-            ],
-        );
-        let Self { tasks, retries, .. } = self;
-        let program = self.program();
-        let (dataset, out) = (words(&self.dataset), quoted(self.out));
-        format!(
-            r#"#!/usr/bin/env bash
-# Makes one shard of a data set: task I of the array makes the maps with id mod {tasks} = I - 1.
-#
-# Tasks do not wait for each other. One that fails, or has two minutes left, goes back into the queue by itself, at most
-# {retries} times, and then goes on after the maps it has finished. What a killed task leaves half-written is never taken for a
-# map.
-{written}
-{options}
-set -u
-shard="$SLURM_ARRAY_TASK_ID/{tasks}"
-
-# Ends this run of the task; the reason is the first argument.
-end() {{
-    # Slurm counts how often it started this task again; at first there is no such number.
-    if [ "${{SLURM_RESTART_COUNT:-0}}" -lt {retries} ]; then
-        echo "shard $shard: $1; back into the queue" >&2
-        # The number of the job alone would mean the whole array.
-        scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID" && exit 0
-    fi
-    echo "shard $shard: $1; given up" >&2
-    exit 1
-}}
-
-# In the background, for bash does not listen to signals while it waits for a command in the foreground.
-{program} {dataset} \
-    --out {out} --shard "$shard" --threads "$SLURM_CPUS_ON_NODE" &
-program=$!
-trap 'kill -TERM "$program"; wait "$program"; end "out of time"' USR1
-wait "$program"
-status=$?
-[ "$status" -eq 0 ] || end "exit code $status"
-echo "shard $shard: done"
-"#,
-            written = self.written(),
-        )
+        let options = [
+            format!("--array={}%{}", self.shards, self.at_once),
+            cores,
+            "--requeue".into(),
+            "--signal=B:USR1@120".into(),
+        ];
+        let values = [
+            ("@TASKS@", self.tasks.to_string()),
+            ("@RETRIES@", self.retries.to_string()),
+            ("@OPTIONS@", self.options("%A_%a", &options)),
+            ("@DATASET@", words(&self.dataset)),
+        ];
+        self.fill(include_str!("array.sh"), &values)
     }
 
     /// The script that joins the shards and checks the result.
     pub fn merge(&self) -> String {
-        let options = self.options("merge_%j", &[]);
-        let (program, out) = (self.program(), quoted(self.out));
         let maps: Vec<&str> = self.maps.iter().map(String::as_str).collect();
         let verify = words([&["verify", self.out][..], &maps].concat());
-        format!(
-            r#"#!/usr/bin/env bash
-# Joins all shards into the data set that one run would have written, byte for byte, and checks it: every file against its
-# checksum, and some links by computing them anew.
-{written}
-{options}
-set -eu
-
-{program} dataset merge --out {out}
-{program} {verify} --threads "$SLURM_CPUS_ON_NODE"
-"#,
-            written = self.written(),
-        )
+        let options = self.options("merge_%j", &[]);
+        let values = [("@OPTIONS@", options), ("@VERIFY@", verify)];
+        self.fill(include_str!("merge.sh"), &values)
     }
 
     /// The script that submits both: run by hand, or by `--submit`.
     pub fn submit(&self) -> String {
         let script = |name: &str| quoted(&format!("{}/{name}", self.folder));
-        let merge = script(MERGE);
-        let jobs = match self.last_shard {
-            None => format!(
-                r#"# All maps are there.
-merge=$(sbatch --parsable {merge})
-echo "merge: job ${{merge%%;*}}"
-"#
-            ),
-            Some(last) => format!(
-                r#"# Numbers of tasks stay below this; sbatch would only call the array invalid.
-limit=$(scontrol show config 2>/dev/null | sed -n 's/^MaxArraySize *= *//p')
-if [ -n "$limit" ] && [ {last} -ge "$limit" ]; then
-    echo "this cluster numbers tasks up to $((limit - 1)) (MaxArraySize), here the last is {last};" \
-        "write the scripts again with --tasks $((limit - 1)) or less" >&2
-    exit 1
-fi
-array=$(sbatch --parsable {array})
-# Behind the number stands the cluster, where there are several.
-array=${{array%%;*}}
-echo "array: job $array"
-# Starts when all tasks have ended well; is withdrawn when one has been given up. The command above then submits it alone.
-merge=$(sbatch --parsable --dependency="afterok:$array" --kill-on-invalid-dep=yes {merge})
-echo "merge: job ${{merge%%;*}}"
-"#,
-                array = script(ARRAY)
-            ),
+        let last = self
+            .last_shard
+            .map_or(String::new(), |last| last.to_string());
+        let values = [
+            ("@LAST@", last),
+            ("@ARRAY@", script(ARRAY)),
+            ("@MERGE@", script(MERGE)),
+            ("@LOG@", script("log")),
+        ];
+        let template = match self.last_shard {
+            None => include_str!("submit_merge.sh"),
+            Some(_) => include_str!("submit.sh"),
         };
-        let log = quoted(&format!("{}/log", self.folder));
-        format!(
-            r#"#!/usr/bin/env bash
-# Submits the array, and the job that waits for it.
-{written}
-set -eu
+        self.fill(template, &values)
+    }
 
-{jobs}echo "to watch: squeue --me; logs in "{log}
-"#,
-            written = self.written(),
-        )
+    /// A template with these values, and those that all have.
+    fn fill(&self, template: &str, values: &[(&str, String)]) -> String {
+        let common = [
+            ("@PROGRAM@", quoted(&format!("{}/{PROGRAM}", self.folder))),
+            ("@OUT@", quoted(self.out)),
+            ("@COMMAND@", self.command.clone()),
+        ];
+        // Every template is split at its marks once, so that a mark within a value stays as it is.
+        let marks = || common.iter().chain(values);
+        let mut filled = String::new();
+        let mut rest = template;
+        while let Some((at, (mark, value))) = marks()
+            .filter_map(|pair| Some((rest.find(pair.0)?, pair)))
+            .min_by_key(|(at, _)| *at)
+        {
+            filled += &rest[..at];
+            filled += value;
+            rest = &rest[at + mark.len()..];
+        }
+        filled + rest
     }
 
     /// Lines with the options of Slurm that all jobs have and the job's `own`, with a log of this name.
@@ -182,13 +133,5 @@ set -eu
             None => format!("#SBATCH {option}"),
         });
         lines.collect::<Vec<_>>().join("\n")
-    }
-
-    fn program(&self) -> String {
-        quoted(&format!("{}/{PROGRAM}", self.folder))
-    }
-
-    fn written(&self) -> String {
-        format!("#\n# Written by: {}", self.command)
     }
 }

@@ -1,16 +1,13 @@
-//! Study of the label: errors and times of its delay axis and its precision.
+//! Study of the label: errors and times of its delay axis.
 
 mod axis;
-mod kernels;
-mod number;
-mod precision;
 
 use anyhow::{Result, ensure};
 use aps_data::sample_of;
 use aps_label::PathSample;
 use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
-use xtask::{draw_terminals, progress};
+use map2aps::sampling::draw as draw_terminals;
 
 use super::{Setup, Study, StudyName};
 
@@ -22,18 +19,13 @@ const LAST_S: f64 = 0.95e-6;
 pub fn run(setup: &Setup) -> Result<Study> {
     let links = links(setup)?;
     let paths = links.iter().map(Vec::len).sum::<usize>() as f64 / links.len() as f64;
-    let bar = progress::bar(2, "parts");
-    bar.set_message("label");
-    let mut study = Study::new(StudyName::Label.name(), "Label: delays and digits").at(2);
+    let mut study = Study::new(StudyName::Label.name(), "Label: the delay axis").at(2);
     study.section.text(format!(
         "{} links of a synthetic city, R2 D1, {paths:.1} paths a link up to {:.0} ns.",
         links.len(),
         1e9 * LAST_S
     ));
     axis::study(setup, &links, &mut study)?;
-    bar.inc(1);
-    precision::study(setup, &links, &mut study)?;
-    bar.finish_and_clear();
     Ok(study)
 }
 

@@ -61,7 +61,7 @@ pub(super) fn suits(shape: &ConvShape, is_cached: bool) -> Option<Size> {
     }
 }
 
-/// As [`convolve`](super::convolution::convolve).
+/// Computes [`convolve`](super::convolution::convolve).
 pub(super) fn convolve(
     size: Size,
     shape: &ConvShape,
@@ -84,7 +84,7 @@ pub(super) fn convolve(
     }
 }
 
-/// As [`weight_gradient`](super::weight_gradient()).
+/// Computes [`weight_gradient`](super::weight_gradient()).
 pub(super) fn weight_gradient(
     size: Size,
     shape: &ConvShape,

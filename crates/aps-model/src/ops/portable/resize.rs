@@ -5,7 +5,7 @@ use candle_core::{Device, Result, Tensor};
 /// Bilinear resizing of (batch, channels, height, width) to `height` x `width`, pixels being areas: PyTorch's
 /// `interpolate(mode="bilinear", align_corners=False)`, without smoothing when it shrinks.
 ///
-/// Two products with constant matrices.
+/// It is computed as two products with constant matrices.
 pub(crate) fn resize_bilinear(x: &Tensor, height: usize, width: usize) -> Result<Tensor> {
     let (batch, channels, old_height, old_width) = x.dims4()?;
     if (old_height, old_width) == (height, width) {

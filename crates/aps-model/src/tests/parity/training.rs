@@ -178,6 +178,7 @@ fn gradients_of_ms_mlp() {
 }
 
 #[test]
+#[ignore = "long: trains"]
 fn three_steps_of_ms_mlp() {
     training_is_pytorch_s(DType::F64, "ms_mlp", MS_MLP).unwrap();
 }
@@ -198,6 +199,7 @@ fn gradients_of_radiounet() {
 }
 
 #[test]
+#[ignore = "long: trains"]
 fn three_steps_of_radiounet() {
     training_is_pytorch_s(DType::F64, "radiounet", RADIOUNET).unwrap();
 }
@@ -208,6 +210,7 @@ fn gradients_of_vit_reg() {
 }
 
 #[test]
+#[ignore = "long: trains"]
 fn three_steps_of_vit_reg() {
     training_is_pytorch_s(DType::F64, "vit_reg", VIT_REG).unwrap();
 }
@@ -218,6 +221,7 @@ fn gradients_of_resnet_conv1d() {
 }
 
 #[test]
+#[ignore = "long: trains"]
 fn three_steps_of_resnet_conv1d() {
     training_is_pytorch_s(DType::F64, "resnet_conv1d", RESNET_CONV1D).unwrap();
 }

@@ -1,0 +1,183 @@
+//! One link of the gallery: map, spectra, delay profile.
+
+use aps_label::{LabelConfig, Labeler, Protocol};
+
+use crate::ReportError;
+use crate::chart::{Mark, Series};
+use crate::document::{Block, Figure, Layout, Section};
+use crate::drawing::Drawing;
+use crate::link::{LinkView, Spectrum};
+use crate::picture::{self, GainScale, Outlines};
+use crate::theme::Colour;
+
+/// Both protocols, each in its colour; the first lies below.
+const PROTOCOLS: [(Protocol, Colour); 2] = [
+    (Protocol::Released, Colour::Series(1)),
+    (Protocol::Paper, Colour::Ink),
+];
+
+/// End of the delay profiles of both protocols \[ns\].
+const PROFILE_NS: f64 = 1000.0;
+
+/// A reading of the pictures, for all links.
+pub const LEGEND: &str = "The map shows all paths, the stronger the brighter and wider; open dots are reflections, filled dots \
+     diffractions. The spectra are those of the paper's definition (solid) and of the released code (dashed), \
+     over the power sent and by the angle of arrival; stems are the paths. A path makes a second lobe at 180 deg \
+     minus its own angle, because the array knows directions by their sine only. Where the two curves differ, the \
+     released code's coarse delays miss the top of the pulse, or the path comes later than they reach.";
+
+/// A link, with everything that is shown of it.
+#[derive(Debug)]
+pub struct Exhibit<'a> {
+    /// Name of the link.
+    pub title: String,
+    /// The buildings.
+    pub outlines: &'a Outlines,
+    /// The link; without paths if they are unknown.
+    pub link: &'a LinkView,
+    /// Settings of the labels made from the paths.
+    pub label: &'a LabelConfig,
+    /// Reason for which the link has no label.
+    pub no_label: Option<String>,
+    /// The paths are known.
+    pub has_paths: bool,
+    /// Diffractions of a link beyond the tracer's limits; 0 for others.
+    pub fallback: u8,
+    /// The stored spectrum, shown where there are no paths; empty arrays for what is not stored.
+    pub stored: Option<Spectrum>,
+}
+
+impl Exhibit<'_> {
+    /// Adds the link to a page.
+    ///
+    /// # Errors
+    /// Paths that cannot be labelled.
+    pub fn show(&self, section: &mut Section) -> Result<(), ReportError> {
+        section.heading(&self.title);
+        section.text(self.facts());
+        let link = self.link;
+        let scale = GainScale::over(&link.paths);
+        let rays = picture::rays_by_gain(link, &scale);
+        let city = picture::map(self.outlines, link, &rays, 480.0);
+        let (caption, (aps, pdp)) = match link.paths.is_empty() {
+            true => (
+                String::new(),
+                self.stored.as_ref().map_or((None, None), stored),
+            ),
+            false => (
+                format!(
+                    "The strongest path has a gain of {:.1} dB.",
+                    scale.strongest_db()
+                ),
+                labelled(self.label, link, &scale)?,
+            ),
+        };
+        let spectra = [
+            ("Angle power spectrum.", aps),
+            ("Power delay profile.", pdp),
+        ];
+        let spectra = spectra
+            .into_iter()
+            .filter_map(|(caption, drawing)| Some(Block::Figure(Figure::shown(caption, drawing?))));
+        let blocks = vec![
+            Block::Figure(Figure::shown(caption, city)),
+            Block::Group(Layout::Stack, spectra.collect()),
+        ];
+        section.blocks.push(Block::Group(Layout::Beside, blocks));
+        Ok(())
+    }
+
+    fn facts(&self) -> String {
+        let link = self.link;
+        let mut facts = vec![format!("{:.0} m", link.distance_m())];
+        facts.extend(self.no_label.as_ref().map(|why| format!("no label: {why}")));
+        match self.has_paths {
+            false => facts.push("paths are not stored".into()),
+            true => {
+                let sight = match link.has_line_of_sight() {
+                    true => "line of sight",
+                    false => "no line of sight",
+                };
+                facts.push(sight.into());
+                facts.push(format!("{} paths", link.paths.len()));
+            }
+        }
+        if let Some(loss) = link.path_loss_db() {
+            facts.push(format!("path loss {loss:.1} dB"));
+        }
+        if let Some(spread) = link.delay_spread_s() {
+            facts.push(format!("delay spread {:.0} ns", spread * 1e9));
+        }
+        match self.fallback {
+            0 => {}
+            n => facts.push(format!("beyond the tracer's limits: {n} diffractions")),
+        }
+        facts.join(", ") + "."
+    }
+}
+
+/// From the paths, under both protocols.
+fn labelled(
+    label: &LabelConfig,
+    link: &LinkView,
+    scale: &GainScale,
+) -> Result<(Option<Drawing>, Option<Drawing>), ReportError> {
+    let samples = link.samples();
+    let mut spectra = Vec::new();
+    for (protocol, colour) in PROTOCOLS {
+        let config = LabelConfig {
+            pdp: true,
+            ..label.under(protocol)
+        };
+        let spectrum = Spectrum::of(&Labeler::new(&config)?, &samples)?;
+        spectra.extend(spectrum.map(|s| (s, colour)));
+    }
+    let top_db = spectra
+        .iter()
+        .map(|s| s.0.top_db())
+        .fold(f64::NEG_INFINITY, f64::max);
+    let sense = Protocol::Paper;
+    let mut aps = picture::axes(sense, top_db, false).sized(480.0, 270.0);
+    aps = picture::stems_by_gain(aps, link, scale, sense);
+    for (spectrum, colour) in &spectra {
+        aps = aps.with(picture::curve(spectrum, sense, *colour));
+    }
+    let profiles: Vec<(String, Colour, Vec<[f64; 2]>)> = spectra
+        .into_iter()
+        .map(|(s, colour)| (s.protocol.to_string(), colour, s.pdp))
+        .collect();
+    // Paths that come later than the profiles reach are to be seen, unless nobody would see them.
+    let weakest_db = top_db - 45.0;
+    let delays = link.paths.iter().filter(|p| p.gain_db > weakest_db);
+    let latest_ns = delays.map(|p| p.delay_s * 1e9).fold(PROFILE_NS, f64::max);
+    let last_ns = (latest_ns / 100.0).ceil() * 100.0;
+    let mut pdp = picture::delay_chart(last_ns, &profiles).sized(480.0, 250.0);
+    let stems = picture::rays_by_gain(link, scale).into_iter().map(|ray| {
+        Series::new(
+            "",
+            ray.colour,
+            Mark::Stems {
+                points: vec![[ray.path.delay_s * 1e9, ray.path.gain_db]],
+                dashed: false,
+            },
+        )
+    });
+    pdp.series.splice(0..0, stems);
+    Ok((Some(aps.draw()), Some(pdp.draw())))
+}
+
+/// As stored, where there are no paths.
+fn stored(spectrum: &Spectrum) -> (Option<Drawing>, Option<Drawing>) {
+    let aps = (!spectrum.aps_db.is_empty()).then(|| {
+        let axes = picture::axes(Protocol::Paper, spectrum.top_db(), false).sized(480.0, 270.0);
+        axes.with(picture::curve(spectrum, Protocol::Paper, Colour::Ink))
+            .draw()
+    });
+    let pdp = (!spectrum.pdp.is_empty()).then(|| {
+        let name = spectrum.protocol.to_string();
+        let profiles = [(name, Colour::Ink, spectrum.pdp.clone())];
+        let chart = picture::delay_chart(PROFILE_NS, &profiles);
+        chart.sized(480.0, 250.0).draw()
+    });
+    (aps, pdp)
+}

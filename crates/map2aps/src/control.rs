@@ -1,0 +1,87 @@
+//! Progress and cancellation of long operations.
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{Error, Result};
+
+/// Receives the progress of an operation. Methods are called from any thread of it.
+pub trait Progress: Sync {
+    /// Takes the size of the work that begins.
+    fn begin(&self, work: Work) {
+        let _ = work;
+    }
+
+    /// Takes the map that is worked on from now on.
+    fn map(&self, id: u32) {
+        let _ = id;
+    }
+
+    /// Takes the number of units that are done since the last call.
+    fn advance(&self, units: u64) {
+        let _ = units;
+    }
+}
+
+/// Ignores the progress.
+impl Progress for () {}
+
+/// Size of the work of an operation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Work {
+    /// Number of units to do.
+    pub units: u64,
+    /// Name of the units: `links`, `files`, `maps` or `bytes`.
+    pub name: &'static str,
+    /// Maps that the result holds already.
+    pub finished_maps: usize,
+    /// Maps of the result.
+    pub maps: usize,
+}
+
+/// Progress, cancellation and name of an operation. The default reports nothing and cannot be cancelled.
+#[derive(Clone, Copy)]
+pub struct Control<'a> {
+    /// Receiver of the progress.
+    pub progress: &'a dyn Progress,
+    /// The operation ends soon after this becomes true.
+    pub cancel: &'a AtomicBool,
+    /// Command that continues the operation, one word each: an unfinished data set keeps it for its readers
+    /// ([`aps_data::Plan`]).
+    pub command: &'a [String],
+}
+
+impl Default for Control<'_> {
+    fn default() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self {
+            progress: &(),
+            cancel: &NEVER,
+            command: &[],
+        }
+    }
+}
+
+impl fmt::Debug for Control<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut control = f.debug_struct("Control");
+        control.field("cancel", &self.cancel);
+        control.field("command", &self.command);
+        control.finish_non_exhaustive()
+    }
+}
+
+impl Control<'_> {
+    /// Returns true when the operation is to end.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// Ends a cancelled operation.
+    pub(crate) fn check(&self) -> Result<()> {
+        match self.is_cancelled() {
+            true => Err(Error::Cancelled),
+            false => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! One link: trace, label.
+
+use std::time::Instant;
+
+use aps_data::LinkStatus;
+use aps_label::{Label, Labeler, PathSample, Scratch, Status};
+use aps_raytrace::{Link, Receiver, TraceError, Tracer, Transmitter};
+
+use super::rows::Rows;
+use crate::error::Result;
+use crate::tally::Tally;
+
+/// Makes links one after the other, in buffers that it keeps: one a thread.
+#[derive(Default)]
+pub struct LinkMaker {
+    link: Link,
+    is_same_point: bool,
+    samples: Vec<PathSample>,
+    scratch: Scratch,
+    label: Label,
+}
+
+impl LinkMaker {
+    /// Traces the link between two terminals; returns true when it has a path inside the limits.
+    pub fn trace(
+        &mut self,
+        tracer: &Tracer<'_>,
+        tx: &Transmitter,
+        rx: &Receiver,
+        tally: &mut Tally,
+    ) -> Result<bool> {
+        let started = Instant::now();
+        let traced = tracer.link(tx, rx, &mut self.link);
+        tally.trace += started.elapsed();
+        self.is_same_point = matches!(traced, Err(TraceError::Coincident { .. }));
+        match traced {
+            Err(TraceError::Coincident { .. }) => self.link = Link::default(),
+            traced => traced?,
+        }
+        Ok(!self.link.paths.is_empty() && self.link.fallback_diffractions.is_none())
+    }
+
+    /// Labels the link traced last and appends it to `rows`; `ends` are its indices of transmitter and receiver.
+    pub fn label(&mut self, labeler: &Labeler, ends: [u32; 2], rows: &mut Rows) -> Result<()> {
+        let started = Instant::now();
+        let link = &self.link;
+        self.samples.clear();
+        self.samples
+            .extend(link.paths.iter().map(aps_data::sample_of));
+        let labelled = labeler.label_into(&self.samples, &mut self.scratch, &mut self.label)?;
+        let status = match labelled {
+            Status::Labelled if !self.is_same_point => LinkStatus::Valid,
+            _ => self.status_without_label(),
+        };
+        rows.tally.label += started.elapsed();
+        let protocol = labeler.config().protocol;
+        rows.tally.link(link, &self.label, status, protocol);
+        let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
+        rows.push(labeler, ends, status, beyond as u8, &self.label);
+        rows.paths.push_records(&link.paths);
+        Ok(())
+    }
+
+    /// The state of the link traced last if it gets no label.
+    pub fn status_without_label(&self) -> LinkStatus {
+        match &self.link {
+            _ if self.is_same_point => LinkStatus::SamePoint,
+            link if link.is_enclosed => LinkStatus::Enclosed,
+            link if link.paths.is_empty() => LinkStatus::NoPath,
+            _ => LinkStatus::Unlabelled,
+        }
+    }
+}

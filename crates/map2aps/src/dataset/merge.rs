@@ -1,0 +1,181 @@
+//! Shards joined into the data set that one run would have made.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use aps_data::{Access, DatasetWriter, Plan, Split, Survey, Totals};
+
+use crate::control::{Control, Work};
+use crate::error::{At, Place, Result};
+
+/// Fault of shards that are to be joined.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MergeError {
+    /// No folder given, and none in the place of the result.
+    #[error("give the folders of the shards")]
+    NoFolder,
+    /// Folders without a whole map.
+    #[error("no map is finished in {}", names(.0))]
+    NoMap(Vec<PathBuf>),
+    /// Maps that were planned and are in none of the folders.
+    #[error("maps {maps:?} are in none of {}; make them first", names(folders))]
+    Missing {
+        /// The maps.
+        maps: Vec<u32>,
+        /// The folders.
+        folders: Vec<PathBuf>,
+        /// Runs that make the maps.
+        parts: Vec<MissingPart>,
+    },
+}
+
+/// A run that makes missing maps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MissingPart {
+    /// Command that makes the data set, without shard and folder, as its plan keeps it.
+    pub command: Vec<String>,
+    /// Shard to make.
+    pub shard: Access,
+    /// Folder to make it in.
+    pub folder: PathBuf,
+}
+
+/// Joins the maps of some folders in the folder `out`, byte for byte as one run would have made them. Maps that it holds
+/// already are kept. With no folders given, the shards are those that worked in `out`.
+///
+/// # Errors
+/// [`MergeError`], folders that hold no data set or one of other settings, and a disk that fails.
+pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<Totals> {
+    let parts = parts(folders, out)?;
+    let config = parts.iter().find_map(|part| part.survey.config.clone());
+    let config = config.ok_or_else(|| MergeError::NoMap(names_of(&parts)))?;
+    // Each whole map and one of the folders that have it.
+    let of_part = |part| Part::ids(part).map(move |id| (id, part));
+    let sources: BTreeMap<u32, &Part> = parts.iter().rev().flat_map(of_part).collect();
+    must_be_all_there(&parts, &sources)?;
+    let seed = config.seed;
+    let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
+    let mut todo: Vec<(&u32, &&Part)> = sources.iter().collect();
+    todo.retain(|(id, _)| !writer.has_map(**id));
+    if !todo.is_empty() {
+        writer.set_plan(&Plan {
+            maps: sources.keys().copied().collect(),
+            shards: None,
+            command: control.command.to_vec(),
+        })?;
+    }
+    control.progress.begin(Work {
+        units: todo.len() as u64,
+        name: "maps",
+        finished_maps: sources.len() - todo.len(),
+        maps: sources.len(),
+    });
+    for (&id, part) in todo {
+        control.check()?;
+        let taken = writer.adopt_map(&part.folder, id);
+        taken.at(Place::MapFrom(id, part.folder.clone()))?;
+        control.progress.advance(1);
+    }
+    let ids = writer.map_ids();
+    Ok(writer.finish(&Split::of_maps(ids, seed))?.totals)
+}
+
+/// A folder with shards, and its contents.
+struct Part {
+    folder: PathBuf,
+    survey: Survey,
+}
+
+/// The folders given, and the one of the result if something is there.
+fn parts(folders: &[PathBuf], out: &Path) -> Result<Vec<Part>> {
+    let part = |folder: &Path| -> Result<Part> {
+        let survey = Survey::of(folder)?;
+        let folder = folder.into();
+        Ok(Part { folder, survey })
+    };
+    let mut parts: Vec<Part> = folders.iter().map(|f| part(f)).collect::<Result<_>>()?;
+    let is_new = !out.exists() || out.read_dir().is_ok_and(|mut e| e.next().is_none());
+    match part(out) {
+        // A lock file alone is left where a merge was refused.
+        Err(_) if is_new || !parts.is_empty() => {}
+        part => parts.push(part?),
+    }
+    match parts.is_empty() {
+        true => Err(MergeError::NoFolder.into()),
+        false => Ok(parts),
+    }
+}
+
+fn names_of(parts: &[Part]) -> Vec<PathBuf> {
+    parts.iter().map(|part| part.folder.clone()).collect()
+}
+
+fn names(folders: &[PathBuf]) -> String {
+    let name = |folder: &PathBuf| format!("'{}'", folder.display());
+    folders.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+impl Part {
+    fn ids(&self) -> impl Iterator<Item = u32> {
+        self.survey.maps.iter().map(|map| map.id)
+    }
+
+    fn holds(&self, shard: Access) -> bool {
+        self.ids().any(|id| shard.covers(id))
+    }
+
+    /// The runs that make the given maps of this part's plan.
+    fn missing(&self, plan: &Plan, missing: &[u32]) -> Vec<MissingPart> {
+        let part = |shard, folder| MissingPart {
+            command: plan.command.clone(),
+            shard,
+            folder,
+        };
+        let Some(count) = plan.shards else {
+            return vec![part(Access::Whole, self.folder.clone())];
+        };
+        let shard = |index| Access::Shard { index, count };
+        let is_shared = (0..count).filter(|&index| self.holds(shard(index))).count() > 1;
+        let lacks = |&index: &u32| missing.iter().any(|&id| shard(index).covers(id));
+        let run = |index| {
+            // A folder with maps of this shard, or of several, is where it was at work.
+            let mut folder = self.folder.clone().into_os_string();
+            if !self.holds(shard(index)) && !is_shared {
+                folder.push(format!("-{}-of-{count}", index + 1));
+            }
+            part(shard(index), folder.into())
+        };
+        (0..count).filter(lacks).map(run).collect()
+    }
+}
+
+/// Refuses to make less than what was planned.
+fn must_be_all_there(parts: &[Part], there: &BTreeMap<u32, &Part>) -> Result<(), MergeError> {
+    let missing = parts.iter().flat_map(|part| part.survey.missing());
+    let mut maps: Vec<u32> = missing.filter(|id| !there.contains_key(id)).collect();
+    maps.sort_unstable();
+    maps.dedup();
+    if maps.is_empty() {
+        return Ok(());
+    }
+    // Each missing map is asked for once, of the first folder whose plan names it.
+    let mut left = maps.clone();
+    let mut runs = Vec::new();
+    for part in parts {
+        let Some(plan) = &part.survey.plan else {
+            continue;
+        };
+        let is_own = |id: &u32| plan.maps.contains(id);
+        let own: Vec<u32> = left.iter().copied().filter(is_own).collect();
+        left.retain(|id| !own.contains(id));
+        if !own.is_empty() {
+            runs.extend(part.missing(plan, &own));
+        }
+    }
+    Err(MergeError::Missing {
+        maps,
+        folders: names_of(parts),
+        parts: runs,
+    })
+}

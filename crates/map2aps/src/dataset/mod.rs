@@ -1,0 +1,134 @@
+//! Data sets made, labelled anew, joined and checked.
+
+mod link;
+mod map;
+mod merge;
+mod receivers;
+mod relabel;
+mod rows;
+mod verify;
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use aps_data::{Access, DatasetConfig, DatasetWriter, Plan};
+use aps_label::Labeler;
+
+use crate::control::{Control, Work};
+use crate::error::{At, Error, Place, Result};
+use crate::tally::Tally;
+
+pub use merge::{MergeError, MissingPart, merge};
+pub use relabel::relabel;
+pub use verify::{Verified, Verify};
+
+pub(crate) use link::LinkMaker;
+pub use map::is_near;
+
+pub(crate) use map::Run;
+pub(crate) use receivers::Choice;
+pub(crate) use rows::Rows;
+
+/// Result of the making of a data set.
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
+pub struct Made {
+    /// Counts and times over the maps that were made.
+    pub tally: Tally,
+    /// Time from the first map to the last.
+    pub wall: Duration,
+    /// Links of each map that was made, and the time from reading the map to its written labels, on all threads.
+    pub maps: Vec<(u32, u64, Duration)>,
+    /// A line for each map whose buildings were repaired.
+    pub repairs: Vec<String>,
+}
+
+/// A data set that is being made, with the maps left to do.
+pub(crate) struct Making {
+    pub writer: DatasetWriter,
+    labeler: Labeler,
+    folder: PathBuf,
+    /// Maps of the data set, of all shards.
+    maps: Vec<u32>,
+    /// Maps that this writer may write.
+    own: usize,
+    /// Those of them that are not there.
+    pub todo: Vec<u32>,
+    shards: Option<u32>,
+}
+
+impl Making {
+    pub fn open(
+        folder: &Path,
+        config: DatasetConfig,
+        labeler: Labeler,
+        maps: &[u32],
+        access: Access,
+    ) -> Result<Self> {
+        let writer =
+            DatasetWriter::open_with(folder, config, access).at_file(Place::Dataset, folder)?;
+        let mut todo = maps.to_vec();
+        todo.retain(|&id| access.covers(id));
+        let own = todo.len();
+        todo.retain(|&id| !writer.has_map(id));
+        Ok(Self {
+            writer,
+            labeler,
+            folder: folder.into(),
+            maps: maps.to_vec(),
+            own,
+            todo,
+            shards: match access {
+                Access::Whole => None,
+                Access::Shard { count, .. } => Some(count),
+            },
+        })
+    }
+
+    /// Makes the maps left to do, which have so many links, one after the other.
+    pub fn run(
+        &self,
+        links: u64,
+        control: &Control<'_>,
+        mut make: impl FnMut(&Run<'_>, u32) -> Result<Tally>,
+    ) -> Result<Made> {
+        if self.maps.iter().any(|&id| !self.writer.has_map(id)) {
+            self.writer.set_plan(&Plan {
+                maps: self.maps.clone(),
+                shards: self.shards,
+                command: control.command.to_vec(),
+            })?;
+        }
+        control.progress.begin(Work {
+            units: links,
+            name: "links",
+            finished_maps: self.own - self.todo.len(),
+            maps: self.own,
+        });
+        let run = Run {
+            writer: &self.writer,
+            labeler: &self.labeler,
+            control,
+        };
+        let started = Instant::now();
+        let mut made = Made::default();
+        for &id in &self.todo {
+            control.progress.map(id);
+            let began = Instant::now();
+            let tally = make(&run, id);
+            let (kept, folder) = (self.writer.map_ids().len(), self.folder.clone());
+            if control.is_cancelled() {
+                return Err(Error::Interrupted { kept, folder });
+            }
+            let tally = tally.map_err(|error| Error::Stopped {
+                kept,
+                folder,
+                source: Box::new(error),
+            })?;
+            made.maps.push((id, tally.links, began.elapsed()));
+            made.tally.add(&tally);
+        }
+        made.wall = started.elapsed();
+        Ok(made)
+    }
+}

@@ -1,0 +1,152 @@
+//! The stored paths of a data set labelled anew.
+
+use std::ops::Range;
+use std::path::Path;
+use std::time::Instant;
+
+use aps_data::{
+    Access, Dataset, DatasetConfig, Layout, LinkStatus, Links, MapData, MapInput, PathTable, Stored,
+};
+use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
+
+use super::map::GROUP;
+use super::rows::Rows;
+use super::{Made, Making, Run};
+use crate::control::Control;
+use crate::error::{At, Place, Result};
+use crate::settings::{self, SettingsError};
+use crate::tally::Tally;
+
+/// Links labelled by one thread at a time.
+const LINKS_AT_ONCE: usize = 500;
+
+/// Makes a data set in the folder `out` with other labels for the links of `source`: another array, bandwidth, delay
+/// grid or protocol, without a trace. Maps that the folder holds already are kept. [`LabelConfig::pdp`] of `label` is
+/// taken from `stored`.
+///
+/// # Errors
+/// A source without paths or that is damaged, settings out of range, a folder with a data set of other settings, and
+/// cancellation: whole maps are then kept.
+pub fn relabel(
+    source: &Dataset,
+    out: &Path,
+    label: &LabelConfig,
+    stored: Stored,
+    control: &Control<'_>,
+) -> Result<Made> {
+    let manifest = source.manifest();
+    if !manifest.layout.paths {
+        return Err(SettingsError::NoPaths.into());
+    }
+    if !stored.aps && !stored.pdp {
+        return Err(SettingsError::NothingToLabel.into());
+    }
+    let label = LabelConfig {
+        pdp: stored.pdp,
+        ..label.clone()
+    };
+    let mut layout = Layout::of_labels(&label, manifest.layout.raster, stored);
+    for (new, old) in [
+        (&mut layout.aps, manifest.layout.aps),
+        (&mut layout.pdp, manifest.layout.pdp),
+    ] {
+        if let (Some(new), Some(old)) = (new, old) {
+            new.dtype = old.dtype;
+        }
+    }
+    let mut configuration = manifest.configuration.clone();
+    configuration["label"] = serde_json::to_value(&label)?;
+    let config = DatasetConfig {
+        seed: manifest.seed,
+        layout,
+        configuration,
+    };
+    let maps: Vec<u32> = manifest.maps.iter().map(|map| map.id).collect();
+    let labeler = Labeler::new(&label)?;
+    let making = Making::open(out, config, labeler, &maps, Access::Whole)?;
+    let todo = manifest
+        .maps
+        .iter()
+        .filter(|map| making.todo.contains(&map.id));
+    let links = todo.map(|map| map.links as u64).sum();
+    let made = making.run(links, control, |run, id| run.relabel(source, id))?;
+    making.writer.finish(&manifest.split)?;
+    Ok(made)
+}
+
+impl Run<'_> {
+    /// Labels the stored paths of one map; nothing of it stays on disk unless it is whole.
+    fn relabel(&self, source: &Dataset, id: u32) -> Result<Tally> {
+        let started = Instant::now();
+        // Damage must not be given a new checksum.
+        if let Some(problem) = source.verify_map(id).into_iter().next() {
+            return Err(problem).at(Place::SourceMap(id));
+        }
+        let (map, paths) = (source.map(id)?, source.paths(id)?);
+        let entry = source.manifest().maps.iter().find(|map| map.id == id);
+        let entry = entry.expect("the map was loaded");
+        let mut tally = Tally {
+            prepare: started.elapsed(),
+            ..Tally::default()
+        };
+        let mut writer = self.writer.begin_map(
+            id,
+            &MapInput {
+                buildings: &map.buildings,
+                tx_m: &map.tx_m,
+                rx_m: &map.rx_m,
+                links: Links::WithRows,
+            },
+        )?;
+        let ranges: Vec<Range<usize>> = (0..map.links.len())
+            .step_by(LINKS_AT_ONCE)
+            .map(|first| first..map.links.len().min(first + LINKS_AT_ONCE))
+            .collect();
+        for group in ranges.chunks(GROUP) {
+            self.write_group(&mut writer, group, &mut tally, |links| {
+                self.label_links(&map, &paths, links.clone())
+            })
+            .at(Place::Map(id))?;
+        }
+        let same_label = settings::label_of(&source.manifest().configuration)
+            .is_ok_and(|label| label == *self.labeler.config());
+        writer.set_statistics(tally.statistics_like(&entry.statistics, same_label));
+        self.finish(writer, &mut tally)?;
+        Ok(tally)
+    }
+
+    fn label_links(&self, map: &MapData, paths: &PathTable, links: Range<usize>) -> Result<Rows> {
+        let mut rows = Rows::default();
+        let (mut scratch, mut label) = (Scratch::default(), Label::default());
+        let mut samples: Vec<PathSample> = Vec::new();
+        for link in links.clone() {
+            self.control.check()?;
+            let started = Instant::now();
+            samples.clear();
+            samples.extend(paths.paths_of(link).map(|path| paths.sample(path)));
+            let labelled = self
+                .labeler
+                .label_into(&samples, &mut scratch, &mut label)
+                .at(Place::Link(link))?;
+            let status = match labelled {
+                Status::Labelled => LinkStatus::Valid,
+                _ if samples.is_empty() => map.status[link],
+                _ => LinkStatus::Unlabelled,
+            };
+            rows.tally.label += started.elapsed();
+            rows.tally
+                .stored_link(samples.len(), status, map.fallback[link]);
+            rows.push(
+                self.labeler,
+                map.links[link],
+                status,
+                map.fallback[link],
+                &label,
+            );
+            rows.paths.push_link(paths, link);
+        }
+        rows.count_shapes(self.labeler, &self.writer.config().layout)?;
+        self.control.progress.advance(links.len() as u64);
+        Ok(rows)
+    }
+}

@@ -1,0 +1,121 @@
+//! The rows of some links as the writer takes them, and their share of the data set's statistics.
+
+use std::time::Instant;
+
+use aps_data::{
+    Layout, LinkRows, LinkStatus, PathTable, Profile, ProfileLayout, ProfileRows, Stored,
+};
+use aps_label::{Label, Labeler};
+
+use crate::error::Result;
+use crate::tally::Tally;
+
+/// Rows of consecutive links.
+#[derive(Default)]
+pub struct Rows {
+    /// Indices of transmitter and receiver; none where the map's list of links tells them.
+    pub ends: Vec<[u32; 2]>,
+    pub status: Vec<LinkStatus>,
+    pub fallback: Vec<u8>,
+    pub aps: Values,
+    pub pdp: Values,
+    pub paths: PathTable,
+    pub tally: Tally,
+}
+
+/// Powers \[dB\] and the places of their maxima, which traced labels have none of.
+#[derive(Debug, Default)]
+pub struct Values {
+    pub db: Vec<f64>,
+    pub places: Vec<f64>,
+}
+
+impl Values {
+    /// Appends the powers of the last of `links` links: those of one without a label are ignored, whatever they are.
+    pub fn push(&mut self, db: &[f64], links: usize, bins: usize) {
+        self.db.extend_from_slice(db);
+        self.db.resize(links * bins, 0.0);
+    }
+
+    /// The values as the writer takes them.
+    pub fn rows(&self) -> ProfileRows<'_> {
+        ProfileRows {
+            db: &self.db,
+            argmax: (!self.places.is_empty()).then_some(&self.places),
+        }
+    }
+
+    fn append(&mut self, mut other: Self) {
+        self.db.append(&mut other.db);
+        self.places.append(&mut other.places);
+    }
+}
+
+impl Rows {
+    /// Appends all of a link but its paths.
+    pub fn push(
+        &mut self,
+        labeler: &Labeler,
+        ends: [u32; 2],
+        status: LinkStatus,
+        fallback: u8,
+        label: &Label,
+    ) {
+        self.ends.push(ends);
+        self.fallback.push(fallback);
+        self.push_label(labeler, status, label);
+    }
+
+    /// Appends the state and the label of a link.
+    pub fn push_label(&mut self, labeler: &Labeler, status: LinkStatus, label: &Label) {
+        self.status.push(status);
+        let links = self.status.len();
+        let angles = labeler.angles_deg().len();
+        self.aps.push(&label.aps_db, links, angles);
+        if labeler.config().pdp {
+            self.pdp
+                .push(&label.pdp_db, links, labeler.delays_s().len());
+        }
+    }
+
+    /// Appends the rows of the links that follow.
+    pub fn append(&mut self, mut other: Self) {
+        self.ends.append(&mut other.ends);
+        self.status.append(&mut other.status);
+        self.fallback.append(&mut other.fallback);
+        self.aps.append(other.aps);
+        self.pdp.append(other.pdp);
+        for link in 0..other.paths.links() {
+            self.paths.push_link(&other.paths, link);
+        }
+        self.tally.add(&other.tally);
+    }
+
+    /// Rows of the arrays that a layout stores.
+    pub fn link_rows(&self, layout: &Layout) -> LinkRows<'_> {
+        LinkRows {
+            links: Some(&self.ends),
+            status: &self.status,
+            fallback: Some(&self.fallback),
+            aps: layout.aps.map(|_| self.aps.rows()),
+            pdp: layout.pdp.map(|_| self.pdp.rows()),
+            paths: layout.paths.then_some(&self.paths),
+        }
+    }
+
+    /// Counts the shapes of the spectra, once all rows are there: as the data set stores them, or would store them.
+    pub fn count_shapes(&mut self, labeler: &Labeler, layout: &Layout) -> Result<()> {
+        let started = Instant::now();
+        let aps = layout.aps.unwrap_or_else(|| default_aps(labeler, layout));
+        let aps = Profile::encode(&self.aps.rows(), &aps, &self.status)?;
+        let valid = (0..self.status.len()).filter(|&link| self.status[link].is_valid());
+        self.tally.shapes(&aps, valid, labeler.config().protocol)?;
+        self.tally.label += started.elapsed();
+        Ok(())
+    }
+}
+
+fn default_aps(labeler: &Labeler, layout: &Layout) -> ProfileLayout {
+    let layout = Layout::of_labels(labeler.config(), layout.raster, Stored::default());
+    layout.aps.expect("it is stored by default")
+}

@@ -1,0 +1,186 @@
+//! Links computed anew, to be compared with those stored.
+
+use aps_data::{Dataset, MapData, MapEntry, PathTable, Profile};
+use aps_label::Labeler;
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::{Scene, TraceConfig, Tracer};
+use rayon::prelude::*;
+
+use super::Findings;
+use crate::dataset::{LinkMaker, Rows};
+use crate::error::Result;
+use crate::sampling::{self, Receivers, Sampling};
+use crate::settings;
+use crate::tally::Tally;
+
+/// Settings of a data set by which its links are computed anew.
+pub struct Recomputation<'d> {
+    dataset: &'d Dataset,
+    trace: TraceConfig,
+    sampling: Sampling,
+    labeler: Labeler,
+}
+
+/// Arrays that are stored of a map.
+struct Stored<'m> {
+    map: &'m MapData,
+    pdp: Option<Profile>,
+    paths: Option<PathTable>,
+}
+
+impl<'d> Recomputation<'d> {
+    /// `None` when the data set was not traced here.
+    pub fn new(dataset: &'d Dataset) -> Result<Option<Self>> {
+        let configuration = &dataset.manifest().configuration;
+        let Some((sampling, trace)) = settings::tracing_of(configuration)? else {
+            return Ok(None);
+        };
+        let label = settings::label_of(configuration)?;
+        Ok(Some(Self {
+            dataset,
+            trace,
+            sampling,
+            labeler: Labeler::new(&label)?,
+        }))
+    }
+
+    /// Compares terminals and the given links of a map.
+    pub fn check(
+        &self,
+        entry: &MapEntry,
+        map: &MapData,
+        given: &Scene,
+        links: &[usize],
+        findings: &mut Findings<'_>,
+    ) -> Result<()> {
+        let manifest = self.dataset.manifest();
+        let tx = self.sampling.tx_per_map;
+        let drawn = sampling::draw(given, manifest.seed, entry.id, tx, self.sampling.pool());
+        let is_drawn = drawn.is_ok_and(|drawn| {
+            let same = |drawn: &[DVec2], stored: &[[f64; 2]]| {
+                drawn
+                    .iter()
+                    .map(|p| p.to_array())
+                    .eq(stored.iter().copied())
+            };
+            same(&drawn.tx, &map.tx_m) && same(&drawn.rx, &map.rx_m)
+        });
+        if !is_drawn {
+            findings.add(format!(
+                "map {}: positions are not those that seed {} draws",
+                entry.id, manifest.seed
+            ));
+        }
+        if links.is_empty() {
+            return Ok(());
+        }
+        let tracer = Tracer::new(given, self.trace.clone())?;
+        let stored = Stored {
+            map,
+            pdp: manifest
+                .layout
+                .pdp
+                .map(|_| self.dataset.pdp(entry.id))
+                .transpose()?,
+            paths: manifest
+                .layout
+                .paths
+                .then(|| self.dataset.paths(entry.id))
+                .transpose()?,
+        };
+        let differences: Vec<Option<String>> = links
+            .par_iter()
+            .map(|&link| {
+                let [tx, rx] = map.links[link];
+                if self.skips_a_reached_point(&tracer, map, link)? {
+                    return Ok(Some(format!(
+                        "map {}: tx {tx} reaches point {}, which is not among its receivers",
+                        entry.id,
+                        rx - 1
+                    )));
+                }
+                let what = match self.link(&tracer, map, link) {
+                    Ok(rows) => self.difference(&stored, link, &rows)?,
+                    Err(error) => Some(format!("{}; it is", error.chain())),
+                };
+                Ok(what.map(|what| {
+                    format!(
+                        "map {}, link {link} (tx {tx}, rx {rx}): {what} not what its map gives",
+                        entry.id
+                    )
+                }))
+            })
+            .collect::<Result<_>>()?;
+        for difference in differences.into_iter().flatten() {
+            findings.add(difference);
+        }
+        Ok(())
+    }
+
+    /// Tells if the point before a link's receiver was passed over although the transmitter reaches it.
+    fn skips_a_reached_point(
+        &self,
+        tracer: &Tracer<'_>,
+        map: &MapData,
+        link: usize,
+    ) -> Result<bool> {
+        let [tx, rx] = map.links[link];
+        let before = rx.checked_sub(1).map(|point| [tx, point]);
+        let Some([_, point]) = before.filter(|_| self.sampling.receivers == Receivers::Reached)
+        else {
+            return Ok(false);
+        };
+        if link > 0 && Some(map.links[link - 1]) == before {
+            return Ok(false);
+        }
+        let tx = tracer.transmitter(DVec2::from(map.tx_m[tx as usize]))?;
+        let rx = tracer.receiver(DVec2::from(map.rx_m[point as usize]))?;
+        LinkMaker::default().trace(tracer, &tx, &rx, &mut Tally::default())
+    }
+
+    /// A link as it is made.
+    fn link(&self, tracer: &Tracer<'_>, map: &MapData, link: usize) -> Result<Rows> {
+        let mut rows = Rows::default();
+        let (tx, rx) = map.ends_m(link);
+        let tx = tracer.transmitter(DVec2::from(tx))?;
+        let rx = tracer.receiver(DVec2::from(rx))?;
+        let mut maker = LinkMaker::default();
+        maker.trace(tracer, &tx, &rx, &mut rows.tally)?;
+        maker.label(&self.labeler, map.links[link], &mut rows)?;
+        Ok(rows)
+    }
+
+    /// The first of a link's arrays that differ, in words.
+    fn difference(&self, stored: &Stored<'_>, link: usize, rows: &Rows) -> Result<Option<String>> {
+        let layout = &self.dataset.manifest().layout;
+        let (status, found) = (stored.map.status[link], rows.status[0]);
+        if status != found {
+            return Ok(Some(format!(
+                "status {status}, which should be {found}, is"
+            )));
+        }
+        if stored.map.fallback[link] != rows.fallback[0] {
+            return Ok(Some("fallback is".into()));
+        }
+        let profiles = [
+            ("aps", layout.aps, &rows.aps, stored.map.aps.as_ref()),
+            ("pdp", layout.pdp, &rows.pdp, stored.pdp.as_ref()),
+        ];
+        for (name, layout, made, stored) in profiles {
+            if let (Some(layout), Some(stored)) = (layout, stored) {
+                let made = Profile::encode(&made.rows(), &layout, &rows.status)?;
+                if !made.is_same_row(0, stored, link) {
+                    return Ok(Some(format!("{name} is")));
+                }
+            }
+        }
+        if let Some(table) = &stored.paths {
+            let mut paths = PathTable::default();
+            paths.push_link(table, link);
+            if !paths.is_same(&rows.paths) {
+                return Ok(Some("paths are".into()));
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,224 @@
+//! A data set as the files of the published data.
+
+mod released;
+mod samples;
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+
+use aps_data::released::LinkName;
+use aps_data::{Dataset, MapData, Part, replace_unsynced};
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use super::ExchangeError;
+use crate::control::{Control, Work};
+use crate::error::{At, Place, Result};
+use crate::maps::choose;
+
+/// Kept in the folder, so that one export is not continued by another.
+const RECORD_FILE: &str = "export.json";
+
+/// Form of an export.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExportLayout {
+    /// `map_N/N_adps/{aps,pdp}/*.npy`: labels with the places of their maxima, half precision.
+    Released,
+    /// `samples/*.npz`: normalised labels with their condition images, as models train on them.
+    Samples,
+}
+
+/// Export of a data set: one or two files a link.
+#[derive(Debug, Clone)]
+pub struct Export {
+    /// Form of the files.
+    pub layout: ExportLayout,
+    /// Part of the split that is exported; otherwise all maps.
+    pub part: Option<Part>,
+    /// Maps that are exported, ascending; otherwise all.
+    pub maps: Option<Vec<u32>>,
+    /// Most links in all.
+    pub limit: Option<usize>,
+    /// Labels of another protocol than the released one are exported as they are.
+    pub any_protocol: bool,
+    /// Places of maxima are 0 where neither they nor the paths are stored.
+    pub zero_places: bool,
+}
+
+/// Result of an export.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Exported {
+    /// Links in the folder.
+    pub links: usize,
+    /// Bytes of the links' files written, without those that were there.
+    pub bytes: u64,
+}
+
+impl Export {
+    /// An export of all links in one form.
+    pub fn new(layout: ExportLayout) -> Self {
+        Self {
+            layout,
+            part: None,
+            maps: None,
+            limit: None,
+            any_protocol: false,
+            zero_places: false,
+        }
+    }
+
+    /// Writes the files into the folder `out`. Files that are there are kept: the same call continues what was
+    /// interrupted.
+    ///
+    /// # Errors
+    /// A data set that lacks what the form needs, a folder with another export, maps that are not there, a disk that
+    /// fails, and cancellation.
+    pub fn run(&self, dataset: &Dataset, out: &Path, control: &Control<'_>) -> Result<Exported> {
+        self.check_protocol(dataset)?;
+        let ids = self.map_ids(dataset)?;
+        self.record(dataset, out)?;
+        control.progress.begin(Work {
+            units: self.links(dataset, &ids),
+            name: "links",
+            finished_maps: 0,
+            maps: ids.len(),
+        });
+        let mut bytes = 0;
+        let mut left = self.limit.unwrap_or(usize::MAX);
+        let mut names = Vec::new();
+        for id in ids {
+            if left == 0 {
+                break;
+            }
+            control.progress.map(id);
+            let map = dataset.map(id)?;
+            let mut links = names_of(&map)?;
+            links.truncate(left);
+            left -= links.len();
+            bytes += match self.layout {
+                ExportLayout::Released => {
+                    let exporter = released::Released::new(dataset, &map, self.zero_places)?;
+                    exporter.create_folders(id, out)?;
+                    write_links(id, &links, control, |buffers, link, name| {
+                        exporter.write(link, name, out, buffers)
+                    })?
+                }
+                ExportLayout::Samples => {
+                    let exporter = samples::Samples::new(&map)?;
+                    exporter.write_buildings(out)?;
+                    write_links(id, &links, control, |&mut (), link, name| {
+                        exporter.write(link, name, out)
+                    })?
+                }
+            };
+            names.extend(links.into_iter().map(|(_, name)| name));
+        }
+        if self.layout == ExportLayout::Samples {
+            samples::write_table(&names, out)?;
+        }
+        let links = names.len();
+        Ok(Exported { links, bytes })
+    }
+
+    fn check_protocol(&self, dataset: &Dataset) -> Result<(), ExchangeError> {
+        let found = dataset.manifest().configuration["label"]["protocol"].as_str();
+        match self.any_protocol || found == Some("released") {
+            true => Ok(()),
+            false => Err(ExchangeError::Protocol(found.map(Into::into))),
+        }
+    }
+
+    fn map_ids(&self, dataset: &Dataset) -> Result<Vec<u32>> {
+        let manifest = dataset.manifest();
+        let available = match self.part {
+            None => manifest.maps.iter().map(|map| map.id).collect(),
+            Some(part) => manifest.split.maps(part).to_vec(),
+        };
+        match &self.maps {
+            Some(chosen) => Ok(choose(&available, chosen)?),
+            None => Ok(available),
+        }
+    }
+
+    fn links(&self, dataset: &Dataset, ids: &[u32]) -> u64 {
+        let maps = dataset.manifest().maps.iter();
+        let maps = maps.filter(|map| ids.contains(&map.id));
+        let valid: u64 = maps.filter_map(|map| map.status.get("valid")).sum();
+        valid.min(self.limit.map_or(u64::MAX, |limit| limit as u64))
+    }
+
+    /// Notes what is exported, or refuses to go on with another export.
+    fn record(&self, dataset: &Dataset, out: &Path) -> Result<()> {
+        let manifest = dataset.manifest();
+        let record = json!({
+            "layout": match self.layout {
+                ExportLayout::Released => "released",
+                ExportLayout::Samples => "samples",
+            },
+            "seed": manifest.seed,
+            "stored": manifest.layout,
+            "configuration": manifest.configuration,
+        });
+        create_folder(out)?;
+        let path = out.join(RECORD_FILE);
+        match fs::read(&path) {
+            Ok(bytes) => {
+                let found: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+                // Through text, as the stored one went.
+                let given: Value = serde_json::from_slice(&serde_json::to_vec(&record)?)?;
+                match found == given {
+                    true => Ok(()),
+                    false => Err(ExchangeError::OtherExport(path).into()),
+                }
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(replace_unsynced(
+                &path,
+                &serde_json::to_vec_pretty(&record)?,
+            )?),
+            Err(error) => Err(error).at_file(Place::Reading, &path),
+        }
+    }
+}
+
+/// Writes the files of some links of a map on all threads, each with buffers of its own; returns the bytes written.
+fn write_links<B: Default>(
+    map: u32,
+    links: &[(usize, LinkName)],
+    control: &Control<'_>,
+    write: impl Fn(&mut B, usize, &LinkName) -> Result<u64> + Sync,
+) -> Result<u64> {
+    let links = links.par_iter();
+    let bytes = links.map_init(B::default, |buffers, (link, name)| {
+        control.check()?;
+        let bytes = write(buffers, *link, name);
+        control.progress.advance(1);
+        bytes.at(Place::Link(*link)).at(Place::Map(map))
+    });
+    bytes.try_reduce(|| 0, |a, b| Ok(a + b))
+}
+
+/// Creates a folder and those above it.
+fn create_folder(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).at_file(Place::Creating, folder)
+}
+
+/// The links with a label and the names of their files, which must differ.
+fn names_of(map: &MapData) -> Result<Vec<(usize, LinkName)>, ExchangeError> {
+    let mut seen = HashSet::new();
+    let named = map.valid_links().map(|link| {
+        let ((tx_m, rx_m), map) = (map.ends_m(link), map.id);
+        let name = LinkName::of(map, tx_m, rx_m).ok_or(ExchangeError::TooFar {
+            map,
+            link,
+            tx_m,
+            rx_m,
+        })?;
+        match seen.insert(name) {
+            true => Ok((link, name)),
+            false => Err(ExchangeError::SameName { map, link, name }),
+        }
+    });
+    named.collect()
+}

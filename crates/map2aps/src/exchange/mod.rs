@@ -1,0 +1,103 @@
+//! Exchange of data sets with the files of the published data.
+
+mod export;
+mod import;
+
+use std::path::PathBuf;
+
+use aps_data::released::LinkName;
+
+pub use export::{Export, ExportLayout, Exported};
+pub use import::{ImportPropbin, ImportReleased, ImportSamples, Imported, LeftOut};
+
+/// Fault of an export or an import.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExchangeError {
+    /// Labels of another protocol than the published data's.
+    #[error(
+        "the labels follow the protocol {}, the published data `released`; make labels of that protocol",
+        .0.as_ref().map_or("of nobody knows what".into(), |name| format!("`{name}`"))
+    )]
+    Protocol(Option<String>),
+    /// A folder with another export.
+    #[error("'{}' is of another export; give another folder", .0.display())]
+    OtherExport(PathBuf),
+    /// A link whose places make no file name.
+    #[error("map {map}, link {link} from {tx_m:?} to {rx_m:?} m: too far away for a name")]
+    TooFar {
+        /// The map.
+        map: u32,
+        /// Row of the link.
+        link: usize,
+        /// Place of the transmitter \[m\].
+        tx_m: [f64; 2],
+        /// Place of the receiver \[m\].
+        rx_m: [f64; 2],
+    },
+    /// Two links whose files would have the same name.
+    #[error(
+        "map {map}, link {link}: another link has the same places in whole metres, so the same file name {name}"
+    )]
+    SameName {
+        /// The map.
+        map: u32,
+        /// Row of the second link.
+        link: usize,
+        /// The name.
+        name: LinkName,
+    },
+    /// A data set that does not tell the places of maxima.
+    #[error("the data set has neither paths nor the delays of its maxima")]
+    NoPlaces,
+    /// A data set without spectra, and without paths to make them of.
+    #[error("the data set has no angle power spectra")]
+    NoSpectra,
+    /// A stored label that its paths do not make.
+    #[error("it is stored with a label, but its paths make none; verify the data set")]
+    NoLabel,
+    /// A folder without files to import.
+    #[error("nothing to import in '{}': expected {expected}", folder.display())]
+    Nothing {
+        /// The folder.
+        folder: PathBuf,
+        /// Names of the files.
+        expected: &'static str,
+    },
+    /// Two files of one transmitter.
+    #[error(
+        "'{}' and '{}' are the same transmitter of the same map; import one of them",
+        .0[0].display(), .0[1].display()
+    )]
+    SameTransmitter([PathBuf; 2]),
+    /// More receivers asked for than there are.
+    #[error("it has only {found} receivers, {asked} were asked for")]
+    Receivers {
+        /// Receivers of the map.
+        found: usize,
+        /// Receivers asked for.
+        asked: usize,
+    },
+    /// A spectrum of another length.
+    #[error("{found} bins, expected {expected}")]
+    Bins {
+        /// Bins of the file.
+        found: usize,
+        /// Bins of the first file, or of the format.
+        expected: usize,
+    },
+    /// A condition image of another size.
+    #[error("its image is {found:?} pixels, the first one's {expected:?}")]
+    ImageSize {
+        /// Height and width.
+        found: [usize; 2],
+        /// Height and width of the first image.
+        expected: [usize; 2],
+    },
+    /// An image of buildings with other values than 0 and 1.
+    #[error("a pixel of its buildings is neither 0 nor 1")]
+    Pixel,
+    /// A sample of another map.
+    #[error("its buildings are not those of the map's first sample")]
+    OtherBuildings,
+}

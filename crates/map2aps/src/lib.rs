@@ -1,0 +1,82 @@
+//! City maps to ray-traced paths to angle power spectra: data sets made, checked, labelled anew, exchanged and scored.
+//!
+//! This crate joins `aps-raytrace`, `aps-label`, `aps-data` and `aps-metrics`, which do not know each other, and exports
+//! them. It is what `cargo xtask` runs, without the command line: it prints nothing, and reads no argument.
+//!
+//! | from | by | to |
+//! |---|---|---|
+//! | a folder of maps, a city in GeoJSON, synthetic cities | [`MapSource`], [`DatasetPlan`] | a data set |
+//! | a data set that stores paths | [`relabel`] | a data set with other labels |
+//! | shards of a data set | [`merge`] | the data set that one run would have made |
+//! | a data set, its maps | [`Verify`] | findings |
+//! | a data set | [`Examples`] | condition images and targets |
+//! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
+//! | a data set, its maps | [`LinkSource`] | paths of single links |
+//! | a folder with a data set, finished or not | [`Overview`] | sums over its maps |
+//! | a data set | [`Export`] | the files of the published data |
+//! | the files of the published data | [`ImportPropbin`], [`ImportReleased`], [`ImportSamples`] | a data set |
+//! | paths of any program in JSON | [`path_list`] | spectra |
+//!
+//! A data set in a few lines:
+//!
+//! ```no_run
+#![doc = include_str!("../examples/make_dataset.rs")]
+//! ```
+//!
+//! # Long operations
+//!
+//! They take a [`Control`]: a receiver of their progress and a flag that ends them. Data sets appear map by map, each
+//! whole or not at all, and the same call continues what was interrupted, to the same bytes, with any number of threads.
+//! All of them run on the threads of the current rayon pool.
+//!
+//! # Errors
+//!
+//! Every function returns an [`Error`], which wraps a typed cause in its places. [`Error::cause`] gives the cause,
+//! [`Error::chain`] the whole as a line. Nothing panics at bytes from outside.
+//!
+//! # Features
+//!
+//! - `geojson` (on by default): maps cut from a city in GeoJSON.
+#![forbid(unsafe_code)]
+
+pub mod control;
+mod dataset;
+pub mod error;
+mod examples;
+mod exchange;
+mod links;
+pub mod maps;
+mod overview;
+pub mod path_list;
+mod plan;
+pub mod sampling;
+mod scores;
+pub mod settings;
+mod tally;
+pub mod targets;
+
+pub use aps_data;
+pub use aps_data::{Access, Dataset, Part, Split, Stored};
+pub use aps_label;
+pub use aps_label::LabelConfig;
+pub use aps_metrics;
+pub use aps_metrics::Metric;
+pub use aps_raytrace;
+pub use aps_raytrace::TraceConfig;
+
+pub use control::{Control, Progress, Work};
+pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
+pub use error::{Error, Place, Result};
+pub use examples::{Example, Examples};
+pub use exchange::{
+    ExchangeError, Export, ExportLayout, Exported, ImportPropbin, ImportReleased, ImportSamples,
+    Imported, LeftOut,
+};
+pub use links::{LinkMap, LinkSource};
+pub use maps::{MapError, MapSource, SceneSettings};
+pub use overview::Overview;
+pub use plan::DatasetPlan;
+pub use sampling::Receivers;
+pub use scores::{ArrayFile, Domain, Labels, Prediction, ScoreError, Scores, Scoring, Truth};
+pub use settings::SettingsError;
+pub use tally::Tally;

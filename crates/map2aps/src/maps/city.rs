@@ -1,0 +1,243 @@
+//! Maps cut out of a city in GeoJSON.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use aps_raytrace::Scene;
+use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tiling, parse_geojson};
+use serde_json::{Value, json};
+
+use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, radiomapseer, ranges};
+use crate::error::{At, Error, Place, Result};
+
+/// Tiles with a larger share of buildings have no room for terminals.
+const MAX_BUILT_SHARE: f64 = 0.95;
+
+/// Settings by which a city in GeoJSON becomes maps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TileSettings {
+    /// Side of the maps \[m\]; they are numbered row by row from the south-west.
+    pub tile_m: f64,
+    /// Fewest buildings of a map.
+    pub min_buildings: usize,
+    /// Coordinates are metres, not degrees.
+    pub metric: bool,
+    /// Every polygon is a building, with or without a building tag.
+    pub all_polygons: bool,
+}
+
+impl Default for TileSettings {
+    fn default() -> Self {
+        Self {
+            tile_m: 256.0,
+            min_buildings: 1,
+            metric: false,
+            all_polygons: false,
+        }
+    }
+}
+
+impl TileSettings {
+    /// The settings in the `configuration` of a data set, as far as it tells them; otherwise the default.
+    pub fn of_dataset(configuration: &Value) -> Self {
+        let stored = &configuration["maps"];
+        let default = Self::default();
+        let min_buildings = stored["min_buildings"].as_u64();
+        Self {
+            tile_m: stored["tile_m"].as_f64().unwrap_or(default.tile_m),
+            min_buildings: min_buildings.map_or(default.min_buildings, |n| n as usize),
+            metric: stored["coordinates"] == "metres",
+            all_polygons: stored["all_polygons"] == true,
+        }
+    }
+}
+
+/// A city cut into tiles, some of which are maps.
+#[derive(Debug)]
+pub struct City {
+    file: PathBuf,
+    tiling: Tiling,
+    ids: Vec<u32>,
+    settings: TileSettings,
+    crs: Option<String>,
+    origin: [f64; 2],
+    buildings: usize,
+    skipped: Skipped,
+}
+
+impl City {
+    /// Reads and cuts a city.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no GeoJSON, or holds no map.
+    pub fn read(file: &Path, settings: TileSettings) -> Result<Self> {
+        let bytes = std::fs::read(file).at_file(Place::City, file)?;
+        Self::of_bytes(&bytes, file, settings)
+    }
+
+    /// Cuts the city in the bytes of a file.
+    pub(super) fn of_bytes(bytes: &[u8], file: &Path, settings: TileSettings) -> Result<Self> {
+        if is_list(bytes) {
+            return Err(Error::Map(MapError::NotGeoJson(file.into())));
+        }
+        let config = GeoJsonConfig {
+            coordinates: match settings.metric {
+                true => Coordinates::Metres,
+                false => Coordinates::Degrees,
+            },
+            all_polygons: settings.all_polygons,
+        };
+        let city = parse_geojson(bytes, &config).at_file(Place::City, file)?;
+        let buildings = city.footprints.len();
+        let tiling = Tiling::new(city.footprints, settings.tile_m).at_file(Place::City, file)?;
+        let is_map = |id: &u32| tiling.contents(*id).1 <= MAX_BUILT_SHARE && is_built(&tiling, *id);
+        let ids: Vec<u32> = tiling.ids(settings.min_buildings).filter(is_map).collect();
+        let city = Self {
+            file: file.into(),
+            tiling,
+            ids,
+            settings,
+            crs: city.crs,
+            origin: city.origin,
+            buildings,
+            skipped: city.skipped,
+        };
+        match city.ids.is_empty() {
+            true => Err(MapError::NoTile(settings.min_buildings)).at_file(Place::City, file),
+            false => Ok(city),
+        }
+    }
+
+    /// The file of the city.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Settings by which it was cut.
+    pub fn settings(&self) -> TileSettings {
+        self.settings
+    }
+
+    /// The tiles that are maps, ascending; at least one.
+    pub fn ids(&self) -> &[u32] {
+        &self.ids
+    }
+
+    /// Describes the settings that decide the maps, as a manifest keeps them.
+    pub fn describe(&self) -> Value {
+        json!({
+            "kind": "geojson",
+            "tile_m": self.settings.tile_m,
+            "min_buildings": self.settings.min_buildings,
+            "all_polygons": self.settings.all_polygons,
+            "coordinates": self.unit().0,
+            "crs": self.crs,
+            "origin": self.origin,
+            "buildings": self.buildings,
+        })
+    }
+
+    /// Side of the maps \[m\].
+    pub fn side_m(&self) -> f64 {
+        self.tiling.side_m()
+    }
+
+    /// Makes the scene of one map: a tile with its buildings, those over the border whole.
+    ///
+    /// # Errors
+    /// [`MapError::EmptyTile`], and buildings that make no scene.
+    pub fn load(&self, id: u32, settings: SceneSettings) -> Result<Scene> {
+        let tile = self.tiling.tile(id).ok_or_else(|| MapError::EmptyTile {
+            tile: id,
+            maps: self.ids.clone(),
+        })?;
+        let scene = settings.scene(&tile.footprints, tile.area);
+        scene.at(Place::Tile(id))
+    }
+
+    /// Unit of the coordinates, and the digits that place a city.
+    fn unit(&self) -> (&'static str, usize) {
+        match self.settings.metric {
+            true => ("metres", 1),
+            false => ("degrees", 5),
+        }
+    }
+}
+
+/// Two lines: the buildings found and passed over, the tiles and maps.
+impl fmt::Display for City {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([x, y], (unit, digits)) = (self.origin, self.unit());
+        write!(
+            f,
+            "city '{}': {} buildings about ({x:.digits$}, {y:.digits$}) {unit}",
+            self.file.display(),
+            self.buildings
+        )?;
+        if let Some(crs) = &self.crs {
+            write!(f, ", read as {crs}")?;
+        }
+        for (count, what) in [
+            (self.skipped.features, "features that are no building"),
+            (
+                self.skipped.not_standing,
+                "buildings planned, under construction, in ruins or demolished",
+            ),
+            (self.skipped.without_area, "buildings without an area"),
+            (self.skipped.rings, "rings without an area"),
+        ] {
+            if count > 0 {
+                write!(f, "; {count} {what} passed over")?;
+            }
+        }
+        let [columns, rows] = self.tiling.size();
+        write!(
+            f,
+            "\n{columns} x {rows} tiles of {} m, {} of them maps: {}",
+            self.settings.tile_m,
+            self.ids.len(),
+            ranges(&self.ids)
+        )
+    }
+}
+
+/// Returns true when a tile has a building at least as large as [`MIN_BUILDING_M`].
+fn is_built(tiling: &Tiling, id: u32) -> bool {
+    let tile = tiling.tile(id);
+    tile.is_some_and(|tile| {
+        let mut rings = tile.footprints.iter().map(|f| &f.outer);
+        rings.any(|ring| {
+            let (min, max) = bounds(ring);
+            (max - min).max_element() >= MIN_BUILDING_M
+        })
+    })
+}
+
+/// Reads the one map of a RadioMapSeer file, or a tile of a city in GeoJSON: the first that is a map, if none is named.
+///
+/// # Errors
+/// A file that is not there, holds no map, or makes no scene.
+pub fn load_file(
+    file: &Path,
+    tile: Option<u32>,
+    tiles: TileSettings,
+    settings: SceneSettings,
+) -> Result<Scene> {
+    if !file.is_file() {
+        return Err(MapError::NoFile).at_file(Place::MapFile, file);
+    }
+    let bytes = std::fs::read(file).at_file(Place::MapFile, file)?;
+    match is_list(&bytes) {
+        true => radiomapseer::scene(&bytes, settings).at_file(Place::MapFile, file),
+        false => {
+            let city = City::of_bytes(&bytes, file, tiles)?;
+            city.load(tile.unwrap_or(city.ids()[0]), settings)
+        }
+    }
+}
+
+/// Returns true when a JSON text is a list, like the maps of RadioMapSeer, and no object, like those of GeoJSON.
+fn is_list(bytes: &[u8]) -> bool {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    bytes.trim_ascii_start().first() == Some(&b'[')
+}

@@ -1,0 +1,119 @@
+//! Errors of maps and of the choice of maps.
+
+use std::path::PathBuf;
+
+use aps_raytrace::glam::DVec2;
+use serde_json::Value;
+
+use super::ranges;
+
+/// Fault of a map, or of the choice of maps.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// Text that is no list of ids.
+    #[error("'{0}' is not a map id or a range like 0-4")]
+    IdList(String),
+    /// Maps that are not there.
+    #[error("maps {missing:?} are not there; available are {available:?}")]
+    Missing {
+        /// Chosen maps that are not there.
+        missing: Vec<u32>,
+        /// Maps that are there.
+        available: Vec<u32>,
+    },
+    /// A folder without maps.
+    #[error("no map in '{}': expected files named 0.json, 1.json, ...", .0.display())]
+    NoMap(PathBuf),
+    /// Two files of one map.
+    #[error("'{}' has two files of map {id}, {a} and {b}; remove one", folder.display(), a = files[0], b = files[1])]
+    TwoFiles {
+        /// The folder.
+        folder: PathBuf,
+        /// The map.
+        id: u32,
+        /// Names of the files.
+        files: [String; 2],
+    },
+    /// A file that is not there.
+    #[error("no such file")]
+    NoFile,
+    /// A map without buildings.
+    #[error("no building in it")]
+    NoBuilding,
+    /// A map whose numbers cannot be metres.
+    #[error(
+        "the largest of {buildings} buildings is {size_m:.3} m long: the numbers must be in another unit"
+    )]
+    Unit {
+        /// Number of buildings.
+        buildings: usize,
+        /// Longest side of a building's bounding box, read as metres.
+        size_m: f64,
+    },
+    /// A map whose buildings are elsewhere.
+    #[error("no building in the square from {min} to {max} m; the first is at {first} m")]
+    Elsewhere {
+        /// Lower left corner of the map \[m\].
+        min: DVec2,
+        /// Upper right corner of the map \[m\].
+        max: DVec2,
+        /// Lower left corner of the first building \[m\].
+        first: DVec2,
+    },
+    /// A RadioMapSeer map where a city was expected.
+    #[error(
+        "'{}' holds a list, as RadioMapSeer's maps do, and no GeoJSON; give the folder that it is in, and its number",
+        .0.display()
+    )]
+    NotGeoJson(PathBuf),
+    /// A city without maps.
+    #[error("no tile has {0} buildings and less than 95 % of its area built over")]
+    NoTile(usize),
+    /// A tile without buildings.
+    #[error("tile {tile} has no buildings; those with some are {}", ranges(maps))]
+    EmptyTile {
+        /// The tile.
+        tile: u32,
+        /// Tiles that are maps.
+        maps: Vec<u32>,
+    },
+    /// Maps that are not those of a data set.
+    #[error("the data set was made of maps {stored}, those given are {given}")]
+    OtherMaps {
+        /// Description of the data set's maps.
+        stored: Value,
+        /// Description of the maps given.
+        given: Value,
+    },
+    /// A map with other buildings than the data set's.
+    #[error(
+        "map {id} of '{maps}' is not the one the data set was made from: their buildings differ"
+    )]
+    OtherBuildings {
+        /// The map.
+        id: u32,
+        /// Name of the maps.
+        maps: String,
+    },
+    /// Text that names no choice of receivers.
+    #[error("'{0}' is none of reached, outdoor")]
+    Receivers(String),
+    /// A scene without an area.
+    #[error("the map has no area to draw terminals from")]
+    NoArea,
+    /// A map without room for its terminals.
+    #[error(
+        "map {id} has only {points} outdoor grid points for {tx} transmitters and {rx} receivers"
+    )]
+    NoRoom {
+        /// The map.
+        id: u32,
+        /// Outdoor grid points.
+        points: usize,
+        /// Transmitters wanted.
+        tx: usize,
+        /// Receivers wanted at least.
+        rx: usize,
+    },
+}

@@ -1,0 +1,50 @@
+//! Lists of map ids.
+
+use super::MapError;
+
+/// Reads ids in a list like `0-4,7,46-50`; returns them ascending, each once.
+///
+/// # Errors
+/// [`MapError::IdList`].
+pub fn parse_ids(text: &str) -> Result<Vec<u32>, MapError> {
+    let mut ids = Vec::new();
+    for part in text.split(',') {
+        let wrong = || MapError::IdList(part.into());
+        let (from, to) = part.split_once('-').unwrap_or((part, part));
+        let from: u32 = from.trim().parse().map_err(|_| wrong())?;
+        let to: u32 = to.trim().parse().map_err(|_| wrong())?;
+        if from > to || to - from >= 1_000_000 {
+            return Err(wrong());
+        }
+        ids.extend(from..=to);
+    }
+    ids.sort_unstable();
+    ids.dedup();
+    Ok(ids)
+}
+
+/// Writes ascending ids as a list that [`parse_ids`] reads, like `0-4,7`.
+pub fn ranges(ids: &[u32]) -> String {
+    let runs = ids.chunk_by(|a, b| a + 1 == *b);
+    let run = |run: &[u32]| match run {
+        [first, .., last] => format!("{first}-{last}"),
+        ids => ids.iter().map(u32::to_string).collect(),
+    };
+    runs.map(run).collect::<Vec<_>>().join(",")
+}
+
+/// Returns the chosen maps, all of which must be among the available ones, ascending.
+///
+/// # Errors
+/// [`MapError::Missing`].
+pub fn choose(available: &[u32], chosen: &[u32]) -> Result<Vec<u32>, MapError> {
+    let mut missing = chosen.to_vec();
+    missing.retain(|id| available.binary_search(id).is_err());
+    match missing.is_empty() {
+        true => Ok(chosen.to_vec()),
+        false => Err(MapError::Missing {
+            missing,
+            available: available.to_vec(),
+        }),
+    }
+}

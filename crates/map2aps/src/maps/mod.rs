@@ -1,0 +1,196 @@
+//! Maps: a folder of RadioMapSeer files, tiles of a city in GeoJSON, or synthetic cities.
+
+#[cfg(feature = "geojson")]
+mod city;
+mod error;
+mod ids;
+mod radiomapseer;
+
+use std::fmt;
+use std::path::PathBuf;
+#[cfg(feature = "geojson")]
+use std::{path::Path, sync::Arc};
+
+use aps_data::{Raster, RasterGrid};
+use aps_raytrace::Scene;
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::{Area, CityConfig, Footprint, SceneConfig};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::error::Result;
+
+#[cfg(feature = "geojson")]
+pub use city::{City, TileSettings, load_file};
+pub use error::MapError;
+pub use ids::{choose, parse_ids, ranges};
+
+/// A map needs a building as large as this [m].
+const MIN_BUILDING_M: f64 = 1.0;
+
+/// Source of maps.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub enum MapSource {
+    /// Folder of RadioMapSeer files `0.json`, `1.json`, ..., also with zeros before the number.
+    Folder(PathBuf),
+    /// Tiles of a city in GeoJSON.
+    #[cfg(feature = "geojson")]
+    City(Arc<City>),
+    /// Synthetic cities.
+    Synthetic {
+        /// Number of maps.
+        count: u32,
+    },
+}
+
+/// Settings of the scenes made from maps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSettings {
+    /// Slits between walls that are narrower are filled \[m\]; 0 leaves all open.
+    pub close_gaps_m: f64,
+}
+
+impl Default for SceneSettings {
+    fn default() -> Self {
+        Self {
+            close_gaps_m: SceneConfig::default().close_gaps_m,
+        }
+    }
+}
+
+impl SceneSettings {
+    /// Makes a scene in the area of a map.
+    fn scene(self, footprints: &[Footprint], area: Area) -> Result<Scene> {
+        let config = SceneConfig {
+            area: Some(area),
+            close_gaps_m: self.close_gaps_m,
+        };
+        Ok(Scene::with_config(footprints, &config)?)
+    }
+}
+
+impl MapSource {
+    /// Reads a city in GeoJSON and cuts it into maps.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no GeoJSON, or holds no map.
+    #[cfg(feature = "geojson")]
+    pub fn geojson(file: impl AsRef<Path>, settings: TileSettings) -> Result<Self> {
+        Ok(Self::City(Arc::new(City::read(file.as_ref(), settings)?)))
+    }
+
+    /// The maps of a data set, if they can be made without a file: synthetic cities.
+    pub fn of_dataset(configuration: &Value) -> Option<Self> {
+        (configuration["maps"] == "synthetic").then_some(Self::Synthetic { count: 0 })
+    }
+
+    /// Refuses maps that are not those of a data set, as far as its manifest's `configuration` tells.
+    ///
+    /// # Errors
+    /// [`MapError::OtherMaps`].
+    pub fn must_be_of(&self, configuration: &Value) -> Result<(), MapError> {
+        let (stored, given) = (&configuration["maps"], self.describe());
+        let is_same = match (stored, &given) {
+            (Value::Null, _) => true,
+            // Manifests of earlier versions say less.
+            (Value::Object(stored), Value::Object(given)) => stored
+                .iter()
+                .all(|(name, value)| given.get(name) == Some(value)),
+            _ => *stored == given,
+        };
+        match is_same {
+            true => Ok(()),
+            false => Err(MapError::OtherMaps {
+                stored: stored.clone(),
+                given,
+            }),
+        }
+    }
+
+    /// Describes the settings that decide the maps, as a manifest keeps them.
+    pub fn describe(&self) -> Value {
+        match self {
+            Self::Folder(_) => json!("radiomapseer"),
+            #[cfg(feature = "geojson")]
+            Self::City(city) => city.describe(),
+            Self::Synthetic { .. } => json!("synthetic"),
+        }
+    }
+
+    /// The grid of a map's image: 256 x 256 pixels, whatever its size.
+    pub fn raster(&self) -> RasterGrid {
+        match self {
+            #[cfg(feature = "geojson")]
+            Self::City(city) => RasterGrid::square(256, city.side_m()),
+            _ => RasterGrid::default(),
+        }
+    }
+
+    /// The ids of the maps, ascending.
+    ///
+    /// # Errors
+    /// A folder that cannot be read, holds no map, or two files of one.
+    pub fn ids(&self) -> Result<Vec<u32>> {
+        match self {
+            Self::Folder(folder) => radiomapseer::ids(folder),
+            #[cfg(feature = "geojson")]
+            Self::City(city) => Ok(city.ids().to_vec()),
+            &Self::Synthetic { count } => Ok((0..count).collect()),
+        }
+    }
+
+    /// Reads and checks one map. Synthetic city `id` has the seed `seed + id`, whatever the number of maps.
+    ///
+    /// # Errors
+    /// A map that is not there, cannot be read, or makes no scene.
+    pub fn load(&self, id: u32, seed: u64, settings: SceneSettings) -> Result<Scene> {
+        match self {
+            Self::Folder(folder) => {
+                radiomapseer::load(&radiomapseer::file_of(folder, id)?, settings)
+            }
+            #[cfg(feature = "geojson")]
+            Self::City(city) => city.load(id, settings),
+            Self::Synthetic { .. } => {
+                let config = CityConfig {
+                    seed: seed.wrapping_add(u64::from(id)),
+                    ..CityConfig::default()
+                };
+                let area = Area {
+                    min: DVec2::ZERO,
+                    max: DVec2::splat(config.size_m.into()),
+                };
+                settings.scene(&config.footprints()?, area)
+            }
+        }
+    }
+}
+
+impl fmt::Display for MapSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Folder(path) => write!(f, "{}", path.display()),
+            #[cfg(feature = "geojson")]
+            Self::City(city) => write!(f, "{}", city.file().display()),
+            Self::Synthetic { .. } => write!(f, "synthetic city"),
+        }
+    }
+}
+
+/// Draws the image of a scene's buildings.
+///
+/// # Errors
+/// A grid that makes no image.
+pub fn raster(scene: &Scene, grid: RasterGrid) -> Result<Raster> {
+    let in_numbers = |outline: &Vec<DVec2>| outline.iter().map(DVec2::to_array).collect();
+    let outlines: Vec<Vec<[f64; 2]>> = scene.outlines().iter().map(in_numbers).collect();
+    Ok(Raster::of_outlines(&outlines, grid)?)
+}
+
+/// Bounding box of some points.
+fn bounds(points: &[DVec2]) -> (DVec2, DVec2) {
+    let grow = |(min, max): (DVec2, DVec2), &p: &DVec2| (min.min(p), max.max(p));
+    let none = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    points.iter().fold(none, grow)
+}

@@ -1,0 +1,117 @@
+//! Sums over the whole maps of a data set, finished or not.
+
+use std::collections::BTreeMap;
+
+use aps_data::{MapEntry, Part, Survey};
+use aps_label::MeanStd;
+use serde_json::{Value, json};
+
+/// Sums over the whole maps of a data set.
+#[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Overview {
+    /// Links.
+    pub links: u64,
+    /// Stored paths.
+    pub paths: u64,
+    /// Stored interactions.
+    pub interactions: u64,
+    /// Size of the arrays \[bytes\].
+    pub bytes: u64,
+    /// Links by their state.
+    pub status: BTreeMap<String, u64>,
+    /// Paths of the trace, stored or not, if the maps tell them.
+    pub traced_paths: Option<u64>,
+    /// Mean number of dominant peaks of a labelled link, and the share of links with at most two, if the maps tell them.
+    pub dominant_peaks: Option<(f64, f64)>,
+    /// Mean and deviation of power relative to the link's largest, over the training maps.
+    pub training: Option<MeanStd>,
+}
+
+impl Overview {
+    /// Sums over what a survey found.
+    pub fn of(survey: &Survey) -> Self {
+        let mut sums = Self::default();
+        let mut peaks: BTreeMap<u64, u64> = BTreeMap::new();
+        for map in &survey.maps {
+            sums.links += map.links as u64;
+            sums.paths += map.paths as u64;
+            sums.interactions += map.interactions as u64;
+            sums.bytes += map.files.iter().map(|file| file.bytes).sum::<u64>();
+            for (name, count) in &map.status {
+                *sums.status.entry(name.clone()).or_default() += count;
+            }
+            let of_map = map.statistics["dominant_peaks"].as_object();
+            for (number, count) in of_map.into_iter().flatten() {
+                if let (Ok(number), Some(count)) = (number.parse(), count.as_u64()) {
+                    *peaks.entry(number).or_default() += count;
+                }
+            }
+            if let Some(paths) = map.statistics["paths"].as_u64() {
+                *sums.traced_paths.get_or_insert(0) += paths;
+            }
+        }
+        let labelled: u64 = peaks.values().sum();
+        let all: u64 = peaks.iter().map(|(number, count)| number * count).sum();
+        let at_most_two: u64 = peaks.range(..=2).map(|(_, count)| count).sum();
+        let share = |n: u64| n as f64 / labelled as f64;
+        sums.dominant_peaks = (labelled > 0).then(|| (share(all), share(at_most_two)));
+        if let Some(manifest) = &survey.manifest {
+            let train = manifest.split.maps(Part::Train);
+            let maps = survey.maps.iter().filter(|map| train.contains(&map.id));
+            sums.training = pooled(maps);
+        }
+        sums
+    }
+
+    /// Links with a label.
+    pub fn valid(&self) -> u64 {
+        self.status.get("valid").copied().unwrap_or(0)
+    }
+
+    /// The sums, the maps and the settings as JSON.
+    pub fn json(&self, survey: &Survey) -> Value {
+        let config = survey.config.as_ref();
+        json!({
+            "finished": survey.manifest.is_some(),
+            "missing_maps": survey.missing(),
+            "maps": survey.maps.iter().map(|map| json!({
+                "id": map.id,
+                "tx": map.tx,
+                "rx": map.rx,
+                "links": map.links,
+                "status": map.status,
+                "statistics": map.statistics,
+            })).collect::<Vec<_>>(),
+            "links": self.links,
+            "status": self.status,
+            "stored_paths": self.paths,
+            "stored_interactions": self.interactions,
+            "bytes": self.bytes,
+            "dominant_peaks_a_link": self.dominant_peaks.map(|(mean, _)| mean),
+            "share_with_at_most_two_dominant_peaks": self.dominant_peaks.map(|(_, share)| share),
+            "training_relative_power": self.training,
+            "split": survey.manifest.as_ref().map(|manifest| &manifest.split),
+            "seed": config.map(|config| config.seed),
+            "layout": config.map(|config| config.layout),
+            "configuration": config.map(|config| &config.configuration),
+        })
+    }
+}
+
+/// Mean and deviation over some maps from those of each; a map without labels has none.
+fn pooled<'m>(maps: impl Iterator<Item = &'m MapEntry>) -> Option<MeanStd> {
+    let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for map in maps {
+        let number = |name| map.statistics["relative_power"][name].as_f64();
+        let numbers = (number("values"), number("mean"), number("std"));
+        if let (Some(values), Some(mean), Some(std)) = numbers {
+            n += values;
+            sum += values * mean;
+            squares += values * (std * std + mean * mean);
+        }
+    }
+    let mean = sum / n;
+    let std = (squares / n - mean * mean).max(0.0).sqrt();
+    (n > 0.0).then_some(MeanStd { mean, std })
+}

@@ -1,0 +1,172 @@
+//! Plan of a traced data set: everything that decides its bytes.
+
+use std::path::Path;
+
+use aps_data::{Access, DatasetConfig, Layout, Split, Stored};
+use aps_label::{LabelConfig, Labeler};
+use aps_raytrace::TraceConfig;
+use aps_raytrace::glam::DVec2;
+
+use crate::control::Control;
+use crate::dataset::{Choice, Made, Making, Run};
+use crate::error::Result;
+use crate::maps::{MapSource, SceneSettings};
+use crate::sampling::{self, Receivers, Sampling};
+use crate::settings;
+use crate::tally::Tally;
+
+/// Settings that a traced data set is made from: the same plan gives the same bytes, for any number of threads.
+///
+/// The default is a small data set of synthetic cities with the released protocol's angle power spectra: 20
+/// transmitters a map with 100 receivers each.
+#[derive(Debug, Clone)]
+pub struct DatasetPlan {
+    /// Source of the maps.
+    pub maps: MapSource,
+    /// Settings for making scenes from the maps.
+    pub scene: SceneSettings,
+    /// Transmitters a map.
+    pub tx_per_map: usize,
+    /// Receivers of each transmitter.
+    pub rx_per_map: usize,
+    /// Choice of the points of receivers.
+    pub receivers: Receivers,
+    /// Settings of the labels; [`LabelConfig::pdp`] must be set where delay profiles are stored.
+    pub label: LabelConfig,
+    /// Kinds of data to store.
+    pub stored: Stored,
+    /// Seed of terminals, synthetic cities and split. The terminals of a map depend neither on limits nor on other maps.
+    pub seed: u64,
+    /// Settings of the trace.
+    pub trace: TraceConfig,
+}
+
+impl Default for DatasetPlan {
+    fn default() -> Self {
+        Self {
+            maps: MapSource::Synthetic { count: 10 },
+            scene: SceneSettings::default(),
+            tx_per_map: 20,
+            rx_per_map: 100,
+            receivers: Receivers::default(),
+            label: LabelConfig::released(),
+            stored: Stored::default(),
+            seed: 42,
+            trace: TraceConfig::default(),
+        }
+    }
+}
+
+impl DatasetPlan {
+    /// Makes a data set of the given maps in the folder `out`, split by the plan's seed. Maps that the folder holds
+    /// already are kept: the same call continues what was interrupted.
+    ///
+    /// # Errors
+    /// Settings out of range, a folder with a data set of other settings, maps that cannot be read or hold too few
+    /// outdoor points, a disk that fails, and cancellation: whole maps are then kept.
+    pub fn make(&self, out: &Path, maps: &[u32], control: &Control<'_>) -> Result<Made> {
+        self.make_shard(out, maps, Access::Whole, control)
+    }
+
+    /// Makes those of the given maps that a shard may write. Shards may work at once, in one folder or in one each;
+    /// [`merge`](crate::merge) joins them.
+    ///
+    /// # Errors
+    /// As [`DatasetPlan::make`].
+    pub fn make_shard(
+        &self,
+        out: &Path,
+        maps: &[u32],
+        access: Access,
+        control: &Control<'_>,
+    ) -> Result<Made> {
+        let making = self.making(out, maps, access)?;
+        let made = self.make_maps(&making, control)?;
+        if access == Access::Whole {
+            let split = Split::of_maps(making.writer.map_ids(), self.seed);
+            making.writer.finish(&split)?;
+        }
+        Ok(made)
+    }
+
+    /// Makes the maps of a given split.
+    ///
+    /// # Errors
+    /// As [`DatasetPlan::make`].
+    pub fn make_split(&self, out: &Path, split: &Split, control: &Control<'_>) -> Result<Made> {
+        let mut maps = [&split.train[..], &split.develop, &split.test].concat();
+        maps.sort_unstable();
+        let making = self.making(out, &maps, Access::Whole)?;
+        let made = self.make_maps(&making, control)?;
+        making.writer.finish(split)?;
+        Ok(made)
+    }
+
+    /// Returns the given maps that the folder `out` lacks, and refuses settings that would make none of them. Creates
+    /// the folder if it is not there.
+    ///
+    /// # Errors
+    /// Settings out of range, and a folder with a data set of other settings.
+    pub fn missing(&self, out: &Path, maps: &[u32]) -> Result<Vec<u32>> {
+        Ok(self.making(out, maps, Access::Whole)?.todo)
+    }
+
+    /// Settings of the data set, as its manifest keeps them.
+    pub fn config(&self) -> DatasetConfig {
+        let sampling = self.sampling();
+        let (maps, trace, label) = (self.maps.describe(), &self.trace, &self.label);
+        DatasetConfig {
+            seed: self.seed,
+            layout: Layout::of_labels(label, self.maps.raster(), self.stored),
+            configuration: settings::of_traced(maps, self.scene, sampling, trace, label),
+        }
+    }
+
+    fn sampling(&self) -> Sampling {
+        Sampling {
+            tx_per_map: self.tx_per_map,
+            rx_per_map: self.rx_per_map,
+            grid_m: 1.0,
+            receivers: self.receivers,
+        }
+    }
+
+    fn making(&self, out: &Path, maps: &[u32], access: Access) -> Result<Making> {
+        self.trace.validate()?;
+        let labeler = Labeler::new(&self.label)?;
+        Making::open(out, self.config(), labeler, maps, access)
+    }
+
+    fn make_maps(&self, making: &Making, control: &Control<'_>) -> Result<Made> {
+        let links = (making.todo.len() * self.tx_per_map * self.rx_per_map) as u64;
+        let mut repairs = Vec::new();
+        let mut made = making.run(links, control, |run, id| self.map(run, id, &mut repairs))?;
+        made.repairs = repairs;
+        Ok(made)
+    }
+
+    /// Makes one map; appends a line to `repairs` if its buildings were repaired.
+    fn map(&self, run: &Run<'_>, id: u32, repairs: &mut Vec<String>) -> Result<Tally> {
+        let scene = self.maps.load(id, self.seed, self.scene)?;
+        if !scene.report().is_clean() {
+            repairs.push(format!("map {id}: {}", scene.report()));
+        }
+        let choice = match self.receivers {
+            Receivers::Reached => Choice::FirstReached(self.rx_per_map),
+            Receivers::Outdoor => Choice::All,
+        };
+        let pool = self.sampling().pool();
+        let terminals = sampling::draw(&scene, self.seed, id, self.tx_per_map, pool)?;
+        run.map(id, &scene, &terminals, choice, &self.trace)
+    }
+
+    /// Rings of a map's buildings \[m\]; a point inside an odd number of them is indoors.
+    ///
+    /// # Errors
+    /// A map that cannot be read.
+    pub fn outlines(&self, id: u32) -> Result<Vec<Vec<[f64; 2]>>> {
+        let scene = self.maps.load(id, self.seed, self.scene)?;
+        let ring = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect();
+        Ok(scene.outlines().iter().map(ring).collect())
+    }
+}

@@ -1,0 +1,183 @@
+//! Terminal positions: outdoors, on the grid of whole metres, drawn without replacement.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use aps_raytrace::Scene;
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::Location;
+use rand::RngExt;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use crate::maps::MapError;
+
+/// Points that receivers are chosen from, in receivers wanted of each transmitter.
+const POOL: usize = 4;
+
+/// Terminals of each map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sampling {
+    /// Transmitters.
+    pub tx_per_map: usize,
+    /// Receivers of each transmitter.
+    pub rx_per_map: usize,
+    /// Spacing of the grid they stand on \[m\].
+    pub grid_m: f64,
+    /// Choice of the points of receivers. Manifests of format version 1 do not state it: [`Receivers::Outdoor`].
+    #[serde(default = "Receivers::of_version_1")]
+    pub receivers: Receivers,
+}
+
+/// Choice of the receivers of a transmitter.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Receivers {
+    /// The first points of a map's pool that the transmitter reaches inside the limits, as in published data: every link
+    /// has a path.
+    #[default]
+    Reached,
+    /// The same points for all transmitters of a map, reached or not.
+    Outdoor,
+}
+
+/// Reads `reached` or `outdoor`.
+impl FromStr for Receivers {
+    type Err = MapError;
+
+    fn from_str(text: &str) -> Result<Self, MapError> {
+        match text {
+            "reached" => Ok(Self::Reached),
+            "outdoor" => Ok(Self::Outdoor),
+            _ => Err(MapError::Receivers(text.into())),
+        }
+    }
+}
+
+impl Receivers {
+    fn of_version_1() -> Self {
+        Self::Outdoor
+    }
+}
+
+impl Sampling {
+    /// Fewest and most points that receivers of one map are chosen from.
+    pub fn pool(&self) -> RangeInclusive<usize> {
+        match self.receivers {
+            Receivers::Reached => self.rx_per_map..=POOL.saturating_mul(self.rx_per_map),
+            Receivers::Outdoor => self.rx_per_map..=self.rx_per_map,
+        }
+    }
+}
+
+/// Terminals of one map; no point is drawn twice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Terminals {
+    /// Transmitters \[m\].
+    pub tx: Vec<DVec2>,
+    /// Points for receivers \[m\].
+    pub rx: Vec<DVec2>,
+}
+
+/// Draws the terminals of map `id`: as many receivers of the range as there is room for. They depend on seed, id and the
+/// scene alone, so that shards draw alike; the receivers do not depend on how many transmitters are drawn, unless
+/// there are too few points for all.
+///
+/// # Errors
+/// [`MapError::NoArea`] and [`MapError::NoRoom`].
+pub fn draw(
+    scene: &Scene,
+    seed: u64,
+    id: u32,
+    tx: usize,
+    rx: RangeInclusive<usize>,
+) -> Result<Terminals, MapError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(u64::from(id));
+    let Some(area) = scene.area() else {
+        return Err(MapError::NoArea);
+    };
+    let (min, max) = (area.min.ceil(), area.max.floor());
+    let columns = (max.x - min.x) as usize + 1;
+    let rows = (max.y - min.y) as usize + 1;
+    let mut grid: Vec<u32> = (0..(columns * rows) as u32).collect();
+    let wanted = tx.saturating_add(*rx.end());
+    let mut outdoor = Vec::with_capacity(wanted.min(grid.len()));
+    // Fisher-Yates from the front; indoor points are passed over.
+    for i in 0..grid.len() {
+        if outdoor.len() == wanted {
+            break;
+        }
+        let j = rng.random_range(i..grid.len());
+        grid.swap(i, j);
+        let (row, column) = (grid[i] as usize / columns, grid[i] as usize % columns);
+        let p = min + DVec2::new(column as f64, row as f64);
+        if scene.locate(p) == Location::Outdoor {
+            outdoor.push(p);
+        }
+    }
+    if outdoor.len() < tx.saturating_add(*rx.start()) {
+        return Err(MapError::NoRoom {
+            id,
+            points: outdoor.len(),
+            tx,
+            rx: *rx.start(),
+        });
+    }
+    let tx = outdoor.split_off(outdoor.len() - tx);
+    Ok(Terminals { tx, rx: outdoor })
+}
+
+/// Draws links without replacement from all maps, given with their numbers of links by ascending id; returns their places
+/// in each map, ascending.
+pub fn draw_links(
+    maps: impl IntoIterator<Item = (u32, usize)>,
+    links: usize,
+    seed: u64,
+) -> BTreeMap<u32, Vec<usize>> {
+    let maps: Vec<(u32, usize)> = maps.into_iter().collect();
+    let total: usize = maps.iter().map(|(_, links)| links).sum();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut drawn = BTreeSet::new();
+    // Floyd's sampling (Bentley and Floyd, CACM 30(9), 1987): no list of all links is made.
+    for last in total.saturating_sub(links)..total {
+        let link = rng.random_range(0..=last);
+        if !drawn.insert(link) {
+            drawn.insert(last);
+        }
+    }
+    let mut chosen: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    let mut first = 0;
+    let mut drawn = drawn.into_iter().peekable();
+    for (id, links) in maps {
+        while let Some(link) = drawn.next_if(|&link| link < first + links) {
+            chosen.entry(id).or_default().push(link - first);
+        }
+        first += links;
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_are_drawn_without_replacement_and_repeatably() {
+        let maps = [(0, 3), (4, 0), (7, 1000)];
+        let drawn = draw_links(maps, 100, 1);
+        assert_eq!(drawn, draw_links(maps, 100, 1));
+        assert_eq!(drawn.values().map(Vec::len).sum::<usize>(), 100);
+        for links in drawn.values() {
+            assert!(links.is_sorted_by(|a, b| a < b), "{links:?}");
+        }
+        let all = draw_links(maps, usize::MAX, 1);
+        assert_eq!(
+            all,
+            BTreeMap::from([(0, vec![0, 1, 2]), (7, (0..1000).collect())])
+        );
+    }
+}

@@ -1,0 +1,233 @@
+//! Predictions of any model scored against labels.
+
+mod array_file;
+mod truth;
+
+use std::path::PathBuf;
+
+use aps_label::Protocol;
+use aps_metrics::{DataRange, Defect, Error as MetricsError, Evaluation, Report, Shape, Spectra};
+
+use crate::error::{At, Place, Result};
+
+pub use array_file::ArrayFile;
+pub use truth::{Labels, Truth};
+
+/// Values of spectra held at a time: 16 MB in f64, beside the scores of 120 bytes a sample.
+const BLOCK_VALUES: usize = 1 << 21;
+
+/// Fault of predictions or labels that are to be scored.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScoreError {
+    /// A file with other axes.
+    #[error("'{}' has shape {}, expected {expected}", path.display(), axes(found))]
+    Shape {
+        /// The file.
+        path: PathBuf,
+        /// Its axes.
+        found: Vec<usize>,
+        /// Description of the axes expected.
+        expected: &'static str,
+    },
+    /// A number that is no id of a map.
+    #[error("'{}' holds {value}, but a map id is an integer from 0 to {}", path.display(), u32::MAX)]
+    MapId {
+        /// The file.
+        path: PathBuf,
+        /// The number.
+        value: f64,
+    },
+    /// A data set without spectra.
+    #[error("it stores no angle power spectra")]
+    NoSpectra,
+    /// A data set that has nothing to normalise labels by.
+    #[error("the data set has no label in its training maps to normalise by")]
+    NoTrainingLabel,
+    /// Truth without a spectrum.
+    #[error("{0} holds no sample")]
+    NoSample(String),
+    /// A data set with another number of labels than its manifest says.
+    #[error("'{folder}' has not the {samples} valid links of its manifest: it is damaged")]
+    Damaged {
+        /// The data set.
+        folder: String,
+        /// Valid links by the manifest.
+        samples: usize,
+    },
+    /// No sample without NaN and infinities.
+    #[error(
+        "none of {samples} samples can be scored: each holds NaN or an infinity; the first: {first}"
+    )]
+    NoneScored {
+        /// Number of samples.
+        samples: usize,
+        /// Defect of the first.
+        first: Defect,
+    },
+}
+
+/// A shape as NumPy writes it.
+fn axes(axes: &[usize]) -> String {
+    match axes {
+        [only] => format!("({only},)"),
+        axes => {
+            let axes: Vec<String> = axes.iter().map(usize::to_string).collect();
+            format!("({})", axes.join(", "))
+        }
+    }
+}
+
+/// Form that a data set's labels are turned into before a prediction is compared with them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Domain {
+    /// The protocol's learning target, on which the benchmark's metrics are defined.
+    #[default]
+    Normalised,
+    /// Linear power relative to the sample's maximum, in \[0, 1\].
+    Linear,
+}
+
+impl Domain {
+    /// Name of the form in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Domain::Normalised => "normalised",
+            Domain::Linear => "linear",
+        }
+    }
+}
+
+/// Predicted spectra, one row a sample of the truth, in its order.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Prediction<'a> {
+    /// A file.
+    File(ArrayFile),
+    /// Values in memory, of shape (samples, bins).
+    Values {
+        /// The values, row by row.
+        values: &'a [f32],
+        /// Length of a row.
+        bins: usize,
+    },
+}
+
+impl Prediction<'_> {
+    /// Samples and bins.
+    pub fn shape(&self) -> Shape {
+        match self {
+            Self::File(file) => file.shape(),
+            Self::Values { values, bins } => Shape {
+                samples: values.len() / (*bins).max(1),
+                bins: *bins,
+            },
+        }
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Self::File(file) => format!("'{}'", file.path().display()),
+            Self::Values { .. } => "in memory".into(),
+        }
+    }
+
+    /// Replaces `rows` by the next rows.
+    fn read(&mut self, count: usize, rows: &mut Vec<f64>) -> Result<()> {
+        match self {
+            Self::File(file) => file.read_rows(count, rows),
+            Self::Values { values, bins } => {
+                let (next, rest) = values.split_at(count * *bins);
+                *values = rest;
+                rows.clear();
+                rows.extend(next.iter().copied().map(f64::from));
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Settings of a comparison.
+#[derive(Debug, Default)]
+pub struct Scoring {
+    /// Definition of the metrics; otherwise that of the labels, and the released one for files.
+    pub protocol: Option<Protocol>,
+    /// Map of each sample; a data set knows its own.
+    pub map_ids: Option<ArrayFile>,
+    /// Range of the truth that PSNR is relative to; otherwise largest minus smallest true value.
+    pub data_range: Option<DataRange>,
+}
+
+/// Scores of a prediction.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Scores {
+    /// Definition of the metrics.
+    pub protocol: aps_metrics::Protocol,
+    /// Scores of each sample, and the samples that cannot be scored.
+    pub evaluation: Evaluation,
+    /// Means, deviations and quantiles, overall and of each map.
+    pub report: Report,
+}
+
+impl Scoring {
+    /// The protocol by which a prediction for this truth is scored.
+    pub fn protocol(&self, truth: &Truth) -> Protocol {
+        let own = truth.own_protocol();
+        self.protocol.or(own).unwrap_or(Protocol::Released)
+    }
+
+    /// Scores a prediction. Samples with NaN or an infinity are in no mean, but in [`Evaluation::rejected`].
+    ///
+    /// # Errors
+    /// Files that cannot be read, shapes that differ, truth without a sample or with none that can be scored.
+    pub fn score(self, truth: &mut Truth, mut prediction: Prediction<'_>) -> Result<Scores> {
+        let protocol = self.protocol(truth);
+        let shape = truth.shape();
+        if shape.samples == 0 {
+            return Err(ScoreError::NoSample(truth.to_string()).into());
+        }
+        if prediction.shape() != shape {
+            let what = format!("{truth}, prediction {}", prediction.name());
+            return Err(MetricsError::ShapeMismatch {
+                truth: shape,
+                prediction: prediction.shape(),
+            })
+            .at(Place::Comparison(what));
+        }
+        let mut map_ids = self.map_ids;
+        let ids = map_ids.as_ref().map(|file| file.shape().samples);
+        if let Some(ids) = ids.filter(|&ids| ids != shape.samples) {
+            let samples = shape.samples;
+            return Err(MetricsError::MapIds { ids, samples }.into());
+        }
+        truth.prepare(protocol)?;
+        let protocol = aps_metrics::Protocol::from(protocol);
+        let mut evaluation = Evaluation::new(protocol);
+        let mut predicted = Vec::new();
+        truth.for_each_block(BLOCK_VALUES, |true_rows, map_id| {
+            let rows = true_rows.len() / shape.bins;
+            prediction.read(rows, &mut predicted)?;
+            let ids = match (map_id, &mut map_ids) {
+                (Some(id), _) => Some(vec![id; rows]),
+                (None, Some(file)) => Some(file.read_ids(rows)?),
+                (None, None) => None,
+            };
+            let truth = Spectra::new(true_rows, shape.bins)?;
+            let predicted = Spectra::new(&predicted, shape.bins)?;
+            Ok(evaluation.push(truth, predicted, ids.as_deref())?)
+        })?;
+        if evaluation.scored().is_empty() {
+            let samples = evaluation.samples();
+            let first = evaluation.rejected()[0].defect;
+            return Err(ScoreError::NoneScored { samples, first }.into());
+        }
+        let range = self.data_range.or(evaluation.truth_range());
+        let range = range.expect("a scored sample has a finite truth");
+        Ok(Scores {
+            protocol,
+            report: evaluation.report(range),
+            evaluation,
+        })
+    }
+}

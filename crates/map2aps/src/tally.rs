@@ -1,0 +1,222 @@
+//! Counts and times of the making of a data set.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use aps_data::{LinkStatus, Profile};
+use aps_label::{Label, Moments, Protocol, relative_power};
+use aps_raytrace::Link;
+use serde_json::{Value, json};
+
+use crate::error::Result;
+
+/// Below its maximum a spectrum is noise by this much \[dB\]; omissions must not show above.
+const EFFECT_RANGE_DB: f64 = 40.0;
+
+/// Names of the two statistics of omissions that depend on the label.
+const LARGEST_EFFECT: &str = "largest_effect_above_40_db_below_maximum_db";
+const LINKS_AFFECTED: &str = "links_where_it_may_exceed_0_1_db";
+
+/// Counts and times over some links; sums of parts are the whole.
+#[derive(Debug, Clone, Default)]
+#[non_exhaustive]
+pub struct Tally {
+    /// Links.
+    pub links: u64,
+    /// Paths of the links.
+    pub paths: u64,
+    /// Links by their state.
+    pub status: BTreeMap<String, u64>,
+    /// Labelled links by the number of dominant peaks of their APS.
+    pub dominant_peaks: BTreeMap<usize, u64>,
+    /// Moments of all values of all APS, relative to their link's largest one, as stored.
+    pub relative_power: Moments,
+    /// Links beyond the limits, by their number of diffractions.
+    pub fallback: BTreeMap<usize, u64>,
+    /// Points passed over since a transmitter does not reach them, by the reason.
+    pub passed_over: BTreeMap<String, u64>,
+    /// Links wanted for which too few points were reached.
+    pub missing_links: u64,
+    /// Maps on which nothing can reflect: reflection was never set up.
+    pub maps_without_walls: u64,
+    /// Maps on which nothing can diffract, or the limits allow none: diffraction was never set up.
+    pub maps_without_corners: u64,
+    /// Links whose ends are nearer to each other than a wavelength.
+    pub near_links: u64,
+    /// Images of transmitters that light no further wall: branches that ended.
+    pub empty_beams: u64,
+    /// Paths left out by an upper bound of their gain.
+    pub omitted_by_bound: u64,
+    /// Paths left out by their gain.
+    pub omitted_by_gain: u64,
+    /// Largest possible effect of what was left out on any label above -40 dB of its maximum \[dB\].
+    pub omission_effect_db: f64,
+    /// Links on which it may exceed 0.1 dB.
+    pub links_affected: u64,
+    /// Bytes written.
+    pub bytes: u64,
+    /// Thread time for maps and terminals.
+    pub prepare: Duration,
+    /// Thread time for paths.
+    pub trace: Duration,
+    /// Thread time for labels.
+    pub label: Duration,
+    /// Thread time for files.
+    pub write: Duration,
+}
+
+impl Tally {
+    /// Counts one traced link.
+    pub(crate) fn link(
+        &mut self,
+        link: &Link,
+        label: &Label,
+        status: LinkStatus,
+        protocol: Protocol,
+    ) {
+        let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
+        self.stored_link(link.paths.len(), status, beyond as u8);
+        self.omitted_by_bound += link.omitted.by_bound as u64;
+        self.omitted_by_gain += link.omitted.by_gain as u64;
+        if !status.is_valid() {
+            return;
+        }
+        let top_db = label
+            .aps_db
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
+        // The weakest bin that counts, as a path gain.
+        let weakest_db = top_db - EFFECT_RANGE_DB - protocol.sent_power_db();
+        let effect_db = link.omitted.effect_db(10_f64.powf(weakest_db / 10.0));
+        self.omission_effect_db = self.omission_effect_db.max(effect_db);
+        self.links_affected += u64::from(effect_db > 0.1);
+    }
+
+    /// Counts a point that is no receiver, because it is not reached.
+    pub(crate) fn pass_over(&mut self, reason: LinkStatus) {
+        *self.passed_over.entry(reason.to_string()).or_default() += 1;
+    }
+
+    /// Counts the stored values of one link.
+    pub(crate) fn stored_link(&mut self, paths: usize, status: LinkStatus, fallback: u8) {
+        self.links += 1;
+        self.paths += paths as u64;
+        *self.status.entry(status.to_string()).or_default() += 1;
+        if fallback > 0 {
+            *self.fallback.entry(fallback.into()).or_default() += 1;
+        }
+    }
+
+    /// Counts the shapes of labelled links' spectra, as they are stored.
+    pub(crate) fn shapes(
+        &mut self,
+        aps: &Profile,
+        links: impl Iterator<Item = usize>,
+        protocol: Protocol,
+    ) -> Result<()> {
+        let definition = aps_metrics::Protocol::from(protocol).definition();
+        let mut stored = vec![0.0; aps.bins()];
+        let mut shape = vec![0.0; aps.bins()];
+        for link in links {
+            aps.read_relative_db(link, &mut stored);
+            for (value, &stored) in shape.iter_mut().zip(&stored) {
+                *value = f64::from(stored);
+            }
+            relative_power(&mut shape)?;
+            self.relative_power.add(&shape)?;
+            let peaks = aps_metrics::spectrum_peaks(&shape, &definition)?;
+            let count = peaks.dominant().len();
+            *self.dominant_peaks.entry(count).or_default() += 1;
+        }
+        Ok(())
+    }
+
+    /// Statistics for the manifest: findings that follow from the settings.
+    pub(crate) fn statistics(&self) -> Value {
+        json!({
+            "paths": self.paths,
+            "dominant_peaks": self.dominant_peaks,
+            "relative_power": self.relative_power_json(),
+            "fallback_diffractions": self.fallback,
+            "points_not_reached": self.passed_over,
+            "missing_links": self.missing_links,
+            "omitted": {
+                "reflection_without_walls": self.maps_without_walls > 0,
+                "diffraction_without_corners": self.maps_without_corners > 0,
+                "empty_beams": self.empty_beams,
+                "paths_by_bound": self.omitted_by_bound,
+                "paths_by_gain": self.omitted_by_gain,
+                LARGEST_EFFECT: self.omission_effect_db,
+                LINKS_AFFECTED: self.links_affected,
+            },
+        })
+    }
+
+    /// Statistics of stored links, as [`Tally::statistics`]: values that only a trace can tell are taken from `source`, except
+    /// those that depend on the label unless `same_label`.
+    pub(crate) fn statistics_like(&self, source: &Value, same_label: bool) -> Value {
+        let mut statistics = match source {
+            Value::Object(source) => source.clone(),
+            _ => serde_json::Map::new(),
+        };
+        let own = [
+            ("paths", json!(self.paths)),
+            ("dominant_peaks", json!(self.dominant_peaks)),
+            ("relative_power", self.relative_power_json()),
+            ("fallback_diffractions", json!(self.fallback)),
+        ];
+        statistics.extend(own.map(|(key, value)| (key.into(), value)));
+        if let Some(Value::Object(omitted)) = statistics.get_mut("omitted")
+            && !same_label
+        {
+            omitted.remove(LARGEST_EFFECT);
+            omitted.remove(LINKS_AFFECTED);
+        }
+        Value::Object(statistics)
+    }
+
+    fn relative_power_json(&self) -> Value {
+        let values = self.relative_power.count();
+        let statistics = self.relative_power.mean_std();
+        statistics.map_or(
+            Value::Null,
+            |s| json!({ "values": values, "mean": s.mean, "std": s.std }),
+        )
+    }
+
+    /// Adds the counts of a part.
+    pub(crate) fn add(&mut self, part: &Self) {
+        fn merge<K: Ord + Clone>(into: &mut BTreeMap<K, u64>, from: &BTreeMap<K, u64>) {
+            for (key, count) in from {
+                *into.entry(key.clone()).or_default() += count;
+            }
+        }
+        self.links += part.links;
+        self.near_links += part.near_links;
+        self.paths += part.paths;
+        merge(&mut self.status, &part.status);
+        merge(&mut self.dominant_peaks, &part.dominant_peaks);
+        self.relative_power.merge(&part.relative_power);
+        merge(&mut self.fallback, &part.fallback);
+        merge(&mut self.passed_over, &part.passed_over);
+        self.missing_links += part.missing_links;
+        self.maps_without_walls += part.maps_without_walls;
+        self.maps_without_corners += part.maps_without_corners;
+        self.empty_beams += part.empty_beams;
+        self.omitted_by_bound += part.omitted_by_bound;
+        self.omitted_by_gain += part.omitted_by_gain;
+        self.omission_effect_db = self.omission_effect_db.max(part.omission_effect_db);
+        self.links_affected += part.links_affected;
+        self.bytes += part.bytes;
+        self.prepare += part.prepare;
+        self.trace += part.trace;
+        self.label += part.label;
+        self.write += part.write;
+    }
+
+    /// Links with a label.
+    pub fn valid(&self) -> u64 {
+        self.status.get("valid").copied().unwrap_or(0)
+    }
+}

@@ -1,0 +1,114 @@
+//! Learning targets of a data set's labels, alike for whoever trains on them and whoever scores against them.
+
+use aps_data::{Dataset, MapData, Part, Profile, Samples};
+use aps_label::{MeanStd, Moments, Normalization, NormalizationError, Protocol, relative_power};
+use rayon::prelude::*;
+
+use crate::error::{At, Place, Result};
+use crate::scores::ScoreError;
+
+/// The protocol the labels were made under, if that is known.
+pub fn protocol_of(dataset: &Dataset) -> Option<Protocol> {
+    let configuration = &dataset.manifest().configuration;
+    configuration["label"]["protocol"].as_str()?.parse().ok()
+}
+
+/// The form in which labels are compared.
+#[derive(Debug, Clone, Copy)]
+pub enum Target {
+    /// Power relative to the link's maximum, in \[0, 1\].
+    Linear,
+    /// A protocol's learning target.
+    Normalised(Normalization),
+}
+
+impl Target {
+    /// Makes the stored label of a link into the target, in double precision from the stored values on: `row` has a value
+    /// for each bin.
+    ///
+    /// # Errors
+    /// A value that is not finite, and statistics that cannot be divided by.
+    ///
+    /// # Panics
+    /// When there is no such link.
+    pub fn write(
+        &self,
+        samples: &Samples,
+        link: usize,
+        row: &mut [f64],
+    ) -> Result<(), NormalizationError> {
+        let bins = row.len();
+        samples.read(link * bins..(link + 1) * bins, row);
+        match self {
+            Target::Linear => relative_power(row).map(|_| ()),
+            Target::Normalised(normalization) => normalization.apply(row),
+        }
+    }
+}
+
+/// Hands over the targets of the labelled links of some maps, in ascending order of map and row, at most `links` rows at a
+/// time, with their map. Returns the number of links.
+///
+/// # Panics
+/// When the data set stores no angle power spectra.
+pub fn for_each_block(
+    dataset: &Dataset,
+    part: Part,
+    target: Target,
+    links: usize,
+    mut take: impl FnMut(&[f64], u32) -> Result<()>,
+) -> Result<usize> {
+    let (mut rows, mut handed_over) = (Vec::new(), 0);
+    for map in dataset.maps_of(part) {
+        let map = map?;
+        let aps = spectra(&map);
+        let valid: Vec<usize> = map.valid_links().collect();
+        for some in valid.chunks(links) {
+            rows.resize(some.len() * aps.bins(), 0.0);
+            rows.par_chunks_mut(aps.bins())
+                .zip(some)
+                .try_for_each(|(row, &link)| target.write(aps.samples(), link, row))
+                .at(Place::Map(map.id))?;
+            take(&rows, map.id)?;
+        }
+        handed_over += valid.len();
+    }
+    Ok(handed_over)
+}
+
+/// Mean and deviation of linear relative power over all labels of the training maps, which are read once for it. The
+/// same bits for any number of threads: [`Moments`] are exact sums.
+///
+/// # Panics
+/// When the data set stores no angle power spectra.
+pub fn training_statistics(dataset: &Dataset) -> Result<MeanStd> {
+    let mut total = Moments::default();
+    for map in dataset.maps_of(Part::Train) {
+        let map = map?;
+        let aps = spectra(&map);
+        let links: Vec<usize> = map.valid_links().collect();
+        let of_link = |row: &mut Vec<f64>, &link: &usize| -> Result<Moments> {
+            Target::Linear.write(aps.samples(), link, row)?;
+            let mut moments = Moments::default();
+            moments.add(row)?;
+            Ok(moments)
+        };
+        let of_map = links
+            .par_iter()
+            .map_init(|| vec![0.0; aps.bins()], of_link)
+            .try_reduce(Moments::default, |mut a, b| {
+                a.merge(&b);
+                Ok(a)
+            });
+        total.merge(&of_map.at(Place::Map(map.id))?);
+    }
+    Ok(total.mean_std().ok_or(ScoreError::NoTrainingLabel)?)
+}
+
+/// The spectra of a map.
+///
+/// # Panics
+/// When the data set stores none.
+pub fn spectra(map: &MapData) -> &Profile {
+    map.aps.as_ref().expect("the layout stores them")
+}

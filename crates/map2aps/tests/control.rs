@@ -1,0 +1,221 @@
+//! Progress, cancellation and errors of the library.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use map2aps::maps::choose;
+use map2aps::{
+    Control, Dataset, DatasetPlan, Error, Export, ExportLayout, MapError, MapSource, Place,
+    Progress, SettingsError, Stored, Verify, Work, relabel,
+};
+
+fn plan() -> DatasetPlan {
+    DatasetPlan {
+        maps: MapSource::Synthetic { count: 3 },
+        tx_per_map: 2,
+        rx_per_map: 10,
+        ..DatasetPlan::default()
+    }
+}
+
+/// Counts the calls, and cancels when a map begins.
+#[derive(Default)]
+struct Recorder {
+    begun: Mutex<Option<Work>>,
+    units: Mutex<u64>,
+    maps: Mutex<Vec<u32>>,
+    cancel: AtomicBool,
+    cancel_at: Option<u32>,
+}
+
+impl Progress for Recorder {
+    fn begin(&self, work: Work) {
+        *self.begun.lock().unwrap() = Some(work);
+    }
+
+    fn map(&self, id: u32) {
+        self.maps.lock().unwrap().push(id);
+        if self.cancel_at == Some(id) {
+            self.cancel.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn advance(&self, units: u64) {
+        *self.units.lock().unwrap() += units;
+    }
+}
+
+impl Recorder {
+    fn control(&self) -> Control<'_> {
+        Control {
+            progress: self,
+            cancel: &self.cancel,
+            ..Control::default()
+        }
+    }
+}
+
+/// The bytes of every file of a folder.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        match path.is_dir() {
+            true => found.extend(
+                files(&path)
+                    .into_iter()
+                    .map(|(n, b)| (format!("{name}/{n}"), b)),
+            ),
+            false => {
+                found.insert(name, fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn progress_adds_up_to_the_work_that_was_announced() {
+    let folder = tempfile::tempdir().unwrap();
+    let recorder = Recorder::default();
+    let made = plan()
+        .make(folder.path(), &[0, 1, 2], &recorder.control())
+        .unwrap();
+    let work = Work {
+        units: 60,
+        name: "links",
+        finished_maps: 0,
+        maps: 3,
+    };
+    assert_eq!(*recorder.begun.lock().unwrap(), Some(work));
+    assert_eq!(*recorder.units.lock().unwrap(), 60);
+    assert_eq!(*recorder.maps.lock().unwrap(), [0, 1, 2]);
+    let links: Vec<(u32, u64)> = made
+        .maps
+        .iter()
+        .map(|&(id, links, _)| (id, links))
+        .collect();
+    assert_eq!(links, [(0, 20), (1, 20), (2, 20)]);
+}
+
+#[test]
+fn a_cancelled_data_set_keeps_whole_maps_and_the_same_call_continues_to_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, stopped) = (folder.path().join("whole"), folder.path().join("stopped"));
+    plan()
+        .make(&whole, &[0, 1, 2], &Control::default())
+        .unwrap();
+    let recorder = Recorder {
+        cancel_at: Some(1),
+        ..Recorder::default()
+    };
+    let error = plan()
+        .make(&stopped, &[0, 1, 2], &recorder.control())
+        .unwrap_err();
+    assert!(error.is_cancelled(), "{error}");
+    assert!(
+        matches!(&error, Error::Interrupted { kept: 1, .. }),
+        "{error:?}"
+    );
+    assert!(!stopped.join("manifest.json").exists());
+
+    let recorder = Recorder::default();
+    plan()
+        .make(&stopped, &[0, 1, 2], &recorder.control())
+        .unwrap();
+    assert_eq!(recorder.begun.lock().unwrap().unwrap().finished_maps, 1);
+    assert_eq!(*recorder.maps.lock().unwrap(), [1, 2]);
+    assert!(files(&whole) == files(&stopped), "other bytes");
+}
+
+#[test]
+fn every_long_operation_can_be_cancelled() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, other) = (folder.path().join("data"), folder.path().join("other"));
+    let plan = DatasetPlan {
+        stored: Stored {
+            paths: true,
+            ..Stored::default()
+        },
+        ..plan()
+    };
+    plan.make(&data, &[0, 1, 2], &Control::default()).unwrap();
+    let dataset = Dataset::open(&data).unwrap();
+    let cancelled = Recorder::default();
+    cancelled.cancel.store(true, Ordering::Relaxed);
+    let control = cancelled.control();
+    let results = [
+        relabel(&dataset, &other, &plan.label, plan.stored, &control).err(),
+        Export::new(ExportLayout::Released)
+            .run(&dataset, &other, &control)
+            .err(),
+        Verify::default().run(&dataset, &control, &mut |_| {}).err(),
+    ];
+    for error in results {
+        assert!(error.as_ref().is_some_and(Error::is_cancelled), "{error:?}");
+    }
+}
+
+#[test]
+fn errors_tell_what_and_where_by_their_types() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path().join("data");
+    plan().make(&data, &[0, 1, 2], &Control::default()).unwrap();
+    let dataset = Dataset::open(&data).unwrap();
+    let (label, stored, control) = (plan().label, Stored::default(), Control::default());
+
+    let error = relabel(&dataset, &data, &label, stored, &control).unwrap_err();
+    assert!(
+        matches!(error.cause(), Error::Settings(SettingsError::NoPaths)),
+        "{error:?}"
+    );
+
+    let verify = Verify {
+        maps: Some(MapSource::Folder(data.clone())),
+        ..Verify::default()
+    };
+    let error = verify.run(&dataset, &control, &mut |_| {}).unwrap_err();
+    assert!(
+        matches!(error.cause(), Error::Map(MapError::OtherMaps { .. })),
+        "{error:?}"
+    );
+
+    // Behind the place stands the cause.
+    fs::write(folder.path().join("3.json"), "[]").unwrap();
+    let plan = DatasetPlan {
+        maps: MapSource::Folder(folder.path().into()),
+        ..plan()
+    };
+    let error = plan.outlines(3).unwrap_err();
+    assert!(
+        matches!(error.cause(), Error::Map(MapError::NoBuilding)),
+        "{error:?}"
+    );
+    let Error::At {
+        place: Place::MapFile(file),
+        ..
+    } = &error
+    else {
+        panic!("{error:?}");
+    };
+    assert!(file.ends_with("3.json"));
+    assert!(
+        error.chain().ends_with("3.json': no building in it"),
+        "{}",
+        error.chain()
+    );
+
+    let missing = choose(&[0, 1], &[1, 5]).unwrap_err();
+    let available = vec![0, 1];
+    assert_eq!(
+        missing,
+        MapError::Missing {
+            missing: vec![5],
+            available
+        }
+    );
+}

@@ -1,0 +1,26 @@
+//! The examples run, and none of them is longer than the documentation says.
+
+#[path = "../examples/make_dataset.rs"]
+mod make_dataset;
+#[path = "../examples/score.rs"]
+mod score;
+
+/// Lines of the body of `main`.
+fn lines(source: &str) -> usize {
+    let body = source.split("fn main()").nth(1).unwrap();
+    body.lines().skip(1).take_while(|line| *line != "}").count()
+}
+
+#[test]
+fn a_data_set_is_made_and_a_prediction_scored_in_15_lines_each() {
+    for source in [
+        include_str!("../examples/make_dataset.rs"),
+        include_str!("../examples/score.rs"),
+    ] {
+        assert!(lines(source) <= 15, "{} lines", lines(source));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    std::env::set_current_dir(folder.path()).unwrap();
+    make_dataset::main().unwrap();
+    score::main().unwrap();
+}

@@ -1,0 +1,68 @@
+//! Options of the command line that help against an error of the library, which does not know them.
+
+use anyhow::Error;
+use aps_raytrace::scene::GeoJsonError;
+use map2aps::{
+    Error as Cause, ExchangeError, MapError, MergeError, MissingPart, ScoreError, SettingsError,
+};
+
+use crate::args::Shard;
+use crate::command_line;
+
+/// Text to put behind the error; empty where no option helps.
+pub fn advice(error: &Error) -> String {
+    let mut causes = error
+        .chain()
+        .filter_map(|cause| cause.downcast_ref::<Cause>());
+    let Some(cause) = causes.next().map(Cause::cause) else {
+        return String::new();
+    };
+    match cause {
+        Cause::GeoJson(error) => geojson(error),
+        Cause::Map(MapError::NotGeoJson { .. }) => " in --map-ids",
+        Cause::Exchange(ExchangeError::Protocol { .. }) => ", or give --any-protocol",
+        Cause::Exchange(ExchangeError::NoPlaces) => {
+            "; make it with --store aps,paths, or give --zero-places"
+        }
+        Cause::Exchange(ExchangeError::NoSpectra) | Cause::Score(ScoreError::NoSpectra) => {
+            "; make it with --store aps"
+        }
+        Cause::Score(ScoreError::NoTrainingLabel) => " (--domain linear needs no statistics)",
+        Cause::Settings(SettingsError::NoPaths) => {
+            "; make one that does with cargo xtask dataset --store aps,paths --out DIR"
+        }
+        Cause::Settings(SettingsError::NothingToLabel) => "; name aps, pdp or both with --store",
+        Cause::Settings(SettingsError::NotTraced) => "; use --sample 0",
+        Cause::Merge(MergeError::Missing { parts, .. }) => {
+            return format!(
+                ":\n  {}",
+                parts.iter().map(command).collect::<Vec<_>>().join("\n  ")
+            );
+        }
+        _ => "",
+    }
+    .into()
+}
+
+/// Option to add or leave away where a file was read in another way than its writer meant.
+fn geojson(error: &GeoJsonError) -> &'static str {
+    match error {
+        GeoJsonError::NoTag { .. } => " (--all-polygons takes untagged ones)",
+        GeoJsonError::Coordinate { .. }
+        | GeoJsonError::Latitude { .. }
+        | GeoJsonError::TooLarge { .. }
+        | GeoJsonError::UnknownCrs => " (--metric takes its numbers for metres)",
+        GeoJsonError::NotMetres { .. } => "; leave --metric away",
+        _ => "",
+    }
+}
+
+/// The command that makes a missing part of a data set.
+fn command(part: &MissingPart) -> String {
+    let mut words = part.command.clone();
+    if let Some(shard) = Shard::of(part.shard) {
+        words.extend(["--shard".into(), shard.to_string()]);
+    }
+    words.extend(["--out".into(), part.folder.display().to_string()]);
+    command_line::shown(words)
+}
