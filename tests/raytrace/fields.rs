@@ -189,7 +189,7 @@ fn check_shortest(scene: &Scene, map: &FieldMap<'_>, tx: DVec2, count: usize) {
         check(rx, link.geodesic_m());
     }
     let most = match has_touching_corners(scene) {
-        true => count / 4,
+        true => count / 10,
         false => 0,
     };
     assert!(longer <= most, "{longer} ways from {tx} are too long");

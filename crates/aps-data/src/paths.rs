@@ -170,16 +170,15 @@ impl PathTable {
 
     /// Returns true when every number has the same bits.
     pub fn is_same(&self, other: &PathTable) -> bool {
-        let same = |(a, b): ((&str, &[f64]), (&str, &[f64]))| {
-            a.1.iter()
-                .map(|v| v.to_bits())
-                .eq(b.1.iter().map(|v| v.to_bits()))
+        let bits = |table: &PathTable| -> Vec<u64> {
+            let numbers = table.numbers().into_iter().flat_map(|(_, values)| values);
+            numbers.map(|value| value.to_bits()).collect()
         };
         self.path_offset == other.path_offset
             && self.interaction_offset == other.interaction_offset
             && self.interaction_kind == other.interaction_kind
             && self.interaction_id == other.interaction_id
-            && self.numbers().into_iter().zip(other.numbers()).all(same)
+            && bits(self) == bits(other)
     }
 
     /// The columns of real numbers, by name.

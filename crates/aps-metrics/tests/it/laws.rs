@@ -270,12 +270,14 @@ proptest! {
             }
             evaluation
         };
-        let whole = scored(&[0..20]);
+        let all = 0..20;
+        let all = std::slice::from_ref(&all);
+        let whole = scored(all);
         prop_assert_eq!(&scored(&[0..cut, cut..20]), &whole);
 
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let range = DataRange::new(2.0).expect("positive");
-        prop_assert_eq!(pool.install(|| scored(&[0..20]).report(range)), whole.report(range));
+        prop_assert_eq!(pool.install(|| scored(all).report(range)), whole.report(range));
     }
 
     #[test]

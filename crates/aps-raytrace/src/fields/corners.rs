@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::canvas::{Canvas, HalfPlane, Source};
 use super::error::FieldError;
 use super::view::{Piece, Scratch, View};
+use crate::images::Outlook;
 use crate::material::Material;
 use crate::predicates::orient;
 use crate::scene::{Scene, Wall};
@@ -99,37 +100,26 @@ impl Corners {
         let bytes = AtomicUsize::new(0);
         // The order of counting does not change if there is too much.
         let take = |size: usize| bytes.fetch_add(size, Ordering::Relaxed) + size <= MAX_BYTES;
-        let views: Vec<Vec<Piece>> = corners
+        let of_corner = |(scratch, outlook): &mut (Scratch, Outlook), near: &Corner| {
+            let mut pieces = Vec::new();
+            for view in View::around(near.point) {
+                view.pieces(scene, reach, scratch, &mut pieces);
+            }
+            pieces.retain(|piece| near.may_go_on_to(piece));
+            pieces.shrink_to_fit();
+            if !take(size_of_val(&*pieces)) {
+                pieces.clear();
+            }
+            outlook.look(scene, near.point);
+            let is_next = |far: &Corner| near.bends(far.point) && far.bends(near.point);
+            let next = in_sight(scene, &corners, near.point, outlook, is_next);
+            let next = next.take_while(|_| take(size_of::<(u32, f64)>()));
+            (pieces, next.collect())
+        };
+        let (views, next) = corners
             .par_iter()
-            .map_init(Scratch::default, |scratch, corner| {
-                let mut pieces = Vec::new();
-                for view in View::around(corner.point) {
-                    view.pieces(scene, reach, scratch, &mut pieces);
-                }
-                pieces.retain(|piece| corner.may_go_on_to(piece));
-                if !take(size_of_val(&*pieces)) {
-                    pieces.clear();
-                }
-                pieces.shrink_to_fit();
-                pieces
-            })
-            .collect();
-        let next: Vec<Vec<(u32, f64)>> = corners
-            .par_iter()
-            .map(|near| {
-                let is_next = |far: &Corner| {
-                    near.bends(far.point)
-                        && far.bends(near.point)
-                        && !scene.is_blocked(near.point, far.point, [None; 2])
-                };
-                (0..)
-                    .zip(&corners)
-                    .filter(|(_, far)| is_next(far))
-                    .map(|(to, far)| (to, near.point.distance(far.point)))
-                    .take_while(|_| take(size_of::<(u32, f64)>()))
-                    .collect()
-            })
-            .collect();
+            .map_init(Default::default, of_corner)
+            .unzip();
         if bytes.into_inner() > MAX_BYTES {
             return Err(FieldError::TooManyCorners { limit: MAX_BYTES });
         }
@@ -140,14 +130,14 @@ impl Corners {
         })
     }
 
-    /// Corners in sight of a place, with their distance \[m\].
+    /// Corners in sight of a place that a tight string from there bends at, with their distance \[m\].
     pub fn in_sight(&self, scene: &Scene, from: DVec2) -> Vec<(u32, f64)> {
-        let corners = (0..).zip(&self.corners);
-        let seen = corners.filter(|(_, corner)| {
-            corner.bends(from) && !scene.is_blocked(from, corner.point, [None; 2])
-        });
-        seen.map(|(c, corner)| (c, from.distance(corner.point)))
-            .collect()
+        let mut outlook = Outlook::default();
+        outlook.look(scene, from);
+        in_sight(scene, &self.corners, from, &outlook, |corner| {
+            corner.bends(from)
+        })
+        .collect()
     }
 
     /// The shortest ways from a place to all corners that a tight string bends at (Dijkstra 1959).
@@ -203,6 +193,23 @@ impl Corners {
             offset_m: ways.lengths_m[corner],
         }
     }
+}
+
+/// The corners of a kind in sight of the place where `outlook` was taken, with their distance \[m\].
+fn in_sight(
+    scene: &Scene,
+    corners: &[Corner],
+    from: DVec2,
+    outlook: &Outlook,
+    is_of_kind: impl Fn(&Corner) -> bool,
+) -> impl Iterator<Item = (u32, f64)> {
+    let is_seen = move |to: DVec2| {
+        !scene.is_blocked_by(from, to, outlook.nearest(to - from))
+            && !scene.is_blocked(from, to, [None; 2])
+    };
+    let all = (0..).zip(corners);
+    let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner.point));
+    seen.map(move |(c, corner)| (c, from.distance(corner.point)))
 }
 
 /// Shortest ways from one place to the corners.
