@@ -179,18 +179,18 @@ pub struct OneMapArgs {
 }
 
 impl OneMapArgs {
-    /// Reads the map: a RadioMapSeer file, a tile of a city in GeoJSON, or `synthetic`.
+    /// Reads the map: a RadioMapSeer file, a tile of a city in GeoJSON, which is described, or `synthetic`.
     pub fn load(&self, map: &Path) -> Result<Scene> {
         let scene = self.scene.settings();
         if map == Path::new("synthetic") {
             return Ok(MapSource::Synthetic { count: 1 }.load(0, self.seed, scene)?);
         }
-        Ok(maps::load_file(
-            map,
-            self.map_id,
-            self.tiles.settings(),
-            scene,
-        )?)
+        let tiles = self.tiles.settings();
+        let (scene, city) = maps::load_file(map, self.map_id, tiles, scene)?;
+        if let Some(city) = city {
+            note!("{city}");
+        }
+        Ok(scene)
     }
 }
 

@@ -172,8 +172,9 @@ impl Examples {
     /// A label that cannot be normalised.
     ///
     /// # Panics
-    /// When there is no such example.
+    /// When there is no such example, or `row` has another length.
     pub fn write_target(&self, example: usize, row: &mut [f64]) -> Result<()> {
+        assert_eq!(row.len(), self.bins, "a value for each bin");
         let written = self.target.write(&self.db, example, row);
         written.at(Place::Link(self.list[example].link))
     }

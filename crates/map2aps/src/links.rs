@@ -109,6 +109,9 @@ impl LinkMap {
     ///
     /// # Errors
     /// Links that cannot be traced.
+    ///
+    /// # Panics
+    /// When there is no such row.
     pub fn paths(&self, rows: &[usize]) -> Result<Vec<PathTable>> {
         if let Some(stored) = &self.stored {
             let table = |&row: &usize| {

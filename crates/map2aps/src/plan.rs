@@ -10,7 +10,7 @@ use aps_raytrace::glam::DVec2;
 use crate::control::Control;
 use crate::dataset::{Choice, Made, Making, Run};
 use crate::error::Result;
-use crate::maps::{MapSource, SceneSettings};
+use crate::maps::{MapError, MapSource, SceneSettings};
 use crate::sampling::{self, Receivers, Sampling};
 use crate::settings;
 use crate::tally::Tally;
@@ -31,7 +31,7 @@ pub struct DatasetPlan {
     pub rx_per_map: usize,
     /// Choice of the points of receivers.
     pub receivers: Receivers,
-    /// Settings of the labels; [`LabelConfig::pdp`] must be set where delay profiles are stored.
+    /// Settings of the labels; [`LabelConfig::pdp`] is taken from `stored`.
     pub label: LabelConfig,
     /// Kinds of data to store.
     pub stored: Stored,
@@ -58,7 +58,7 @@ impl Default for DatasetPlan {
 }
 
 impl DatasetPlan {
-    /// Makes a data set of the given maps in the folder `out`, split by the plan's seed. Maps that the folder holds
+    /// Makes a data set of the given maps, each once, in the folder `out`, split by the plan's seed. Maps that the folder holds
     /// already are kept: the same call continues what was interrupted.
     ///
     /// # Errors
@@ -92,10 +92,13 @@ impl DatasetPlan {
     /// Makes the maps of a given split.
     ///
     /// # Errors
-    /// As [`DatasetPlan::make`].
+    /// As [`DatasetPlan::make`], and [`MapError::Twice`].
     pub fn make_split(&self, out: &Path, split: &Split, control: &Control<'_>) -> Result<Made> {
         let mut maps = [&split.train[..], &split.develop, &split.test].concat();
         maps.sort_unstable();
+        if let Some(twice) = maps.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(MapError::Twice(twice[0]).into());
+        }
         let making = self.making(out, &maps, Access::Whole)?;
         let made = self.make_maps(&making, control)?;
         making.writer.finish(split)?;
@@ -114,11 +117,19 @@ impl DatasetPlan {
     /// Settings of the data set, as its manifest keeps them.
     pub fn config(&self) -> DatasetConfig {
         let sampling = self.sampling();
-        let (maps, trace, label) = (self.maps.describe(), &self.trace, &self.label);
+        let (maps, trace, label) = (self.maps.describe(), &self.trace, &self.label());
         DatasetConfig {
             seed: self.seed,
             layout: Layout::of_labels(label, self.maps.raster(), self.stored),
             configuration: settings::of_traced(maps, self.scene, sampling, trace, label),
+        }
+    }
+
+    /// Settings of the labels that are made.
+    fn label(&self) -> LabelConfig {
+        LabelConfig {
+            pdp: self.stored.pdp,
+            ..self.label.clone()
         }
     }
 
@@ -133,12 +144,13 @@ impl DatasetPlan {
 
     fn making(&self, out: &Path, maps: &[u32], access: Access) -> Result<Making> {
         self.trace.validate()?;
-        let labeler = Labeler::new(&self.label)?;
+        let labeler = Labeler::new(&self.label())?;
         Making::open(out, self.config(), labeler, maps, access)
     }
 
     fn make_maps(&self, making: &Making, control: &Control<'_>) -> Result<Made> {
-        let links = (making.todo.len() * self.tx_per_map * self.rx_per_map) as u64;
+        let of_map = self.tx_per_map.saturating_mul(self.rx_per_map);
+        let links = making.todo.len().saturating_mul(of_map) as u64;
         let mut repairs = Vec::new();
         let mut made = making.run(links, control, |run, id| self.map(run, id, &mut repairs))?;
         made.repairs = repairs;

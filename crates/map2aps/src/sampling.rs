@@ -87,7 +87,7 @@ pub struct Terminals {
 /// there are too few points for all.
 ///
 /// # Errors
-/// [`MapError::NoArea`] and [`MapError::NoRoom`].
+/// [`MapError::NoArea`], [`MapError::TooLarge`] and [`MapError::NoRoom`].
 pub fn draw(
     scene: &Scene,
     seed: u64,
@@ -101,8 +101,13 @@ pub fn draw(
         return Err(MapError::NoArea);
     };
     let (min, max) = (area.min.ceil(), area.max.floor());
-    let columns = (max.x - min.x) as usize + 1;
-    let rows = (max.y - min.y) as usize + 1;
+    let size_m = max - min;
+    let points = (size_m.x + 1.0) * (size_m.y + 1.0);
+    if points > f64::from(u32::MAX) {
+        return Err(MapError::TooLarge { id, size_m });
+    }
+    let columns = size_m.x as usize + 1;
+    let rows = size_m.y as usize + 1;
     let mut grid: Vec<u32> = (0..(columns * rows) as u32).collect();
     let wanted = tx.saturating_add(*rx.end());
     let mut outdoor = Vec::with_capacity(wanted.min(grid.len()));
@@ -164,6 +169,26 @@ pub fn draw_links(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aps_raytrace::scene::{Area, SceneConfig};
+
+    #[test]
+    fn a_map_with_more_points_than_numbers_for_them_is_refused() {
+        let side = 70_000.0;
+        let area = Area {
+            min: DVec2::ZERO,
+            max: DVec2::splat(side),
+        };
+        let config = SceneConfig {
+            area: Some(area),
+            ..SceneConfig::default()
+        };
+        let scene = Scene::with_config(&[], &config).unwrap();
+        let size_m = DVec2::splat(side);
+        assert_eq!(
+            draw(&scene, 1, 3, 1, 1..=1),
+            Err(MapError::TooLarge { id: 3, size_m })
+        );
+    }
 
     #[test]
     fn links_are_drawn_without_replacement_and_repeatably() {

@@ -8,8 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use map2aps::maps::choose;
 use map2aps::{
-    Control, Dataset, DatasetPlan, Error, Export, ExportLayout, MapError, MapSource, Place,
-    Progress, SettingsError, Stored, Verify, Work, relabel,
+    Control, Dataset, DatasetPlan, Domain, Error, Export, ExportLayout, MapError, MapSource, Part,
+    Place, Prediction, Progress, Scoring, SettingsError, Split, Stored, Truth, Verify, Work,
+    aps_metrics, relabel,
 };
 
 fn plan() -> DatasetPlan {
@@ -218,4 +219,82 @@ fn errors_tell_what_and_where_by_their_types() {
             available
         }
     );
+}
+
+#[test]
+fn plans_that_name_maps_twice_or_store_delay_profiles_need_no_care() {
+    let folder = tempfile::tempdir().unwrap();
+    let (once, twice) = (folder.path().join("once"), folder.path().join("twice"));
+    let control = Control::default();
+    let mut plan = plan();
+    plan.stored.pdp = true;
+    plan.make(&once, &[0, 1], &control).unwrap();
+    plan.make(&twice, &[1, 0, 1], &control).unwrap();
+    assert!(files(&once) == files(&twice), "other bytes");
+    assert!(
+        Dataset::open(&once)
+            .unwrap()
+            .manifest()
+            .layout
+            .pdp
+            .is_some()
+    );
+
+    let split = Split {
+        train: vec![0, 1],
+        develop: vec![],
+        test: vec![1],
+    };
+    let error = plan.make_split(&once, &split, &control).unwrap_err();
+    assert!(
+        matches!(error.cause(), Error::Map(MapError::Twice(1))),
+        "{error:?}"
+    );
+    plan.tx_per_map = usize::MAX;
+    let error = plan.make(&folder.path().join("large"), &[0], &control);
+    let error = error.unwrap_err();
+    assert!(
+        matches!(error.cause(), Error::Map(MapError::NoRoom { .. })),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn a_prediction_with_an_incomplete_row_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    plan()
+        .make(folder.path(), &[0, 1, 2], &Control::default())
+        .unwrap();
+    let mut truth = Truth::dataset(folder.path(), Part::Test, Domain::Linear).unwrap();
+    let shape = truth.shape();
+    let values = &vec![0.5; shape.samples * shape.bins + 1];
+    let bins = shape.bins;
+    let error = Scoring::default()
+        .score(&mut truth, Prediction::Values { values, bins })
+        .unwrap_err();
+    assert!(
+        matches!(
+            error.cause(),
+            Error::Metrics(aps_metrics::Error::IncompleteRow { .. })
+        ),
+        "{error:?}"
+    );
+}
+
+#[test]
+fn verification_counts_the_links_that_it_computes() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan();
+    plan.make(folder.path(), &[0, 1, 2], &Control::default())
+        .unwrap();
+    let dataset = Dataset::open(folder.path()).unwrap();
+    let verify = Verify {
+        maps: Some(plan.maps),
+        sample: Some(usize::MAX),
+        ..Verify::default()
+    };
+    let verified = verify
+        .run(&dataset, &Control::default(), &mut |_| {})
+        .unwrap();
+    assert_eq!((verified.findings, verified.sampled), (0, 60));
 }

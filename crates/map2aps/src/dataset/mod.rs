@@ -67,7 +67,10 @@ impl Making {
     ) -> Result<Self> {
         let writer =
             DatasetWriter::open_with(folder, config, access).at_file(Place::Dataset, folder)?;
-        let mut todo = maps.to_vec();
+        let mut maps = maps.to_vec();
+        maps.sort_unstable();
+        maps.dedup();
+        let mut todo = maps.clone();
         todo.retain(|&id| access.covers(id));
         let own = todo.len();
         todo.retain(|&id| !writer.has_map(id));
@@ -75,7 +78,7 @@ impl Making {
             writer,
             labeler,
             folder: folder.into(),
-            maps: maps.to_vec(),
+            maps,
             own,
             todo,
             shards: match access {

@@ -213,7 +213,8 @@ fn is_built(tiling: &Tiling, id: u32) -> bool {
     })
 }
 
-/// Reads the one map of a RadioMapSeer file, or a tile of a city in GeoJSON: the first that is a map, if none is named.
+/// Reads the one map of a RadioMapSeer file, or a tile of a city in GeoJSON, the first that is a map if none is named, with
+/// the city.
 ///
 /// # Errors
 /// A file that is not there, holds no map, or makes no scene.
@@ -222,16 +223,20 @@ pub fn load_file(
     tile: Option<u32>,
     tiles: TileSettings,
     settings: SceneSettings,
-) -> Result<Scene> {
+) -> Result<(Scene, Option<City>)> {
     if !file.is_file() {
         return Err(MapError::NoFile).at_file(Place::MapFile, file);
     }
     let bytes = std::fs::read(file).at_file(Place::MapFile, file)?;
     match is_list(&bytes) {
-        true => radiomapseer::scene(&bytes, settings).at_file(Place::MapFile, file),
+        true => {
+            let scene = radiomapseer::scene(&bytes, settings);
+            Ok((scene.at_file(Place::MapFile, file)?, None))
+        }
         false => {
             let city = City::of_bytes(&bytes, file, tiles)?;
-            city.load(tile.unwrap_or(city.ids()[0]), settings)
+            let scene = city.load(tile.unwrap_or(city.ids()[0]), settings)?;
+            Ok((scene, Some(city)))
         }
     }
 }

@@ -22,6 +22,9 @@ pub enum MapError {
         /// Maps that are there.
         available: Vec<u32>,
     },
+    /// A map in two parts of a split.
+    #[error("the split names map {0} twice")]
+    Twice(u32),
     /// A folder without maps.
     #[error("no map in '{}': expected files named 0.json, 1.json, ...", .0.display())]
     NoMap(PathBuf),
@@ -102,6 +105,16 @@ pub enum MapError {
     /// A scene without an area.
     #[error("the map has no area to draw terminals from")]
     NoArea,
+    /// A map with more grid points than terminals are drawn from.
+    #[error(
+        "map {id} of {size_m} m has too many grid points to draw terminals from; cut smaller maps"
+    )]
+    TooLarge {
+        /// The map.
+        id: u32,
+        /// Its size \[m\].
+        size_m: DVec2,
+    },
     /// A map without room for its terminals.
     #[error(
         "map {id} has only {points} outdoor grid points for {tx} transmitters and {rx} receivers"

@@ -187,6 +187,9 @@ impl Scoring {
         if shape.samples == 0 {
             return Err(ScoreError::NoSample(truth.to_string()).into());
         }
+        if let Prediction::Values { values, bins } = &prediction {
+            Spectra::new(values, *bins)?;
+        }
         if prediction.shape() != shape {
             let what = format!("{truth}, prediction {}", prediction.name());
             return Err(MetricsError::ShapeMismatch {

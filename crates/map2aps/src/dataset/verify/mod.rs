@@ -74,7 +74,7 @@ impl Verify {
         let scene = settings::scene_of(&manifest.configuration)?;
         let counts = manifest.maps.iter().map(|map| (map.id, map.links));
         let mut chosen = draw_links(counts, sample, self.seed);
-        let mut findings = Findings { found, count: 0 };
+        let (mut findings, mut sampled) = (Findings { found, count: 0 }, 0);
         control.progress.begin(Work {
             units: manifest.totals.bytes,
             name: "bytes",
@@ -100,6 +100,7 @@ impl Verify {
                     let is_it = contents::check_against(dataset, &map, &given, &mut findings)?;
                     if let Some(recomputation) = recomputation.as_ref().filter(|_| is_it) {
                         recomputation.check(entry, &map, &given, &links, &mut findings)?;
+                        sampled += links.len();
                     }
                 }
             }
@@ -111,7 +112,7 @@ impl Verify {
         }
         Ok(Verified {
             findings: findings.count,
-            sampled: sample,
+            sampled,
         })
     }
 }
