@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use map2aps::maps::choose;
 use map2aps::{
-    Control, Dataset, DatasetPlan, Domain, Error, Export, ExportLayout, MapError, MapSource, Part,
-    Place, Prediction, Progress, Scoring, SettingsError, Split, Stored, Truth, Verify, Work,
-    aps_metrics, relabel,
+    Control, Dataset, DatasetPlan, Domain, Error, Examples, Export, ExportLayout, MapError,
+    MapSource, Part, Place, Prediction, Progress, Scoring, SettingsError, Split, Stored, Truth,
+    Verify, Work, aps_metrics, relabel,
 };
 
 fn plan() -> DatasetPlan {
@@ -297,4 +297,16 @@ fn verification_counts_the_links_that_it_computes() {
         .run(&dataset, &Control::default(), &mut |_| {})
         .unwrap();
     assert_eq!((verified.findings, verified.sampled), (0, 60));
+}
+
+#[test]
+#[should_panic(expected = "a value for each bin")]
+fn a_row_of_another_length_takes_no_target() {
+    let folder = tempfile::tempdir().unwrap();
+    plan()
+        .make(folder.path(), &[0, 1, 2], &Control::default())
+        .unwrap();
+    let dataset = Dataset::open(folder.path()).unwrap();
+    let examples = Examples::load(&dataset, Part::Train, Domain::Linear).unwrap();
+    let _ = examples.write_target(1, &mut vec![0.0; examples.bins() / 2]);
 }
