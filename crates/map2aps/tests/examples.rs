@@ -2,7 +2,7 @@
 
 #[path = "../examples/make_dataset.rs"]
 mod make_dataset;
-#[path = "../examples/score.rs"]
+#[path = "../examples/score_predictions.rs"]
 mod score;
 #[cfg(feature = "models")]
 #[path = "../examples/train_and_score.rs"]
@@ -18,7 +18,7 @@ fn lines(source: &str) -> usize {
 fn a_data_set_is_made_a_prediction_scored_and_a_model_trained_in_15_lines_each() {
     for source in [
         include_str!("../examples/make_dataset.rs"),
-        include_str!("../examples/score.rs"),
+        include_str!("../examples/score_predictions.rs"),
         include_str!("../examples/train_and_score.rs"),
     ] {
         assert!(lines(source) <= 15, "{} lines", lines(source));

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use aps_data::npy;
+use aps_metrics::Shape;
 use aps_model::ANGLE_BINS;
 use aps_report::benchmark::{Entry, EntryKind, Latency, Training};
-use half::f16;
+use map2aps::ArrayFile;
 
 use super::stamp::{read_json, write_json};
 use super::test_set::{PROTOCOLS, TestSet};
@@ -79,29 +80,13 @@ pub fn predictions(folder: &Path) -> Result<Vec<f32>> {
 
 /// Spectra of a file: `.npy`, shape (links, 180), float16, float32 or float64.
 pub fn spectra(path: &Path) -> Result<Vec<f32>> {
-    let place = || format!("predictions '{}'", path.display());
-    let (shape, values) = match npy::read::<f32>(path) {
-        Ok(array) => (array.shape, array.data),
-        Err(error) => {
-            if let Ok(array) = npy::read::<f64>(path) {
-                (array.shape, array.data.iter().map(|&x| x as f32).collect())
-            } else if let Ok(array) = npy::read::<f16>(path) {
-                (array.shape, array.data.iter().map(|x| x.to_f32()).collect())
-            } else {
-                return Err(error).with_context(place);
-            }
-        }
-    };
-    let [_, bins] = shape[..] else {
-        bail!(
-            "{} have shape {shape:?}, expected (links, {ANGLE_BINS})",
-            place()
-        );
-    };
+    let mut file = ArrayFile::open_spectra(path)?;
+    let (Shape { samples, bins }, mut values) = (file.shape(), Vec::new());
     ensure!(
         bins == ANGLE_BINS,
-        "{} have {bins} bins, expected {ANGLE_BINS}",
-        place()
+        "predictions '{}' have {bins} bins, expected {ANGLE_BINS}",
+        path.display()
     );
-    Ok(values)
+    file.read_rows(samples, &mut values)?;
+    Ok(values.iter().map(|&x| x as f32).collect())
 }

@@ -8,7 +8,6 @@ pub(crate) mod dataset;
 mod examples;
 mod latency;
 pub(crate) mod model;
-mod pace;
 pub(crate) mod stamp;
 pub(crate) mod test_set;
 
@@ -27,7 +26,6 @@ use config::Config;
 use map2aps::targets::{Target, labelled_links};
 use map2aps::training::{self, Training};
 use map2aps::{DatasetPlan, Draw, Examples};
-use pace::Pace;
 use serde_json::{Value, json};
 use stamp::{Part, State};
 use test_set::TestSet;
@@ -95,19 +93,18 @@ impl Bench {
         self.claim_folder()?;
         let jobs = self.jobs()?;
         let (plan, split) = dataset::plan(&self.config)?;
-        let mut pace = Pace::new(self.guesses(&split, &jobs));
-        let context = self.context(plan, &split, &mut pace)?;
+        let announce = |stage: usize, name: &str| {
+            let (stages, seconds) = (1 + jobs.len(), started.elapsed().as_secs());
+            note!("[{stage}/{stages}] {name}, {seconds} s so far");
+        };
+        announce(1, "data set");
+        let context = self.context(plan, &split)?;
         let (mut entries, mut failed) = (Vec::new(), Vec::new());
-        for job in &jobs {
+        for (stage, job) in (2..).zip(&jobs) {
             let (name, _) = job.title();
-            pace.announce(&name);
-            let began = Instant::now();
+            announce(stage, &name);
             match self.entry(job, &context) {
-                Ok((entry, state)) => {
-                    let is_reused = state == State::Finished;
-                    pace.end((!is_reused).then(|| began.elapsed().as_secs_f64()));
-                    entries.push(entry);
-                }
+                Ok(entry) => entries.push(entry),
                 Err(error) if self.interrupted.load(Ordering::Relaxed) => {
                     return Err(
                         error.context("what is finished is kept, the same command continues")
@@ -116,7 +113,6 @@ impl Bench {
                 // The tracer without interactions tells which links are in sight: no report without it.
                 Err(error) if matches!(job, Job::Tracer(SIGHT)) => return Err(error),
                 Err(error) => {
-                    pace.end(None);
                     let message = output::told(error.as_ref());
                     note!("{name} failed, the others go on: {message}");
                     failed.push(Failure { name, message });
@@ -181,27 +177,7 @@ impl Bench {
         Ok(unique)
     }
 
-    /// Guesses of the times of the data and of each job \[s\].
-    fn guesses(&self, split: &Split, jobs: &[Job]) -> Vec<f64> {
-        let of_maps =
-            |maps: usize| maps * self.config.data.tx_per_map * self.config.data.rx_per_map;
-        let test_links = of_maps(split.test.len());
-        let job = |job: &Job| match job {
-            Job::Model(kind) => {
-                pace::model_s(&self.config, *kind, of_maps(split.train.len()), test_links)
-            }
-            Job::Tracer(_) => pace::data_s(test_links),
-            Job::Mean | Job::LineOfSight | Job::External(..) => 1e-4 * test_links as f64,
-        };
-        let data = pace::data_s(of_maps(
-            split.train.len() + split.develop.len() + split.test.len(),
-        ));
-        std::iter::once(data).chain(jobs.iter().map(job)).collect()
-    }
-
-    fn context(&self, plan: DatasetPlan, split: &Split, pace: &mut Pace) -> Result<BenchContext> {
-        pace.announce("data set");
-        let began = Instant::now();
+    fn context(&self, plan: DatasetPlan, split: &Split) -> Result<BenchContext> {
         let settings = json!({
             "maps": self.config.data.maps,
             "split": split,
@@ -227,7 +203,6 @@ impl Bench {
             !train.list().is_empty(),
             "the training maps {train_maps:?} have no link with a label"
         );
-        pace.end((state != State::Finished).then(|| began.elapsed().as_secs_f64()));
         Ok(BenchContext {
             mean: train.mean_target(),
             train_links: train.list().len(),
@@ -239,7 +214,7 @@ impl Bench {
     }
 
     /// Makes an entry, or takes it as it was made before.
-    fn entry(&self, job: &Job, context: &BenchContext) -> Result<(Entry, State)> {
+    fn entry(&self, job: &Job, context: &BenchContext) -> Result<Entry> {
         let (name, kind) = job.title();
         let folder = Path::new("scores").join(stem(&name));
         let training = match job {
@@ -267,7 +242,7 @@ impl Bench {
         let state = part.open(self.fresh)?;
         // Scores outlive their model's weights, unless these are to be made anew.
         if state == State::Finished {
-            return Ok((answer::entry(part.folder())?, state));
+            return answer::entry(part.folder());
         }
         let (test, interrupted) = (&context.test, &*self.interrupted);
         let answer = match (job, &training) {
@@ -299,7 +274,7 @@ impl Bench {
         };
         let entry = answer::keep(answer, (&name, kind), test, &self.out, &folder)?;
         part.finish()?;
-        Ok((entry, State::New))
+        Ok(entry)
     }
 
     fn training(&self, kind: ModelKind, context: &BenchContext) -> Result<(Training, Part)> {
