@@ -152,6 +152,16 @@ fn killed_relabelling_is_continued() {
 }
 
 #[test]
+fn a_folder_that_cannot_be_made_is_not_laid_to_the_source() {
+    let folder = Folder::new();
+    make(&folder, "source", &["--store", "aps,paths"]);
+    std::fs::write(folder.path("file"), "").unwrap();
+    let [source, out] = ["source", "file/new"].map(|name| folder.arg(name));
+    let told = fail(&["relabel", &source, "--out", &out]);
+    assert!(told.contains(&out) && !told.contains(&source), "{told}");
+}
+
+#[test]
 fn data_set_without_paths_says_how_to_make_one_with_them() {
     let folder = Folder::new();
     make(&folder, "labels", &[]);

@@ -109,6 +109,15 @@ fn picture_and_csv_are_made() {
 }
 
 #[test]
+fn a_refused_carrier_is_refused_without_a_remark() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("data");
+    let out = out.to_str().unwrap();
+    let told = fail(&["dataset", "--out", out, "--frequency-hz", "nan"]);
+    assert!(!told.contains("note:"), "{told}");
+}
+
+#[test]
 fn what_deserves_a_second_look_is_said_in_a_line() {
     let (_root, map) = house();
     let notes = |rx: &str, more: &[&str]| -> Vec<String> {

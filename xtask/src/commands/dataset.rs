@@ -106,7 +106,6 @@ impl Args {
         progress::use_threads(self.threads)?;
         let order = self.order.read()?;
         let (plan, ids, out) = (&order.plan, &order.ids, &order.out);
-        cautions::tell_carrier(&plan.trace);
         let bar = Bar::default();
         let control = Control {
             progress: &bar,
@@ -116,6 +115,7 @@ impl Args {
         let access = self.shard.map_or(Access::Whole, |shard| shard.access());
         let made = plan.make_shard(out, ids, access, &control)?;
         bar.clear();
+        cautions::tell_carrier(&plan.trace);
         cautions::tell_near(&plan.trace, made.tally.near_links);
         for line in &made.repairs {
             say!("{line}")?;

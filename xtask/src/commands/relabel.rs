@@ -68,9 +68,9 @@ impl Args {
     pub fn run(self) -> Result<()> {
         progress::use_threads(self.threads)?;
         let source = Dataset::open(&self.dataset)?;
-        let place = || format!("data set '{}'", self.dataset.display());
         let manifest = source.manifest();
-        let own = settings::label_of(&manifest.configuration).with_context(place)?;
+        let own = settings::label_of(&manifest.configuration)
+            .with_context(|| format!("data set '{}'", self.dataset.display()))?;
         let stored = match &self.store {
             Some(store) => args::stored(store),
             None => manifest.layout.stored(),
@@ -81,8 +81,7 @@ impl Args {
             cancel: &*interrupt_flag()?,
             command: &command_line::own_without(&["--out", "--threads"]),
         };
-        let made = relabel(&source, &self.out, &self.label(&own), stored, &control);
-        let made = made.with_context(place)?;
+        let made = relabel(&source, &self.out, &self.label(&own), stored, &control)?;
         bar.clear();
         say!("{}", Summary(&made))?;
         say!("data set '{}'", self.out.display())

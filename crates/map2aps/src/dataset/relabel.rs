@@ -36,7 +36,7 @@ pub fn relabel(
 ) -> Result<Made> {
     let manifest = source.manifest();
     if !manifest.layout.paths {
-        return Err(SettingsError::NoPaths.into());
+        return Err(SettingsError::NoPaths).at(Place::Dataset(source.root().into()));
     }
     if !stored.aps && !stored.pdp {
         return Err(SettingsError::NothingToLabel.into());
