@@ -72,7 +72,7 @@ impl ModelKind {
     /// any [`VarMap`](candle_nn::VarMap), or constants, as a file's, to evaluate it.
     ///
     /// # Errors
-    /// Those of `vb`, where a tensor is missing or has another shape.
+    /// `vb` lacks a tensor, or has one of another shape.
     pub fn build(self, preset: Preset, vb: VarBuilder<'_>) -> candle_core::Result<Box<dyn Model>> {
         (self.spec().build)(preset, vb)
     }
@@ -81,7 +81,7 @@ impl ModelKind {
     /// some names of tensors are the same.
     ///
     /// # Errors
-    /// Those of [`build`](Self::build).
+    /// As [`build`](Self::build).
     pub fn build_regularizer(
         self,
         preset: Preset,

@@ -57,7 +57,7 @@ impl Bound {
 /// Upper bounds of the strengths of waves along some legs, each of some kinds of waves: a row a leg.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Table {
-    /// Of each leg: the largest, the sum of squares, then kind by kind.
+    /// Bounds of each leg: the largest, the sum of squares, then kind by kind.
     bounds: Vec<Bound>,
 }
 

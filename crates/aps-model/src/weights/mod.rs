@@ -163,7 +163,7 @@ pub fn load(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
 /// backbone keeps its values.
 ///
 /// # Errors
-/// Those of [`load`]; [`Error::NoBackbone`] for RadioUNet, which has none. torchvision's fit no preset but the paper's.
+/// As [`load`], and [`Error::NoBackbone`] for RadioUNet, which has none. torchvision's fit no preset but the paper's.
 pub fn load_pretrained(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let backbone = pretrained::Backbone::of(parameters).ok_or(Error::NoBackbone)?;
     let source = Source::open(path)?;

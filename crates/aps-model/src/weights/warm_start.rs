@@ -23,7 +23,7 @@ const READS_NOISE: &str = "decoder.0.weight";
 /// are at first MS-MLP's. The noise input itself keeps its values; the report lists its tensors.
 ///
 /// # Errors
-/// Those of [`load`](super::load).
+/// As [`load`](super::load).
 pub fn warm_start(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let source = Source::open(path)?;
     let mut wanted = sorted(parameters);

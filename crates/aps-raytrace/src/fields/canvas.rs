@@ -137,7 +137,7 @@ struct Side {
     kind: Kind,
 }
 
-/// Where the line lies: at an end of each row, or below or above all rows inside.
+/// Place of the line: at an end of each row, or below or above all rows inside.
 #[derive(Debug, Clone, Copy, Default)]
 enum Kind {
     #[default]

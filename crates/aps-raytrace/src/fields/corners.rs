@@ -86,9 +86,9 @@ impl Corner {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Corners {
     pub corners: Vec<Corner>,
-    /// Of each, the pieces of its view that a tight string may go on to.
+    /// Pieces of each corner's view that a tight string may go on to.
     views: Vec<Vec<Piece>>,
-    /// Of each, the corners that a tight string may go on to, with their distance \[m\].
+    /// Corners that a tight string may go on to from each corner, with their distance \[m\].
     next: Vec<Vec<(u32, f64)>>,
 }
 

@@ -33,7 +33,7 @@ pub enum FieldError {
         /// Fault of the fan.
         problem: &'static str,
     },
-    /// What is kept of a map's corners would grow beyond the limit.
+    /// The views of a map's corners, and their pairs, would grow beyond the limit.
     #[error(
         "views and pairs of the corners take more than {limit} bytes; cut the map into smaller ones or simplify round buildings"
     )]

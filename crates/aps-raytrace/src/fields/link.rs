@@ -216,7 +216,7 @@ struct Gather<'a> {
     geodesic_m: f32,
 }
 
-/// What is looked up for neighbouring directions.
+/// Sources and positions looked up for neighbouring directions.
 struct Gathered {
     x_m: [f32; LANES],
     y_m: [f32; LANES],

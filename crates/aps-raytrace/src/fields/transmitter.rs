@@ -45,7 +45,7 @@ pub struct TransmitterFields {
     pub(super) ways: Ways,
     /// Sources by pixel in the order of [`Field::ALL`], and one pixel without any.
     pub(super) pixels: Vec<[u16; 3]>,
-    /// Of each source its place, counted from the first pixel, the length of the way to it \[m\], and 1; of none, zeros.
+    /// Place of each source, counted from the first pixel, the length of the way to it \[m\], and 1; zeros for none.
     pub(super) sources: Vec<[f32; 4]>,
 }
 

@@ -1,4 +1,4 @@
-//! What a source sees, piece by piece: the part of the street between two rays, up to one wall.
+//! Pieces of a view: the parts of the street that a source sees, each between two rays and up to one wall.
 //!
 //! [`crate::beam`] tells from which ray on which wall is the nearest: every ray of a piece meets the same wall first.
 
@@ -22,7 +22,7 @@ pub(super) struct Piece {
     pub far: [DVec2; 2],
     /// The wall they meet.
     pub wall: Option<u32>,
-    /// Where the two rays meet it: 0 at its start, 1 at its end.
+    /// Places on the wall at which the two rays meet it: 0 at its start, 1 at its end.
     at: [f64; 2],
 }
 

@@ -52,7 +52,7 @@ pub(crate) struct Making {
     maps: Vec<u32>,
     /// Maps that this writer may write.
     own: usize,
-    /// Those of them that are not there.
+    /// Maps that this writer may write and that are not there yet.
     pub todo: Vec<u32>,
     shards: Option<u32>,
 }

@@ -144,8 +144,10 @@ impl Trained {
         batch: usize,
         mut take: impl FnMut(&[f32]) -> Result<()>,
     ) -> Result<()> {
-        let (image, mut done) = (3 * height * width, 0);
-        for some in images.chunks(batch.max(1) * image.max(1)) {
+        // Images of no pixel are refused with the others of a wrong size.
+        let image = 3_usize.saturating_mul(height).saturating_mul(width).max(1);
+        let mut done = 0;
+        for some in images.chunks(batch.max(1).saturating_mul(image)) {
             let forward = || -> Result<Vec<f32>> {
                 let shape = (some.len() / image, 3, height, width);
                 let images = Tensor::from_slice(some, shape, &self.device)?;
