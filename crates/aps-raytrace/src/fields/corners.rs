@@ -86,6 +86,8 @@ impl Corner {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Corners {
     pub corners: Vec<Corner>,
+    /// By wall and end: the corner there, or [`u32::MAX`].
+    pub at_end: Vec<[u32; 2]>,
     /// Pieces of each corner's view that a tight string may go on to.
     views: Vec<Vec<Piece>>,
     /// Corners that a tight string may go on to from each corner, with their distance \[m\].
@@ -123,7 +125,14 @@ impl Corners {
         if bytes.into_inner() > MAX_BYTES {
             return Err(FieldError::TooManyCorners { limit: MAX_BYTES });
         }
+        let at_end = scene.walls().iter().map(|wall| {
+            [wall.a, wall.b].map(|end| {
+                let at = corners.iter().position(|c: &Corner| c.point == end);
+                at.map_or(u32::MAX, |at| at as u32)
+            })
+        });
         Ok(Self {
+            at_end: at_end.collect(),
             corners,
             views,
             next,
@@ -140,16 +149,36 @@ impl Corners {
         .collect()
     }
 
-    /// The shortest ways from a place to all corners that a tight string bends at (Dijkstra 1959).
+    /// The shortest ways from a place to all corners that a tight string bends at.
     pub fn ways(&self, scene: &Scene, from: DVec2) -> Ways {
+        let seeds = self.in_sight(scene, from).into_iter();
+        self.ways_of(seeds.map(|(corner, length_m)| Seed {
+            corner,
+            length_m,
+            from,
+            cos_sum: 0.0,
+        }))
+    }
+
+    /// The shortest ways that begin with the given ones (Dijkstra 1959).
+    pub fn ways_of(&self, seeds: impl Iterator<Item = Seed>) -> Ways {
         let mut ways = Ways {
             lengths_m: vec![f64::INFINITY; self.corners.len()],
-            before: vec![from; self.corners.len()],
+            before: vec![DVec2::ZERO; self.corners.len()],
+            turned_rad: vec![0.0; self.corners.len()],
+            count: vec![0; self.corners.len()],
+            cos_sum: vec![0.0; self.corners.len()],
         };
         let mut heap = BinaryHeap::new();
-        for (c, length_m) in self.in_sight(scene, from) {
-            ways.lengths_m[c as usize] = length_m;
-            heap.push(Reverse(Entry(length_m, c)));
+        for seed in seeds {
+            let c = seed.corner as usize;
+            if seed.length_m < ways.lengths_m[c] {
+                ways.lengths_m[c] = seed.length_m;
+                ways.before[c] = seed.from;
+                ways.count[c] = 1;
+                ways.cos_sum[c] = seed.cos_sum;
+                heap.push(Reverse(Entry(seed.length_m, seed.corner)));
+            }
         }
         while let Some(Reverse(Entry(length_m, c))) = heap.pop() {
             if length_m > ways.lengths_m[c as usize] {
@@ -158,8 +187,14 @@ impl Corners {
             for &(to, step_m) in &self.next[c as usize] {
                 let length_m = length_m + step_m;
                 if length_m < ways.lengths_m[to as usize] {
+                    let here = self.corners[c as usize].point;
+                    let there = self.corners[to as usize].point;
+                    let turn_rad = (here - ways.before[c as usize]).angle_to(there - here).abs();
                     ways.lengths_m[to as usize] = length_m;
-                    ways.before[to as usize] = self.corners[c as usize].point;
+                    ways.before[to as usize] = here;
+                    ways.turned_rad[to as usize] = ways.turned_rad[c as usize] + turn_rad;
+                    ways.count[to as usize] = ways.count[c as usize].saturating_add(1);
+                    ways.cos_sum[to as usize] = ways.cos_sum[c as usize];
                     heap.push(Reverse(Entry(length_m, to)));
                 }
             }
@@ -218,7 +253,22 @@ pub(super) struct Ways {
     /// Infinite where there is none \[m\].
     pub lengths_m: Vec<f64>,
     /// The place before each corner: the corner before, or where the ways begin.
-    before: Vec<DVec2>,
+    pub before: Vec<DVec2>,
+    /// Angle by which the way has turned before the corner \[rad\].
+    pub turned_rad: Vec<f64>,
+    /// Corners of the way, this one included.
+    pub count: Vec<u8>,
+    /// Sum of the cosines of incidence of the reflections before.
+    pub cos_sum: Vec<f64>,
+}
+
+/// A straight way to a corner, from a place or an image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seed {
+    pub corner: u32,
+    pub length_m: f64,
+    pub from: DVec2,
+    pub cos_sum: f64,
 }
 
 impl Ways {

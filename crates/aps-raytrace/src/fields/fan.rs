@@ -24,6 +24,8 @@ pub struct Fan {
     pub ranges_m: Vec<f64>,
     /// Reflections after which a ray ends at the next wall.
     pub max_bounces: usize,
+    /// Samples of each straight piece.
+    pub samples: usize,
 }
 
 impl Default for Fan {
@@ -33,6 +35,7 @@ impl Default for Fan {
             directions: 180,
             ranges_m: Self::log_spaced(40, 1.0, 320.0),
             max_bounces: 3,
+            samples: 8,
         }
     }
 }

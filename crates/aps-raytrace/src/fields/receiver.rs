@@ -10,43 +10,25 @@ use crate::scene::Scene;
 /// A wall is met though the ray begins this far behind it \[m\]: points of reflection are rounded.
 const BEHIND_M: f64 = 1e-9;
 
-/// Marks in [`ReceiverRays::marks`]: a corner is near. The lower bits count bounces.
-pub(super) const NEAR_CORNER: u8 = 128;
-
-/// Bounces of a position at which its ray has ended.
-pub(super) const ENDED: u8 = 127;
-
-/// The positions of one receiver's rays, in the order of ranges, then directions: 13 bytes each.
-///
-/// A ray goes straight, and behind a wall along the reflected ray, up to the number of bounces of its [`super::Fan`]. Which wall
-/// it meets is decided in floating point: a ray through a corner takes either side.
+/// Samples of one receiver's rays in the order (bounces, sample, direction).
 #[derive(Debug, Clone)]
 pub struct ReceiverRays {
-    pub(super) position: DVec2,
     /// In the fields' own coordinates.
     pub(super) place: DVec2,
     /// Corners in sight, with their distance \[m\].
     pub(super) corners: Vec<(u32, f64)>,
-    /// Pixel of each position; the one beyond the last outside of the grid, and where the ray has ended.
+    /// Pixel of each sample; the one beyond the last outside of the grid, and where the ray has ended.
     pub(super) pixels: Vec<u32>,
-    /// Places of the positions, counted from the first pixel \[m\].
+    /// x, y, range
     pub(super) x_m: Vec<f32>,
     pub(super) y_m: Vec<f32>,
-    /// Bounces before the position, or [`ENDED`]; and [`NEAR_CORNER`].
-    pub(super) marks: Vec<u8>,
-}
-
-/// A position on a ray of a receiver.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Place \[m\], to some 1e-7 of the grid's extent.
-    pub position: DVec2,
-    /// Unfolded distance from the receiver \[m\].
-    pub range_m: f64,
-    /// Reflections on the way there.
-    pub bounces: usize,
-    /// True beyond the edge of the grid, where there are no fields.
-    pub is_outside: bool,
+    pub(super) range_m: Vec<f32>,
+    /// By (bounces, direction): unit vector, sum of cosines of incidence, cosine of the last.
+    pub(super) units: Vec<[f32; 4]>,
+    /// By (bounces, direction): whether the segment is there
+    pub(super) valid: Vec<bool>,
+    /// By (bounces, direction): start of the segment [m].
+    pub(super) start_m: Vec<f32>,
 }
 
 impl ReceiverRays {
@@ -54,15 +36,20 @@ impl ReceiverRays {
         let (fan, grid) = (map.fan(), map.local_grid());
         let place = position - map.origin();
         let (directions, outside) = (fan.directions, grid.pixels());
+        let segments = (fan.max_bounces + 1) * directions;
+        let count = segments * fan.samples;
         let mut rays = Self {
-            position,
             place,
             corners: map.corners.in_sight(map.scene(), place),
-            pixels: vec![outside as u32; fan.positions()],
-            x_m: vec![0.0; fan.positions()],
-            y_m: vec![0.0; fan.positions()],
-            marks: vec![ENDED; fan.positions()],
+            pixels: vec![outside as u32; count],
+            x_m: vec![0.0; count],
+            y_m: vec![0.0; count],
+            range_m: vec![0.0; count],
+            units: vec![[0.0; 4]; segments],
+            valid: vec![false; segments],
+            start_m: vec![0.0; segments],
         };
+        let [low, high] = map.reach();
         for (direction, unit) in fan.unit_vectors().into_iter().enumerate() {
             let mut ray = Ray {
                 from: place,
@@ -70,65 +57,38 @@ impl ReceiverRays {
                 start_m: 0.0,
                 wall: None,
             };
-            let mut next = ray.next_wall(map.scene());
-            let mut bounces = 0;
-            for (row, &range_m) in fan.ranges_m.iter().enumerate() {
-                while let Some((distance_m, wall)) = next
-                    && range_m >= ray.start_m + distance_m
-                    && bounces <= fan.max_bounces
-                {
-                    ray.reflect(map.scene(), distance_m, wall);
-                    bounces += 1;
-                    next = ray.next_wall(map.scene());
+            let (mut sum, mut last) = (0.0, 0.0);
+            for bounces in 0..=fan.max_bounces {
+                let next = ray.next_wall(map.scene());
+                // Where it leaves the grid.
+                let edge = DVec2::select(ray.unit.cmpge(DVec2::ZERO), high, low);
+                let to_edge = ((edge - ray.from) / ray.unit).min_element();
+                let end_m = next.map_or(to_edge, |n| n.0.min(to_edge));
+                let segment = bounces * directions + direction;
+                rays.units[segment] = [ray.unit.x as f32, ray.unit.y as f32, sum as f32, last as f32];
+                rays.start_m[segment] = ray.start_m as f32;
+                if end_m > 0.0 {
+                    rays.valid[segment] = true;
+                    for k in 0..fan.samples {
+                        let t = end_m * (k as f64 + 0.5) / fan.samples as f64;
+                        let here = ray.from + ray.unit * t;
+                        let at = (bounces * fan.samples + k) * directions + direction;
+                        let pixel = grid.pixel_at(here).unwrap_or(outside);
+                        let offset = here - grid.first_m;
+                        rays.pixels[at] = pixel as u32;
+                        rays.x_m[at] = offset.x as f32;
+                        rays.y_m[at] = offset.y as f32;
+                        rays.range_m[at] = (ray.start_m + t) as f32;
+                    }
                 }
-                if bounces > fan.max_bounces {
-                    break;
-                }
-                let at = row * directions + direction;
-                let here = ray.from + ray.unit * (range_m - ray.start_m);
-                let pixel = grid.pixel_at(here).unwrap_or(outside);
-                let offset = here - grid.first_m;
-                rays.pixels[at] = pixel as u32;
-                rays.x_m[at] = offset.x as f32;
-                rays.y_m[at] = offset.y as f32;
-                let is_near = map.near_corner.get(pixel).is_some_and(|&is_near| is_near);
-                rays.marks[at] = bounces as u8 | if is_near { NEAR_CORNER } else { 0 };
+                let Some((distance_m, wall)) = next else { break };
+                let normal = map.scene().walls()[wall as usize].outward();
+                last = -ray.unit.dot(normal) / normal.length();
+                sum += last;
+                ray.reflect(map.scene(), distance_m, wall);
             }
         }
         rays
-    }
-
-    /// Position of the receiver \[m\].
-    #[must_use]
-    pub fn position(&self) -> DVec2 {
-        self.position
-    }
-
-    /// Memory they take.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.pixels.len() * 13 + size_of_val(&*self.corners)
-    }
-
-    /// Returns the position at a range of a ray, by their indices; `None` where the ray has ended at a wall.
-    ///
-    /// # Panics
-    /// When there is no such range or direction.
-    #[must_use]
-    pub fn sample(&self, map: &FieldMap<'_>, range: usize, direction: usize) -> Option<Sample> {
-        let (fan, grid) = (map.fan(), map.grid());
-        assert!(
-            direction < fan.directions,
-            "there is no direction {direction}"
-        );
-        let at = range * fan.directions + direction;
-        let bounces = self.marks[at] & !NEAR_CORNER;
-        (bounces != ENDED).then(|| Sample {
-            position: grid.first_m + DVec2::new(self.x_m[at].into(), self.y_m[at].into()),
-            range_m: fan.ranges_m[range],
-            bounces: bounces.into(),
-            is_outside: self.pixels[at] as usize == grid.pixels(),
-        })
     }
 }
 

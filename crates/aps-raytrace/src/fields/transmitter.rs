@@ -3,50 +3,33 @@
 use glam::DVec2;
 
 use super::canvas::{Canvas, DARK, Source};
-use super::corners::Ways;
+use super::corners::{Seed, Ways};
 use super::error::FieldError;
 use super::map::FieldMap;
 use super::view::{Piece, Scratch, View};
 use crate::scene::Scene;
 
-/// Ways from the transmitter to a pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Field {
-    /// The shortest way around the buildings, straight where the transmitter is in sight.
-    Geodesic,
-    /// The shortest way with one specular reflection.
-    Once,
-    /// The shortest way with two specular reflections.
-    Twice,
-}
-
-impl Field {
-    /// All of them, in the order in which they are kept.
-    pub const ALL: [Self; 3] = [Self::Geodesic, Self::Once, Self::Twice];
-}
 
 /// Marks in [`TransmitterFields::pixels`]: no way, and the transmitter itself.
 pub(super) const NO_SOURCE: u16 = 0;
 pub(super) const STRAIGHT: u16 = 1;
 
+/// Fields of a transmitter: corners after no, one and two reflections.
+pub const FIELDS: usize = 3;
+
 /// Largest number of sources: their numbers take two bytes.
 const MAX_SOURCES: usize = u16::MAX as usize;
 
-/// The fields of one transmitter: 6 bytes a pixel, and 16 a source.
-///
-/// A pixel holds no lengths but the source of the shortest way: the transmitter, an image of it, or a corner with the length
-/// of the way to it. So the length at any position within the pixel is exact, as far as the way to its centre is open.
+/// The fields of one transmitter.
 #[derive(Debug, Clone)]
 pub struct TransmitterFields {
-    pub(super) position: DVec2,
-    /// In the fields' own coordinates.
     pub(super) place: DVec2,
     /// Shortest ways to the corners.
     pub(super) ways: Ways,
-    /// Sources by pixel in the order of [`Field::ALL`], and one pixel without any.
-    pub(super) pixels: Vec<[u16; 3]>,
-    /// Place of each source, counted from the first pixel, the length of the way to it \[m\], and 1; zeros for none.
-    pub(super) sources: Vec<[f32; 4]>,
+    /// Sources by pixel, and one pixel without any.
+    pub(super) pixels: Vec<[u16; FIELDS]>,
+    /// x, y, offset, 1, unit vector of arrival x, y, turned so far \[rad\], corners + 64 * sum of cosines.
+    pub(super) sources: Vec<[f32; 9]>,
 }
 
 impl TransmitterFields {
@@ -59,98 +42,49 @@ impl TransmitterFields {
             view.pieces(scene, map.reach(), &mut scratch, &mut pieces);
         }
         let ways = map.corners.ways(scene, place);
-        let mut sources = vec![Source {
-            point: place,
-            offset_m: 0.0,
-        }];
-        let mut canvases = [(); 3].map(|()| Canvas::new(map.local_grid()));
-        let [geodesic, reflected @ ..] = &mut canvases;
+        let mut seeds = [(); 2].map(|()| Vec::new());
+        Seeds { scene, map, scratch }.collect(place, &pieces, &mut Vec::new(), &mut seeds);
+        let [once, twice] = seeds.map(|s| map.corners.ways_of(s.into_iter()));
+        let all = [&ways, &once, &twice];
+        let n = map.corner_count();
+        let mut sources = vec![Source { point: place, offset_m: 0.0 }];
+        let mut details = vec![[0.0; 5]];
+        for w in all {
+            for c in 0..n {
+                sources.push(map.corners.source(w, c));
+                let dir = (map.corners.corners[c].point - w.before[c]).normalize_or_zero();
+                details.push([dir.x, dir.y, w.turned_rad[c], w.count[c].into(), w.cos_sum[c]]);
+            }
+        }
+        let mut canvases = [(); FIELDS].map(|()| Canvas::new(map.local_grid()));
         for piece in &pieces {
             let sides = piece.sides(scene, None);
-            geodesic.paint(piece.heights_m(), sides, 0, &sources[0]);
+            canvases[0].paint(piece.heights_m(), sides, 0, &sources[0]);
         }
-        map.corners.paint(scene, &ways, 1, geodesic);
-        sources.extend((0..ways.lengths_m.len()).map(|c| map.corners.source(&ways, c)));
-        let mut painter = Painter {
-            scene,
-            reach: map.reach(),
-            scratch,
-            sources: &mut sources,
-        };
-        painter.reflect(place, &pieces, reflected);
+        for (i, w) in all.into_iter().enumerate() {
+            map.corners.paint(scene, w, (1 + i * n) as u32, &mut canvases[i]);
+        }
         for canvas in &mut canvases {
             map.extend_to_rim(canvas, &sources);
         }
         let first_m = map.local_grid().first_m;
-        let (pixels, sources) =
-            number(&canvases, &sources, first_m).map_err(|sources| FieldError::TooManySources {
-                position,
-                sources,
-                limit: MAX_SOURCES,
-            })?;
-        Ok(Self {
-            position,
-            place,
-            ways,
-            pixels,
-            sources,
-        })
-    }
-
-    /// Position of the transmitter \[m\].
-    #[must_use]
-    pub fn position(&self) -> DVec2 {
-        self.position
-    }
-
-    /// Memory they take.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.pixels) + size_of_val(&*self.sources) + self.ways.bytes()
-    }
-
-    /// Returns, pixel by pixel, 1 where the transmitter is in sight of the pixel and 0 elsewhere.
-    #[must_use]
-    pub fn in_sight(&self) -> Vec<u8> {
-        let is_straight = |pixel: &[u16; 3]| u8::from(pixel[0] == STRAIGHT);
-        self.grid_pixels().iter().map(is_straight).collect()
-    }
-
-    /// Returns, pixel by pixel, the unfolded length of a field's way to the pixel's centre \[m\]; infinity where there is none.
-    #[must_use]
-    pub fn lengths_m(&self, map: &FieldMap<'_>, field: Field) -> Vec<f32> {
-        let grid = map.grid();
-        let length = |(i, pixel): (usize, &[u16; 3])| {
-            let at = (grid.centre(i) - grid.first_m).as_vec2();
-            match pixel[field as usize] {
-                NO_SOURCE => f32::INFINITY,
-                source => {
-                    let [x, y, offset_m, _] = self.sources[source as usize];
-                    offset_m + at.distance(glam::Vec2::new(x, y))
-                }
-            }
-        };
-        self.grid_pixels().iter().enumerate().map(length).collect()
-    }
-
-    fn grid_pixels(&self) -> &[[u16; 3]] {
-        &self.pixels[..self.pixels.len() - 1]
+        let (pixels, sources) = number(&canvases, &sources, &details, first_m).map_err(|sources| {
+            FieldError::TooManySources { position, sources, limit: MAX_SOURCES }
+        })?;
+        Ok(Self { place, ways, pixels, sources })
     }
 }
 
-/// Paints what images light.
-struct Painter<'a> {
+/// Collects the corners that images light.
+struct Seeds<'a, 's> {
     scene: &'a Scene,
-    reach: [DVec2; 2],
+    map: &'a FieldMap<'s>,
     scratch: Scratch,
-    sources: &'a mut Vec<Source>,
 }
 
-impl Painter<'_> {
-    /// Paints what the walls at the ends of a source's view reflect onto the first canvas, what the walls at the ends of these
-    /// reflect onto the second, and so on.
-    fn reflect(&mut self, source: DVec2, pieces: &[Piece], canvases: &mut [Canvas]) {
-        let Some((canvas, further)) = canvases.split_first_mut() else {
+impl Seeds<'_, '_> {
+    fn collect(&mut self, source: DVec2, pieces: &[Piece], normals: &mut Vec<DVec2>, seeds: &mut [Vec<Seed>]) {
+        let Some((of_images, further)) = seeds.split_first_mut() else {
             return;
         };
         let mut lit = Vec::new();
@@ -159,42 +93,52 @@ impl Painter<'_> {
                 continue;
             };
             lit.clear();
-            view.pieces(self.scene, self.reach, &mut self.scratch, &mut lit);
-            let id = self.sources.len() as u32;
-            self.sources.push(Source {
-                point: image,
-                offset_m: 0.0,
-            });
+            view.pieces(self.scene, self.map.reach(), &mut self.scratch, &mut lit);
+            let wall = &self.scene.walls()[piece.wall.expect("reflects") as usize];
+            let normal = wall.outward().normalize();
+            let mut seen: Vec<DVec2> = normals.iter().map(|n| *n - normal * (2.0 * n.dot(normal))).collect();
+            seen.push(normal);
             for lit in &lit {
-                let sides = lit.sides(self.scene, piece.wall);
-                canvas.paint(lit.heights_m(), sides, id, &self.sources[id as usize]);
+                let Some(id) = lit.wall else { continue };
+                for (at, end) in lit.at.into_iter().flat_map(|at| [(at, 0), (at, 1)]) {
+                    if (at - end as f64).abs() > 1e-9 { continue }
+                    let corner = self.map.corners.at_end[id as usize][end];
+                    if corner == u32::MAX { continue }
+                    let c = &self.map.corners.corners[corner as usize];
+                    if c.bends(image) {
+                        let ray = c.point - image;
+                        let length_m = ray.length();
+                        let cos_sum = seen.iter().map(|n| n.dot(ray).abs() / length_m).sum();
+                        of_images.push(Seed { corner, length_m, from: image, cos_sum });
+                    }
+                }
             }
-            self.reflect(image, &lit, further);
+            let mut seen = seen;
+            self.collect(image, &lit, &mut seen, further);
         }
     }
 }
 
-/// Numbers the sources that rule a pixel, the transmitter as [`STRAIGHT`]: sources by pixel, and their places. `Err` with
-/// their number if it is too large.
 #[expect(clippy::type_complexity, reason = "taken apart where it is called")]
 fn number(
-    canvases: &[Canvas; 3],
+    canvases: &[Canvas; FIELDS],
     sources: &[Source],
+    details: &[[f64; 5]],
     first_m: DVec2,
-) -> Result<(Vec<[u16; 3]>, Vec<[f32; 4]>), usize> {
+) -> Result<(Vec<[u16; FIELDS]>, Vec<[f32; 9]>), usize> {
     let mut numbers = vec![None; sources.len()];
-    let mut places = vec![[0.0; 4]];
+    let mut places = vec![[0.0; 9]];
     let mut number = |source: usize| {
         *numbers[source].get_or_insert_with(|| {
             let Source { point, offset_m } = sources[source];
             let place = point - first_m;
-            places.push([place.x, place.y, offset_m, 1.0].map(|value| value as f32));
-            // Too many are counted, but not kept.
+            let [a, b, c, d, e] = details[source];
+            places.push([place.x, place.y, offset_m, 1.0, a, b, c, d, e].map(|value| value as f32));
             (places.len() - 1) as u16
         })
     };
     number(0);
-    let mut pixels = vec![[NO_SOURCE; 3]; canvases[0].sources.len() + 1];
+    let mut pixels = vec![[NO_SOURCE; FIELDS]; canvases[0].sources.len() + 1];
     for (field, canvas) in canvases.iter().enumerate() {
         for (pixel, &source) in pixels.iter_mut().zip(&canvas.sources) {
             if source != DARK {

@@ -23,7 +23,7 @@ pub(super) struct Piece {
     /// The wall they meet.
     pub wall: Option<u32>,
     /// Places on the wall at which the two rays meet it: 0 at its start, 1 at its end.
-    at: [f64; 2],
+    pub at: [f64; 2],
 }
 
 impl Piece {
