@@ -9,7 +9,7 @@ use xtask::interrupt::interrupt_flag;
 
 use super::Bench;
 use super::config::{Config, Profile};
-use crate::device::devices;
+use crate::choices::devices;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
