@@ -157,9 +157,9 @@ impl Run {
         &self.trainer
     }
 
-    /// Epochs after which the error on the development links was least.
-    pub fn best_epochs(&self) -> Option<f64> {
-        self.state.best.map(|(steps, _)| self.epochs(steps))
+    /// Steps after which the error on the development links was least.
+    pub fn best_steps(&self) -> Option<u64> {
+        self.state.best.map(|(steps, _)| steps)
     }
 
     /// Number of links trained on, repeats counted.
@@ -172,11 +172,11 @@ impl Run {
     /// # Errors
     /// [`TrainingError::NoEpoch`] when no score was made; weights that cannot be read.
     pub fn closing_scores(&self) -> Result<ClosingScores> {
-        let best_epochs = self.best_epochs().ok_or(TrainingError::NoEpoch)?;
+        let best_steps = self.best_steps().ok_or(TrainingError::NoEpoch)?;
         // The last weights are in the checkpoint.
         weights::load(&self.folder.best(), self.trainer.parameters())?;
         Ok(ClosingScores {
-            best_epochs,
+            best_epochs: self.epochs(best_steps),
             links: self.development.examples.list().len(),
             best: self.score()?,
             mean: self.development.score_constant(&self.mean_target)?,
