@@ -64,9 +64,6 @@ pub const PUBLISHED: [Published; 7] = [
     },
 ];
 
-/// Entries of Table III: without multi-scale encoder and regularizer, with either, with both.
-pub const ABLATION: [&str; 4] = ["ResNet-MLP", "MS-MLP", "Adv-MLP", "MS-AReg"];
-
 /// The row of a name.
 pub fn published(name: &str) -> Option<&'static Published> {
     PUBLISHED.iter().find(|row| row.name == name)

@@ -5,7 +5,7 @@ use aps_metrics::Metric;
 use super::analysis::{Analysis, latencies};
 use super::results::{Entry, EntryKind};
 use super::words::value;
-use super::{figures, paper, tables};
+use super::{figures, tables};
 use crate::document::{Block, Document, Section};
 use crate::numbers::{duration, three_digits};
 
@@ -79,34 +79,11 @@ fn sentence(analysis: &Analysis<'_>, protocol: &str) -> String {
 
 fn details(analysis: &Analysis<'_>, protocols: &[String]) -> Section {
     let mut section = Section::new("Details");
-    let all: Vec<&Entry> = analysis.results.entries.iter().collect();
-    let named = |name: &&str| all.iter().find(|e| e.name == **name).copied();
-    let variants: Vec<&Entry> = paper::ABLATION.iter().filter_map(named).collect();
     for protocol in protocols {
-        let paper_tables = [
-            (("table-1", "Table I, all entries"), &all, &tables::MAIN[..]),
-            (
-                ("table-2", "Table II, directions"),
-                &all,
-                &tables::DIRECTIONS[..],
-            ),
-            (
-                ("table-3", "Table III, ablation"),
-                &variants,
-                &tables::ABLATION[..],
-            ),
-        ];
-        for (name, entries, metrics) in paper_tables {
-            section.table(tables::scores(analysis, name, entries, protocol, metrics));
-        }
+        section.table(tables::scores(analysis, protocol));
     }
-    for table in protocols
-        .first()
-        .map(|p| tables::groups(analysis, p))
-        .into_iter()
-        .flatten()
-    {
-        section.table(table);
+    if let Some(protocol) = protocols.first() {
+        section.table(tables::groups(analysis, protocol));
     }
     section.table(tables::times(analysis));
     section.table(tables::training(analysis));

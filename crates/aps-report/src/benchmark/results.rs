@@ -224,7 +224,7 @@ pub struct ProtocolScores {
     pub protocol: String,
     /// Keys of the columns: [`aps_metrics::Metric::key`] of each of `Metric::ALL`.
     pub metrics: Vec<String>,
-    /// The npy file, relative to the folder of `results.json`: links x metrics, f32 or f64, C order,
+    /// The npy file, relative to the folder of `results.json`: links x metrics, f64, C order,
     /// every value finite.
     pub file: PathBuf,
 }

@@ -12,37 +12,11 @@ use crate::numbers::{count, duration, fixed, list, three_digits};
 /// Most rows of the table in front.
 const ROWS: usize = 12;
 
-/// Columns of the paper's Table I, the mirror-aware error beside the paper's.
-pub const MAIN: [Metric; 7] = [
-    Metric::Mae,
-    Metric::PsnrDb,
-    Metric::Cosine,
-    Metric::NmseDb,
-    Metric::SpectralAngleDeg,
-    Metric::PleDeg,
+/// Columns beside the paper's: the twin of a direction, which a uniform linear array cannot tell from it, is accepted.
+const MIRROR_AWARE: [Metric; 3] = [
     Metric::MirrorPleDeg,
-];
-
-/// Columns of Table II, the mirror-aware hits beside the paper's.
-pub const DIRECTIONS: [Metric; 6] = [
-    Metric::Hit2Deg,
-    Metric::Hit4Deg,
     Metric::MirrorHit2Deg,
     Metric::MirrorHit4Deg,
-    Metric::Recall2Deg,
-    Metric::Recall4Deg,
-];
-
-/// Columns of Table III.
-pub const ABLATION: [Metric; 8] = [
-    Metric::Cosine,
-    Metric::PsnrDb,
-    Metric::NmseDb,
-    Metric::PleDeg,
-    Metric::Hit2Deg,
-    Metric::Hit4Deg,
-    Metric::Recall2Deg,
-    Metric::Recall4Deg,
 ];
 
 /// Columns of groups of links.
@@ -79,6 +53,18 @@ fn table(
             .push(row.into_iter().flat_map(|cell| cell.1).collect());
     }
     table
+}
+
+fn folded(
+    stem: &str,
+    caption: impl Into<String>,
+    columns: &[(String, Vec<String>)],
+    rows: impl IntoIterator<Item = Vec<Cell>>,
+) -> Table {
+    Table {
+        is_folded: true,
+        ..table(stem, caption, columns, rows)
+    }
 }
 
 fn column(heading: &str, key: &str) -> (String, Vec<String>) {
@@ -143,17 +129,16 @@ pub fn front(analysis: &Analysis<'_>, protocol: &str) -> Table {
     table("front", caption, &columns, entries.iter().map(row))
 }
 
-/// Means of some metrics, an entry a row, the paper's figure below each. The best of what was learned stands out.
-pub fn scores(
-    analysis: &Analysis<'_>,
-    (stem, caption): (&str, &str),
-    entries: &[&Entry],
-    protocol: &str,
-    metrics: &[Metric],
-) -> Table {
+/// The paper's Tables I to III: means, an entry a row, the paper's figure below each. The best of what was learned stands out.
+pub fn scores(analysis: &Analysis<'_>, protocol: &str) -> Table {
+    let metrics: Vec<Metric> = Metric::PAPER_COLUMNS
+        .into_iter()
+        .chain(MIRROR_AWARE)
+        .collect();
+    let entries = &analysis.results.entries;
     let mut columns = vec![column("entry", "entry")];
     columns.extend(metrics.iter().copied().map(metric_column));
-    let row = |entry: &&Entry| {
+    let row = |entry: &Entry| {
         let cell = |&metric: &Metric| {
             let (mut shown, data) = estimate(metric, analysis.mean(entry, protocol, metric));
             if let Some(paper) = published(&entry.name).and_then(|p| p.of(metric)) {
@@ -165,17 +150,13 @@ pub fn scores(
         row.extend(metrics.iter().map(cell));
         row
     };
-    let caption = format!("{caption}, protocol {protocol}");
-    let mut table = table(
-        &format!("{stem}-{protocol}"),
-        caption,
-        &columns,
-        entries.iter().map(row),
-    );
+    let caption = format!("Tables I to III of the paper, all entries, protocol {protocol}");
+    let stem = format!("scores-{protocol}");
+    let mut table = folded(&stem, caption, &columns, entries.iter().map(row));
     for (j, &metric) in metrics.iter().enumerate() {
         let mean = |e: &Entry| Some(analysis.mean(e, protocol, metric)?.mean);
-        let learned = entries.iter().filter(|e| e.kind.is_learned());
-        let values = learned.filter_map(|e| mean(e));
+        let values = entries.iter().filter(|e| e.kind.is_learned());
+        let values = values.filter_map(mean);
         let best = match metric.better() {
             Better::Lower => values.fold(f64::INFINITY, f64::min),
             Better::Higher => values.fold(f64::NEG_INFINITY, f64::max),
@@ -184,71 +165,41 @@ pub fn scores(
         let places = entries.iter().enumerate().filter(|(_, e)| is_best(e));
         table.best.extend(places.map(|(i, _)| (i, j + 1)));
     }
-    table.is_folded = true;
     table
 }
 
 /// Scores by distance, sight, number of dominant peaks, and map.
-pub fn groups(analysis: &Analysis<'_>, protocol: &str) -> Vec<Table> {
-    let of = |stem: &str, caption: &str, of: fn(&TestLink) -> (f64, String)| {
-        by_group(analysis, (stem, caption), &analysis.groups(of), protocol)
-    };
-    vec![
-        of("by-distance", "Scores by distance", |link| {
+pub fn groups(analysis: &Analysis<'_>, protocol: &str) -> Table {
+    let ways: [fn(&TestLink) -> (f64, String); 4] = [
+        |link| {
             let from = (link.distance_m / DISTANCE_STEP_M).floor() * DISTANCE_STEP_M;
-            (
-                from,
-                format!("{from:.0} to {:.0} m", from + DISTANCE_STEP_M),
-            )
-        }),
-        of(
-            "by-sight",
-            "Scores in sight and out of sight",
-            |link| match link.line_of_sight {
-                true => (1.0, "in sight".into()),
-                false => (0.0, "out of sight".into()),
-            },
-        ),
-        of(
-            "by-peaks",
-            "Scores by number of dominant peaks",
-            |link| match link.dominant_peaks.min(MANY_PEAKS) {
-                MANY_PEAKS => (f64::from(MANY_PEAKS), format!("{MANY_PEAKS} or more")),
-                n => (f64::from(n), n.to_string()),
-            },
-        ),
-        of("by-map", "Scores by map", |link| {
-            (f64::from(link.map), format!("map {}", link.map))
-        }),
-    ]
-}
-
-fn by_group(
-    analysis: &Analysis<'_>,
-    (stem, caption): (&str, &str),
-    groups: &[Group],
-    protocol: &str,
-) -> Table {
+            let to = from + DISTANCE_STEP_M;
+            (from, format!("{from:.0} to {to:.0} m"))
+        },
+        |link| match link.line_of_sight {
+            true => (1.0, "in sight".into()),
+            false => (0.0, "out of sight".into()),
+        },
+        |link| match link.dominant_peaks.min(MANY_PEAKS) {
+            MANY_PEAKS => (f64::from(MANY_PEAKS), format!("{MANY_PEAKS} peaks or more")),
+            n => (f64::from(n), format!("peaks: {n}")),
+        },
+        |link| (f64::from(link.map), format!("map {}", link.map)),
+    ];
+    let groups: Vec<Group> = ways.iter().flat_map(|way| analysis.groups(way)).collect();
     let mut columns = ["entry", "group", "links"].map(|c| column(c, c)).to_vec();
     columns.extend(GROUPED.map(metric_column));
     let entries = analysis.results.entries.iter();
-    let rows = entries.flat_map(|entry| {
-        groups.iter().map(move |group| {
-            let n = group.links.len() as u64;
-            let mut row = vec![
-                text(&*entry.name),
-                text(&*group.name),
-                number(Some(n), count),
-            ];
-            let mean = |metric| analysis.mean_in(group, entry, protocol, metric);
-            row.extend(GROUPED.map(|metric| estimate(metric, mean(metric))));
-            row
-        })
+    let pairs = entries.flat_map(|entry| groups.iter().map(move |group| (entry, group)));
+    let rows = pairs.map(|(entry, group)| {
+        let mean = |metric| analysis.mean_in(group, entry, protocol, metric);
+        let mut row = vec![text(&*entry.name), text(&*group.name)];
+        row.push(number(Some(group.links.len() as u64), count));
+        row.extend(GROUPED.map(|metric| estimate(metric, mean(metric))));
+        row
     });
-    let caption = format!("{caption}, protocol {protocol}");
-    let mut table = table(stem, caption, &columns, rows);
-    table.is_folded = true;
-    table
+    let caption = format!("Scores by distance, sight, dominant peaks and map, protocol {protocol}");
+    folded("groups", caption, &columns, rows)
 }
 
 /// Run times of all entries.
@@ -285,9 +236,7 @@ pub fn times(analysis: &Analysis<'_>) -> Table {
         "Time a link in use, {threads} threads: median and 95th percentile of the prediction, and its input"
     );
     let rows = analysis.results.entries.iter().flat_map(of_entry);
-    let mut table = table("time", caption, &columns, rows);
-    table.is_folded = true;
-    table
+    folded("time", caption, &columns, rows)
 }
 
 /// Costs and settings of training.
@@ -318,9 +267,7 @@ pub fn training(analysis: &Analysis<'_>) -> Table {
         ])
     };
     let rows = analysis.results.entries.iter().filter_map(row);
-    let mut table = table("training", "Training", &columns, rows);
-    table.is_folded = true;
-    table
+    folded("training", "Training", &columns, rows)
 }
 
 /// Data and machine.
@@ -402,7 +349,5 @@ pub fn conditions(analysis: &Analysis<'_>) -> Table {
     ];
     let columns = [column("", "what"), column("value", "value")];
     let rows = rows.map(|(what, value)| vec![text(what), text(value)]);
-    let mut table = table("conditions", "Data and machine", &columns, rows);
-    table.is_folded = true;
-    table
+    folded("conditions", "Data and machine", &columns, rows)
 }

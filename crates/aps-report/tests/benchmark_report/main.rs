@@ -37,11 +37,9 @@ fn everything_is_written_and_well_formed() {
         "report.html",
         "report.md",
         "tables/front.csv",
-        "tables/table-1-paper.csv",
-        "tables/table-1-released.csv",
-        "tables/table-2-paper.csv",
-        "tables/table-3-paper.csv",
-        "tables/by-peaks.csv",
+        "tables/scores-paper.csv",
+        "tables/scores-released.csv",
+        "tables/groups.csv",
         "tables/time.csv",
         "figures/cossim-training.svg",
         "figures/cossim-time.svg",
@@ -132,10 +130,7 @@ fn one_sentence_and_one_table_tell_the_best_and_its_price() {
     );
     assert!(names.contains(&"MS-AReg, shipped") && !names.contains(&"mean spectrum"));
     // The rest is there for who asks, and no more than named here.
-    assert!(
-        text.contains("[by-distance.csv](tables/by-distance.csv)"),
-        "{text}"
-    );
+    assert!(text.contains("[groups.csv](tables/groups.csv)"), "{text}");
     assert_eq!(text.matches("\n| --- |").count(), 1, "{text}");
 }
 
