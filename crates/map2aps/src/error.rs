@@ -214,6 +214,8 @@ pub enum Place {
     LinkName(LinkName),
     /// The transmitter of a link.
     Transmitter,
+    /// A transmitter, by its row among those given.
+    TransmitterRow(usize),
     /// A receiver, by its row in the map or its number in a file.
     Receiver(i64),
     /// Spectra that are compared, described.
@@ -254,6 +256,7 @@ impl fmt::Display for Place {
             Self::Path(place) => write!(f, "path {place}"),
             Self::LinkName(name) => write!(f, "link {name}"),
             Self::Transmitter => write!(f, "transmitter"),
+            Self::TransmitterRow(row) => write!(f, "transmitter {row}"),
             Self::Receiver(id) => write!(f, "receiver {id}"),
             Self::Comparison(what) => write!(f, "{what}"),
             Self::Log(path) => write!(f, "log '{}'", path.display()),

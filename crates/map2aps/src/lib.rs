@@ -12,6 +12,7 @@
 //! | a data set | [`Examples`] | condition images and targets |
 //! | a data set | `training` (feature `models`) | trained weights, predictions |
 //! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
+//! | a tracer, many terminals | [`trace_links`], [`label_links`] | paths and labels in memory |
 //! | a data set, its maps | [`LinkSource`] | paths of single links |
 //! | a folder with a data set, finished or not | [`Overview`] | sums over its maps |
 //! | a data set | [`Export`] | the files of the published data |
@@ -41,6 +42,7 @@
 //! - `models`: training and prediction with the models of `aps-model`, in candle; `cuda` and `metal`: these on a GPU.
 #![forbid(unsafe_code)]
 
+mod batch;
 pub mod control;
 mod dataset;
 pub mod error;
@@ -70,6 +72,7 @@ pub use aps_model;
 pub use aps_raytrace;
 pub use aps_raytrace::TraceConfig;
 
+pub use batch::{LinkLabels, label_links, trace_links};
 pub use control::{Control, Progress, Work};
 pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
 pub use error::{Error, Place, Result};
