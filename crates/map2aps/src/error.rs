@@ -9,6 +9,7 @@ use aps_data::released::LinkName;
 use crate::dataset::MergeError;
 use crate::exchange::ExchangeError;
 use crate::maps::MapError;
+use crate::mirror::MirrorError;
 use crate::path_list::PathListError;
 use crate::scores::ScoreError;
 use crate::settings::SettingsError;
@@ -79,6 +80,9 @@ pub enum Error {
     /// Predictions or labels that cannot be scored.
     #[error(transparent)]
     Score(#[from] ScoreError),
+    /// Spectra of mirrored maps.
+    #[error(transparent)]
+    Mirror(#[from] MirrorError),
     /// A data set on disk.
     #[error(transparent)]
     Data(#[from] aps_data::Error),
