@@ -7,6 +7,8 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = ["Examples", "Scene", "Tracer", "explain", "label", "make_dataset", "manifest", "metrics"]
+
 @final
 class Scene:
     """Buildings of a city, checked, repaired and united; make one by a method ``from_...`` or `synthetic`."""
@@ -45,7 +47,7 @@ class Scene:
 
 @final
 class Tracer:
-    def __init__(self, scene: Scene, **limits: Any) -> None: ...
+    def __new__(cls, scene: Scene, **limits: Any) -> Tracer: ...
     def trace(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> dict[str, npt.NDArray[Any]]: ...
 
 def label(paths: object, settings: dict[str, Any], pdp: bool) -> dict[str, npt.NDArray[Any]]: ...
@@ -70,7 +72,9 @@ def explain(
 
 @final
 class Examples:
-    def __init__(self, folder: str | os.PathLike[str], split: str, size: int, mirror: bool, linear: bool) -> None: ...
+    def __new__(
+        cls, folder: str | os.PathLike[str], split: str, size: int, mirror: bool, linear: bool
+    ) -> Examples: ...
     def __len__(self) -> int: ...
     def batch(self, numbers: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
     @property

@@ -24,7 +24,7 @@ Preset: TypeAlias = Literal["paper", "small"]
 
 def resnet18(width: int) -> nn.Module:
     """torchvision's ResNet-18 without its last layer; its features are 8 widths."""
-    net = ResNet(BasicBlock, [2, 2, 2, 2])
+    net: Any = ResNet(BasicBlock, [2, 2, 2, 2])
     if width != 64:
         net.inplanes = width
         net.conv1 = nn.Conv2d(3, width, 7, stride=2, padding=3, bias=False)
@@ -33,7 +33,8 @@ def resnet18(width: int) -> nn.Module:
             layer = net._make_layer(BasicBlock, width << n, 2, stride=1 if n == 0 else 2)
             setattr(net, f"layer{n + 1}", layer)
     net.fc = nn.Identity()
-    return net
+    encoder: nn.Module = net
+    return encoder
 
 
 def mlp(*sizes: int, last: bool = False) -> nn.Sequential:
@@ -215,7 +216,8 @@ class Film(nn.Module):
 
     def forward(self, x: Tensor, condition: Tensor) -> Tensor:
         gamma, beta = self.proj(condition).chunk(2, 1)
-        return gamma[:, :, None] * x + beta[:, :, None]
+        modulated: Tensor = gamma[:, :, None] * x + beta[:, :, None]
+        return modulated
 
 
 class ResnetConv1d(nn.Module):
@@ -240,7 +242,8 @@ class ResnetConv1d(nn.Module):
             getattr(self, name + layer) for layer in ("_conv1", "_bn1", "_film", "_conv2", "_bn2")
         )
         x = F.leaky_relu(bn1(conv1(F.interpolate(x, scale_factor=2, mode="nearest"))), 0.2)
-        return F.leaky_relu(bn2(conv2(film(x, condition))), 0.2)
+        y: Tensor = F.leaky_relu(bn2(conv2(film(x, condition))), 0.2)
+        return y
 
     def forward(self, x: Tensor) -> Tensor:
         (s1, s2, s3, _), g = self.encoder(x)
@@ -292,7 +295,7 @@ def build(name: str, preset: Preset = "paper") -> nn.Module:
         raise ValueError(f"preset: '{preset}' is neither 'paper' nor 'small'")
     model = MODELS[name](preset)
     # As the files of weights tell it.
-    model.kind = f"{name} {preset}"
+    model.kind = f"{name} {preset}"  # type: ignore[assignment]
     return model
 
 
@@ -318,7 +321,7 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset =
             if kind is None:
                 raise ValueError(f"{os.fspath(file)}: it does not tell its model; name it")
             found, _, sizes = kind.partition(" ")
-            model = build(found, sizes)  # type: ignore[arg-type]
+            model = build(found, sizes)
         else:
             model = build(name, preset)
         model.load_state_dict({tensor: weights.get_tensor(tensor) for tensor in weights.keys()})
