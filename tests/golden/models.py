@@ -3,7 +3,7 @@
     python3 models.py [NAME ...]
 
 writes one file a model into models/ beside this file (all models without NAME).
-Weights, images and targets follow from a hash of a name and an index, the same in the tests, so none is stored.
+The models are those of the Python package (python/map2aps/torch/models.py). Weights, images and targets follow from a hash of a name and an index, the same in the tests, so none is stored.
 
 The arrays of a file, rows of tensors being in the order of their names:
 
@@ -19,6 +19,7 @@ step: the regularizer's Adam on BCE(R(c, a), 1) + BCE(R(c, P(c)), 0) with P(c) d
 BCE(R(c, P(c)), 1) + 100 L1(P(c), a), both with 2e-4 and (0.5, 0.999). Dropout is off.
 """
 
+import importlib.util
 import json
 import struct
 import sys
@@ -27,10 +28,10 @@ from pathlib import Path
 import numpy as np
 import torch
 import torch.nn.functional as F
-import torchvision
 from torch import nn
 
 OUT = Path(__file__).parent / "models"
+DEFINITIONS = Path(__file__).parents[2] / "python" / "map2aps" / "torch" / "models.py"
 BINS = 180
 BATCH = 2
 SAMPLES = 4
@@ -107,194 +108,25 @@ def set_weights(module):
 # ---------------------------------------------------------------- models
 
 
-def resnet18():
-    net = torchvision.models.resnet18()
-    net.fc = nn.Identity()
+def definitions():
+    """The models as the Python package has them, read without its native part."""
+    spec = importlib.util.spec_from_file_location("torch_models", DEFINITIONS)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+MODELS = definitions().MODELS
+Regularizer = definitions().Regularizer
+
+
+def without_dropout(net):
+    for module in net.modules():
+        if isinstance(module, nn.Dropout):
+            module.p = 0.0
     return net
 
 
-def mlp(*sizes, last=False):
-    layers = []
-    for a, b in zip(sizes, sizes[1:]):
-        layers += [nn.Linear(a, b), nn.LeakyReLU(0.2)]
-    return nn.Sequential(*(layers if last else layers[:-1]))
-
-
-class MultiScale(nn.Module):
-    def __init__(self):
-        super().__init__()
-        net = torchvision.models.resnet18()
-        self.stem = nn.Sequential(net.conv1, net.bn1, net.relu, net.maxpool)
-        self.layer1, self.layer2, self.layer3, self.layer4 = net.layer1, net.layer2, net.layer3, net.layer4
-        self.pool1, self.pool2 = nn.AdaptiveAvgPool2d(4), nn.AdaptiveAvgPool2d(2)
-        self.pool3, self.pool4 = nn.AdaptiveAvgPool2d(1), nn.AdaptiveAvgPool2d(1)
-        self.proj1, self.proj2 = nn.Linear(1024, 256), nn.Linear(512, 256)
-        self.proj3, self.proj4 = nn.Linear(256, 256), nn.Linear(512, 256)
-        self.global_proj = nn.Sequential(nn.Linear(1024, 512), nn.ReLU(), nn.Linear(512, 512))
-
-    def forward(self, x):
-        f1 = self.layer1(self.stem(x))
-        f2 = self.layer2(f1)
-        f3 = self.layer3(f2)
-        f4 = self.layer4(f3)
-        scales = [
-            self.proj1(self.pool1(f1).flatten(1)),
-            self.proj2(self.pool2(f2).flatten(1)),
-            self.proj3(self.pool3(f3).flatten(1)),
-            self.proj4(self.pool4(f4).flatten(1)),
-        ]
-        return scales, self.global_proj(torch.cat(scales, 1))
-
-
-class MsAreg(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.encoder = MultiScale()
-        self.noise_proj = nn.Linear(128, 256)
-        self.decoder = mlp(768, 1024, 1024, 512, BINS)
-
-    def forward(self, x):
-        noise = self.noise_proj(torch.zeros(len(x), 128, dtype=x.dtype))
-        return self.decoder(torch.cat([self.encoder(x)[1], noise], 1))
-
-
-class MsMlp(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.encoder = MultiScale()
-        self.decoder = mlp(512, 1024, 1024, 512, BINS)
-
-    def forward(self, x):
-        return self.decoder(self.encoder(x)[1])
-
-
-class AdvMlp(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.encoder = resnet18()
-        self.noise_proj = nn.Linear(128, 256)
-        self.decoder = mlp(768, 1024, 1024, 512, BINS)
-
-    def forward(self, x):
-        noise = self.noise_proj(torch.zeros(len(x), 128, dtype=x.dtype))
-        return self.decoder(torch.cat([self.encoder(x), noise], 1))
-
-
-class Regularizer(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.cond_encoder = resnet18()
-        self.aps_encoder = mlp(BINS, 512, 256, last=True)
-        self.head = mlp(768, 512, 256, 1)
-
-    def forward(self, x, a):
-        return self.head(torch.cat([self.cond_encoder(x), self.aps_encoder(a)], 1))
-
-
-class ResnetMlp(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.encoder = resnet18()
-        self.head = nn.Sequential(nn.Linear(512, 512), nn.ReLU(), nn.Dropout(0.0), nn.Linear(512, BINS))
-
-    def forward(self, x):
-        return self.head(self.encoder(x))
-
-
-class DoubleConv(nn.Module):
-    def __init__(self, a, b):
-        super().__init__()
-        layers = []
-        for i in (a, b):
-            layers += [nn.Conv2d(i, b, 3, padding=1), nn.BatchNorm2d(b), nn.ReLU()]
-        self.block = nn.Sequential(*layers)
-
-    def forward(self, x):
-        return self.block(x)
-
-
-class RadioUnet(nn.Module):
-    def __init__(self):
-        super().__init__()
-        sizes = [3, 64, 128, 256, 512]
-        for n in range(1, 5):
-            self.add_module(f"enc{n}", DoubleConv(sizes[n - 1], sizes[n]))
-            self.add_module(f"up{n}", nn.ConvTranspose2d(2 * sizes[n], sizes[n], 2, stride=2))
-            self.add_module(f"dec{n}", DoubleConv(2 * sizes[n], sizes[n]))
-        self.bottleneck = DoubleConv(512, 1024)
-        self.head = nn.Sequential(nn.Linear(64, 512), nn.ReLU(), nn.Linear(512, BINS))
-
-    def forward(self, x):
-        skips = []
-        for n in range(1, 5):
-            skips.append(getattr(self, f"enc{n}")(x))
-            x = F.max_pool2d(skips[-1], 2)
-        x = self.bottleneck(x)
-        for n in range(4, 0, -1):
-            x = getattr(self, f"dec{n}")(torch.cat([getattr(self, f"up{n}")(x), skips[n - 1]], 1))
-        return self.head(x.mean((2, 3)))
-
-
-class VitReg(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.vit = torchvision.models.vit_b_16()
-        self.vit.heads = nn.Identity()
-        self.head = nn.Sequential(nn.Linear(768, 512), nn.GELU(), nn.Dropout(0.0), nn.Linear(512, BINS))
-
-    def forward(self, x):
-        x = F.interpolate(x, size=(224, 224), mode="bilinear", align_corners=False)
-        return self.head(self.vit(x))
-
-
-class Film(nn.Module):
-    def __init__(self, condition, channels):
-        super().__init__()
-        self.proj = nn.Linear(condition, 2 * channels)
-
-    def forward(self, x, condition):
-        gamma, beta = self.proj(condition).chunk(2, 1)
-        return gamma[:, :, None] * x + beta[:, :, None]
-
-
-class ResnetConv1d(nn.Module):
-    def __init__(self):
-        super().__init__()
-        self.encoder = MultiScale()
-        self.init_proj = nn.Linear(512, 256 * 45)
-        for name, a, b in ("up1", 256, 128), ("up2", 128, 64):
-            self.add_module(name + "_conv1", nn.Conv1d(a, b, 5, padding=2))
-            self.add_module(name + "_bn1", nn.BatchNorm1d(b))
-            self.add_module(name + "_film", Film(256, b))
-            self.add_module(name + "_conv2", nn.Conv1d(b, b, 3, padding=1))
-            self.add_module(name + "_bn2", nn.BatchNorm1d(b))
-        self.ref_conv1, self.ref_bn = nn.Conv1d(64, 32, 3, padding=1), nn.BatchNorm1d(32)
-        self.ref_film, self.ref_conv2 = Film(256, 32), nn.Conv1d(32, 1, 1)
-
-    def upsample(self, x, condition, name):
-        conv1, bn1, film, conv2, bn2 = (
-            getattr(self, name + layer) for layer in ("_conv1", "_bn1", "_film", "_conv2", "_bn2")
-        )
-        x = F.leaky_relu(bn1(conv1(F.interpolate(x, scale_factor=2, mode="nearest"))), 0.2)
-        return F.leaky_relu(bn2(conv2(film(x, condition))), 0.2)
-
-    def forward(self, x):
-        (s1, s2, s3, _), g = self.encoder(x)
-        x = self.upsample(self.init_proj(g).reshape(-1, 256, 45), s3, "up1")
-        x = self.upsample(x, s2, "up2")
-        x = F.leaky_relu(self.ref_bn(self.ref_conv1(x)), 0.2)
-        return self.ref_conv2(self.ref_film(x, s1))[:, 0]
-
-
-MODELS = {
-    "ms_areg": MsAreg,
-    "ms_mlp": MsMlp,
-    "adv_mlp": AdvMlp,
-    "resnet_mlp": ResnetMlp,
-    "radiounet": RadioUnet,
-    "vit_reg": VitReg,
-    "resnet_conv1d": ResnetConv1d,
-}
 ADVERSARIAL = ("ms_areg", "adv_mlp")
 
 # ---------------------------------------------------------------- what is stored
@@ -379,14 +211,14 @@ def main(names):
     OUT.mkdir(exist_ok=True)
     a = targets()
     for name in names:
-        net = set_weights(MODELS[name]())
+        net = set_weights(without_dropout(MODELS[name]("paper")))
         count = sum(p.numel() for p in net.parameters())
         out = {}
         net.eval()
         with torch.no_grad():
             out["eval_64"], out["eval_256"] = net(images(64)).numpy(), net(images(256)).numpy()
         if name in ADVERSARIAL:
-            critic = set_weights(Regularizer()).eval()
+            critic = set_weights(Regularizer(64)).eval()
             with torch.no_grad():
                 out["critic_eval_64"] = critic(images(64), a).numpy()
             out |= train_adversarially(net, critic, images(64), a)

@@ -5,18 +5,28 @@
 //! would take 2 TB, and a Gaussian in the plane is the product of two on a line, so that making one
 //! costs about as much as reading it.
 
+mod area;
+
 use crate::raster::Raster;
 
 /// Settings of condition images.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConditionConfig {
-    /// Standard deviation of the spots \[pixels\]; positive. 20 in the released data.
+    /// Standard deviation of the spots \[pixels of the raster\]; positive. 20 in the released data.
     pub sigma_px: f64,
+    /// Rows and columns of an image, which shows the whole raster whatever its size; otherwise those of the raster.
+    ///
+    /// A pixel of a smaller image is the average of the raster over what it covers, and the spots shrink with the image. Position
+    /// c, in pixels of a raster W wide, is at (c + 1/2) S / W - 1/2 in an image S wide. A size of 0 is taken as 1.
+    pub image_size: Option<usize>,
 }
 
 impl Default for ConditionConfig {
     fn default() -> Self {
-        ConditionConfig { sigma_px: 20.0 }
+        ConditionConfig {
+            sigma_px: 20.0,
+            image_size: None,
+        }
     }
 }
 
@@ -34,10 +44,18 @@ impl Default for ConditionConfig {
 #[derive(Debug, Clone)]
 pub struct ConditionImages {
     buildings: Vec<f32>,
-    width: usize,
-    height: usize,
     metres_per_pixel: f64,
-    /// -1 / (2 sigma^2).
+    along: [Along; 2],
+}
+
+/// Map from positions along x or y to pixels of an image.
+#[derive(Debug, Clone, Copy)]
+struct Along {
+    /// Length of the image \[pixels\].
+    pixels: usize,
+    /// Pixels of the image a pixel of the raster.
+    scale: f64,
+    /// -1 / (2 sigma^2), sigma in pixels of the image.
     exponent: f64,
 }
 
@@ -45,12 +63,25 @@ impl ConditionImages {
     /// Prepares the images of a map with these buildings.
     pub fn new(buildings: &Raster, config: ConditionConfig) -> Self {
         let grid = buildings.grid();
+        let map: Vec<f32> = buildings.pixels().iter().copied().map(f32::from).collect();
+        let size = config.image_size.map(|size| size.max(1));
+        let along = |side: usize| {
+            let pixels = size.unwrap_or(side);
+            let scale = pixels as f64 / side as f64;
+            let sigma = config.sigma_px * scale;
+            Along {
+                pixels,
+                scale,
+                exponent: -0.5 / (sigma * sigma),
+            }
+        };
         ConditionImages {
-            buildings: buildings.pixels().iter().copied().map(f32::from).collect(),
-            width: grid.width,
-            height: grid.height,
+            buildings: match size {
+                Some(size) => area::average(&map, [grid.height, grid.width], size),
+                None => map,
+            },
             metres_per_pixel: grid.metres_per_pixel,
-            exponent: -0.5 / (config.sigma_px * config.sigma_px),
+            along: [along(grid.width), along(grid.height)],
         }
     }
 
@@ -84,20 +115,22 @@ impl ConditionImages {
             .chunks_exact_mut(self.buildings.len())
             .zip([tx_m, rx_m])
         {
-            let [column, row] = centre_m.map(|metres| metres / self.metres_per_pixel);
-            let along_x = self.spot(column, self.width);
-            let along_y = self.spot(row, self.height);
-            for (line, y) in plane.chunks_exact_mut(self.width).zip(along_y) {
+            let [x, y] = centre_m.map(|metres| metres / self.metres_per_pixel);
+            let [along_x, along_y] = [self.along[0].spot(x), self.along[1].spot(y)];
+            for (line, y) in plane.chunks_exact_mut(along_x.len()).zip(along_y) {
                 for (value, x) in line.iter_mut().zip(&along_x) {
                     *value = (x * y) as f32;
                 }
             }
         }
     }
+}
 
-    fn spot(&self, centre: f64, pixels: usize) -> Vec<f64> {
-        (0..pixels)
-            .map(|pixel| (self.exponent * (pixel as f64 - centre).powi(2)).exp())
-            .collect()
+impl Along {
+    /// Computes a spot along this axis; `centre` is in pixels of the raster.
+    fn spot(self, centre: f64) -> Vec<f64> {
+        let centre = centre * self.scale + 0.5 * (self.scale - 1.0);
+        let value = |pixel: usize| (self.exponent * (pixel as f64 - centre).powi(2)).exp();
+        (0..self.pixels).map(value).collect()
     }
 }

@@ -60,16 +60,22 @@ fn values(conditions: &ConditionImages) -> Vec<f32> {
 }
 
 #[test]
-fn at_its_own_size_the_image_is_that_of_the_data_set_bit_for_bit() {
+fn images_of_any_size_are_those_of_the_data_set_bit_for_bit() {
     let maps = maps();
-    let expected: Vec<f32> = links()
-        .iter()
-        .flat_map(|link| {
-            let images = DataImages::new(&maps[link.map as usize], DataConfig::default());
-            images.batch(&[(link.tx_m, link.rx_m)])
-        })
-        .collect();
-    assert_eq!(values(&conditions(&maps, 256)), expected);
+    for size in [256, 64, 100, 300] {
+        let config = DataConfig {
+            image_size: Some(size),
+            ..DataConfig::default()
+        };
+        let expected: Vec<f32> = links()
+            .iter()
+            .flat_map(|link| {
+                let images = DataImages::new(&maps[link.map as usize], config);
+                images.batch(&[(link.tx_m, link.rx_m)])
+            })
+            .collect();
+        assert_eq!(values(&conditions(&maps, size)), expected, "{size} px");
+    }
 }
 
 /// Buildings exactly; a spot's average over four pixels differs from its value at their middle by the curvature of the

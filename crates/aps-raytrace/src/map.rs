@@ -38,11 +38,11 @@ pub(crate) struct Map<'s> {
 }
 
 impl<'s> Map<'s> {
-    pub fn new(scene: &'s Scene, config: TraceConfig) -> Result<Self, ConfigError> {
+    pub fn new(scene: &Cow<'s, Scene>, config: TraceConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let origin = scene.origin();
         let local = if origin == DVec2::ZERO {
-            Cow::Borrowed(scene)
+            scene.clone()
         } else {
             Cow::Owned(scene.moved(-origin))
         };

@@ -1,5 +1,7 @@
 //! The tracer: the face of all stages.
 
+use std::borrow::Cow;
+
 use glam::DVec2;
 
 use crate::config::TraceConfig;
@@ -27,7 +29,7 @@ use crate::terminal::{Receiver, Transmitter};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Tracer<'s> {
-    scene: &'s Scene,
+    scene: Cow<'s, Scene>,
     map: Map<'s>,
 }
 
@@ -38,14 +40,18 @@ impl<'s> Tracer<'s> {
     /// [`ConfigError`] for a setting outside its range, when the images of a corner exceed
     /// `max_images`, or what is kept for all corners `max_wave_bytes`.
     pub fn new(scene: &'s Scene, config: TraceConfig) -> Result<Self, ConfigError> {
-        let map = Map::new(scene, config)?;
+        Self::of(Cow::Borrowed(scene), config)
+    }
+
+    fn of(scene: Cow<'s, Scene>, config: TraceConfig) -> Result<Self, ConfigError> {
+        let map = Map::new(&scene, config)?;
         Ok(Self { scene, map })
     }
 
     /// The scene.
     #[must_use]
-    pub fn scene(&self) -> &'s Scene {
-        self.scene
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// The configuration.
@@ -115,5 +121,16 @@ impl<'s> Tracer<'s> {
         let mut link = Link::default();
         self.link(&tx, &rx, &mut link)?;
         Ok(link)
+    }
+}
+
+impl Tracer<'static> {
+    /// Prepares a scene and keeps it, for whoever cannot keep the two together. It is held twice: as it was given, and as the
+    /// tracer computes in it.
+    ///
+    /// # Errors
+    /// As [`Tracer::new`].
+    pub fn owning(scene: Scene, config: TraceConfig) -> Result<Self, ConfigError> {
+        Self::of(Cow::Owned(scene), config)
     }
 }

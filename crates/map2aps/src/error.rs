@@ -9,6 +9,7 @@ use aps_data::released::LinkName;
 use crate::dataset::MergeError;
 use crate::exchange::ExchangeError;
 use crate::maps::MapError;
+use crate::mirror::MirrorError;
 use crate::path_list::PathListError;
 use crate::scores::ScoreError;
 use crate::settings::SettingsError;
@@ -79,6 +80,9 @@ pub enum Error {
     /// Predictions or labels that cannot be scored.
     #[error(transparent)]
     Score(#[from] ScoreError),
+    /// Spectra of mirrored maps.
+    #[error(transparent)]
+    Mirror(#[from] MirrorError),
     /// A data set on disk.
     #[error(transparent)]
     Data(#[from] aps_data::Error),
@@ -214,6 +218,8 @@ pub enum Place {
     LinkName(LinkName),
     /// The transmitter of a link.
     Transmitter,
+    /// A transmitter, by its row among those given.
+    TransmitterRow(usize),
     /// A receiver, by its row in the map or its number in a file.
     Receiver(i64),
     /// Spectra that are compared, described.
@@ -254,6 +260,7 @@ impl fmt::Display for Place {
             Self::Path(place) => write!(f, "path {place}"),
             Self::LinkName(name) => write!(f, "link {name}"),
             Self::Transmitter => write!(f, "transmitter"),
+            Self::TransmitterRow(row) => write!(f, "transmitter {row}"),
             Self::Receiver(id) => write!(f, "receiver {id}"),
             Self::Comparison(what) => write!(f, "{what}"),
             Self::Log(path) => write!(f, "log '{}'", path.display()),

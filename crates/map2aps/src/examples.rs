@@ -51,6 +51,8 @@ pub struct Examples {
     db: Samples,
     bins: usize,
     target: Target,
+    /// Settings of the condition images.
+    images: ConditionConfig,
 }
 
 /// The buildings of a map, and its image painter from the first image on.
@@ -102,6 +104,7 @@ impl Examples {
             db: Samples::with_capacity(aps.dtype, count * bins),
             bins,
             target,
+            images: ConditionConfig::default(),
         };
         let (mut passed, mut wanted) = (0, drawn.iter().flatten().copied().peekable());
         for id in maps {
@@ -143,6 +146,15 @@ impl Examples {
         });
     }
 
+    /// The same examples with condition images of so many rows and columns, which show the whole map.
+    pub fn with_image_size(mut self, size: usize) -> Self {
+        self.images.image_size = Some(size);
+        for map in &mut self.maps {
+            map.images = OnceLock::new();
+        }
+        self
+    }
+
     /// The links.
     pub fn list(&self) -> &[Example] {
         &self.list
@@ -153,10 +165,16 @@ impl Examples {
         self.bins
     }
 
-    /// Length of a condition image: 3 planes of the size of the map's image.
+    /// Rows and columns of a condition image: those of the map's image, or what [`Examples::with_image_size`] made them.
+    pub fn image_shape(&self) -> [usize; 2] {
+        let grid = self.maps.first().map(|map| map.buildings.grid());
+        let own = grid.map_or([0; 2], |grid| [grid.height, grid.width]);
+        self.images.image_size.map_or(own, |size| [size.max(1); 2])
+    }
+
+    /// Length of a condition image: 3 planes.
     pub fn image_len(&self) -> usize {
-        let first = self.maps.first();
-        first.map_or(0, |map| 3 * map.buildings.pixels().len())
+        3 * self.image_shape().iter().product::<usize>()
     }
 
     /// Place of an example's map among those of the examples.
@@ -200,7 +218,7 @@ impl Examples {
     pub fn write_condition(&self, example: usize, image: &mut [f32]) {
         let Example { tx_m, rx_m, .. } = self.list[example];
         let map = &self.maps[self.map_index(example)];
-        let paint = || ConditionImages::new(&map.buildings, ConditionConfig::default());
+        let paint = || ConditionImages::new(&map.buildings, self.images);
         map.images.get_or_init(paint).write(tx_m, rx_m, image);
     }
 }

@@ -9,9 +9,10 @@
 //! | a data set that stores paths | [`relabel`] | a data set with other labels |
 //! | shards of a data set | [`merge`] | the data set that one run would have made |
 //! | a data set, its maps | [`Verify`] | findings |
-//! | a data set | [`Examples`] | condition images and targets |
+//! | a data set | [`Examples`], [`DrawnExamples`] | condition images and targets |
 //! | a data set | `training` (feature `models`) | trained weights, predictions |
 //! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
+//! | a tracer, many terminals | [`trace_links`], [`label_links`] | paths and labels in memory |
 //! | a data set, its maps | [`LinkSource`] | paths of single links |
 //! | a folder with a data set, finished or not | [`Overview`] | sums over its maps |
 //! | a data set | [`Export`] | the files of the published data |
@@ -41,13 +42,16 @@
 //! - `models`: training and prediction with the models of `aps-model`, in candle; `cuda` and `metal`: these on a GPU.
 #![forbid(unsafe_code)]
 
+mod batch;
 pub mod control;
 mod dataset;
+mod drawn;
 pub mod error;
 mod examples;
 mod exchange;
 mod links;
 pub mod maps;
+mod mirror;
 mod overview;
 pub mod path_list;
 mod plan;
@@ -70,8 +74,10 @@ pub use aps_model;
 pub use aps_raytrace;
 pub use aps_raytrace::TraceConfig;
 
+pub use batch::{LinkLabels, label_links, trace_links};
 pub use control::{Control, Progress, Work};
 pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
+pub use drawn::DrawnExamples;
 pub use error::{Error, Place, Result};
 pub use examples::{Draw, Example, Examples};
 pub use exchange::{
@@ -80,6 +86,7 @@ pub use exchange::{
 };
 pub use links::{LinkMap, LinkSource};
 pub use maps::{MapError, MapSource, SceneSettings};
+pub use mirror::MirrorError;
 pub use overview::Overview;
 pub use plan::DatasetPlan;
 pub use sampling::Receivers;

@@ -181,9 +181,7 @@ fn advised(error: Error) -> Error {
         Some(map2aps::Error::Training(
             TrainingError::NotATrainingMap { .. } | TrainingError::NoDevelopmentMaps { .. },
         )) => error.context("--dev-maps"),
-        Some(map2aps::Error::Training(
-            TrainingError::Mirrored { .. } | TrainingError::Asymmetric,
-        )) => error.context("train without --mirror"),
+        Some(map2aps::Error::Mirror(_)) => error.context("train without --mirror"),
         _ => error,
     }
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask export`: a data set as the files of the published data.
+//! `cargo xtask export`: a data set as the files of the published data, or as tables.
 
 use std::path::PathBuf;
 
@@ -18,9 +18,11 @@ pub enum Layout {
     Released,
     /// samples/*.npz: normalised labels with their condition images, as models train on them.
     Samples,
+    /// data/PART/map_N.parquet: a row a link, with a card and a description for hubs of data sets.
+    Parquet,
 }
 
-/// Write a data set as the files of the published data: one or two a link.
+/// Write a data set as the files of the published data, one or two a link, or as tables.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder of the data set.
@@ -64,6 +66,7 @@ impl Args {
             ..Export::new(match self.layout {
                 Layout::Released => ExportLayout::Released,
                 Layout::Samples => ExportLayout::Samples,
+                Layout::Parquet => ExportLayout::Parquet,
             })
         };
         let bar = Bar::default();

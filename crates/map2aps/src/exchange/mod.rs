@@ -97,6 +97,10 @@ pub enum ExchangeError {
     /// An image of buildings with other values than 0 and 1.
     #[error("a pixel of its buildings is neither 0 nor 1")]
     Pixel,
+    /// A table that cannot be written.
+    #[cfg(feature = "parquet")]
+    #[error("the table cannot be written")]
+    Parquet(#[source] parquet::errors::ParquetError),
     /// A sample of another map.
     #[error("its buildings are not those of the map's first sample")]
     OtherBuildings,

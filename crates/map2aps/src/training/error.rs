@@ -89,18 +89,6 @@ pub enum TrainingError {
         /// The maps.
         maps: Vec<u32>,
     },
-    /// Mirror images of spectra that are not those of a uniform linear array.
-    #[error(
-        "the spectra of mirrored maps follow without tracing for a uniform linear array only; this data set's array is \
-         {array}"
-    )]
-    Mirrored {
-        /// The array, as the manifest has it.
-        array: serde_json::Value,
-    },
-    /// Mirror images of spectra over other angles than their mirror image.
-    #[error("the angles of this data set's spectra are not symmetric about zero")]
-    Asymmetric,
     /// A log of other columns.
     #[error("its columns are not those of this run; move it away to continue without it")]
     LogColumns,

@@ -2,6 +2,8 @@
 
 mod released;
 mod samples;
+#[cfg(feature = "parquet")]
+mod tables;
 
 use std::collections::HashSet;
 use std::fs;
@@ -27,6 +29,10 @@ pub enum ExportLayout {
     Released,
     /// `samples/*.npz`: normalised labels with their condition images, as models train on them.
     Samples,
+    /// `data/PART/map_N.parquet`: one row a link, labelled or not, with a card and a Croissant description for hubs of data
+    /// sets. Labels of any protocol, as they are.
+    #[cfg(feature = "parquet")]
+    Parquet,
 }
 
 /// Export of a data set: one or two files a link.
@@ -79,6 +85,10 @@ impl Export {
         self.check_protocol(dataset)?;
         let ids = self.map_ids(dataset)?;
         self.record(dataset, out)?;
+        #[cfg(feature = "parquet")]
+        if self.layout == ExportLayout::Parquet {
+            return tables::export(self, &ids, dataset, out, control);
+        }
         control.progress.begin(Work {
             units: self.links(dataset, &ids),
             name: "links",
@@ -105,6 +115,8 @@ impl Export {
                         exporter.write(link, name, out, buffers)
                     })?
                 }
+                #[cfg(feature = "parquet")]
+                ExportLayout::Parquet => unreachable!("tables are written above"),
                 ExportLayout::Samples => {
                     let exporter = samples::Samples::new(&map)?;
                     exporter.write_buildings(out)?;
@@ -124,10 +136,18 @@ impl Export {
 
     fn check_protocol(&self, dataset: &Dataset) -> Result<(), ExchangeError> {
         let found = dataset.manifest().configuration["label"]["protocol"].as_str();
-        match self.any_protocol || found == Some("released") {
+        match self.takes_any_protocol() || found == Some("released") {
             true => Ok(()),
             false => Err(ExchangeError::Protocol(found.map(Into::into))),
         }
+    }
+
+    fn takes_any_protocol(&self) -> bool {
+        #[cfg(feature = "parquet")]
+        if self.layout == ExportLayout::Parquet {
+            return true;
+        }
+        self.any_protocol
     }
 
     fn map_ids(&self, dataset: &Dataset) -> Result<Vec<u32>> {
@@ -156,6 +176,8 @@ impl Export {
             "layout": match self.layout {
                 ExportLayout::Released => "released",
                 ExportLayout::Samples => "samples",
+                #[cfg(feature = "parquet")]
+                ExportLayout::Parquet => "parquet",
             },
             "seed": manifest.seed,
             "stored": manifest.layout,

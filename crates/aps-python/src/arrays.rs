@@ -1,0 +1,135 @@
+//! Arrays of NumPy, checked as they come in.
+
+use std::fmt::Display;
+
+use map2aps::aps_raytrace::glam::DVec2;
+use numpy::{
+    Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
+
+/// Kinds of numbers that an argument takes.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// Integers and floating-point numbers.
+    Real,
+    /// Real and complex ones.
+    Complex,
+    /// Integers.
+    Integer,
+}
+
+impl Kind {
+    /// NumPy's letters for the kind, and its name.
+    fn about(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Real => ("fiu", "real numbers"),
+            Self::Complex => ("cfiu", "complex numbers"),
+            Self::Integer => ("iu", "integers"),
+        }
+    }
+}
+
+/// An argument as an array: its name, the array, and the shape it must have.
+pub struct Argument<'py> {
+    name: &'static str,
+    expected: String,
+    array: Bound<'py, PyUntypedArray>,
+}
+
+impl<'py> Argument<'py> {
+    /// Makes an array of an argument. A list without elements has no type to refuse.
+    ///
+    /// # Errors
+    /// `ValueError` with shape and type for numbers of another kind or shape; `expected` describes it, and None in `shape` is any length.
+    pub fn new(
+        value: &Bound<'py, PyAny>,
+        name: &'static str,
+        kind: Kind,
+        shape: &[Option<usize>],
+    ) -> PyResult<Self> {
+        let numpy = value.py().import(intern!(value.py(), "numpy"))?;
+        let array = numpy
+            .call_method1(intern!(value.py(), "asarray"), (value,))
+            .map_err(|error| PyValueError::new_err(format!("{name}: no array: {error}")))?;
+        let array = array.cast_into::<PyUntypedArray>()?;
+        let (letters, kind_name) = kind.about();
+        let lengths = |n: &Option<usize>| n.map_or("n".into(), |n| n.to_string());
+        let lengths: Vec<String> = shape.iter().map(lengths).collect();
+        let comma = if shape.len() == 1 { "," } else { "" };
+        let expected = format!("{kind_name} of shape ({}{comma})", lengths.join(", "));
+        let argument = Self {
+            name,
+            expected,
+            array,
+        };
+        let found = argument.array.shape();
+        let fits = |(found, shape): (&usize, &Option<usize>)| shape.is_none_or(|n| n == *found);
+        let has_shape = found.len() == shape.len() && found.iter().zip(shape).all(fits);
+        let letter = char::from(argument.array.dtype().kind());
+        match letters.contains(letter) && has_shape {
+            true => Ok(argument),
+            false => Err(argument.refuse("")),
+        }
+    }
+
+    /// The exception for this argument.
+    pub fn refuse(&self, why: impl Display) -> PyErr {
+        let shape = self.array.shape();
+        let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+        let comma = if shape.len() == 1 { "," } else { "" };
+        PyValueError::new_err(format!(
+            "{}: expected {}, got dtype {} of shape ({}{comma}){why}",
+            self.name,
+            self.expected,
+            self.array.dtype(),
+            shape.join(", ")
+        ))
+    }
+
+    /// Shape of the array.
+    pub fn shape(&self) -> &[usize] {
+        self.array.shape()
+    }
+
+    /// Tells if the array is of this type already.
+    pub fn has_type<T: Element>(&self) -> bool {
+        self.array.cast::<PyArrayDyn<T>>().is_ok()
+    }
+
+    /// Copies the values, row by row, into a type.
+    pub fn values<T: Element + Copy>(&self) -> PyResult<Vec<T>> {
+        let py = self.array.py();
+        let numpy = py.import(intern!(py, "numpy"))?;
+        let options = [("dtype", numpy::dtype::<T>(py))].into_py_dict(py)?;
+        let function = intern!(py, "ascontiguousarray");
+        let array = numpy.call_method(function, (&self.array,), Some(&options))?;
+        let array: PyReadonlyArrayDyn<'py, T> = array.cast_into::<PyArrayDyn<T>>()?.readonly();
+        Ok(array.as_slice()?.to_vec())
+    }
+}
+
+/// Points of shape (n, 2), or one of shape (2,).
+pub fn points(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Vec<DVec2>> {
+    let one = Argument::new(value, name, Kind::Real, &[Some(2)]);
+    let argument = match one {
+        Ok(one) => one,
+        Err(_) => Argument::new(value, name, Kind::Real, &[None, Some(2)])?,
+    };
+    let values = argument.values::<f64>()?;
+    let (points, _) = values.as_chunks();
+    Ok(points.iter().copied().map(DVec2::from).collect())
+}
+
+/// An array of numbers, row by row, in a shape.
+pub fn shaped<'py, T: Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    shape: impl Into<Vec<usize>>,
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    PyArray1::from_vec(py, values).reshape(shape.into())
+}

@@ -1,0 +1,38 @@
+//! The native module of the Python package `map2aps`: conversions between Python's objects and the crate `map2aps`.
+//!
+//! The package in `python/map2aps` is what people import; it documents what is here, in `_native.pyi`. Arrays come in as
+//! anything NumPy makes an array of, and are copied; they go out without a copy. Whatever takes long runs on a pool of
+//! threads of its own, without Python's lock, and ends at Ctrl-C.
+
+mod arrays;
+mod error;
+mod examples;
+mod explain;
+mod labels;
+mod making;
+mod metrics;
+mod paths;
+mod run;
+mod scene;
+mod tracer;
+
+use pyo3::prelude::*;
+
+/// The native part of `map2aps`.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::examples::Examples;
+    #[pymodule_export]
+    use super::explain::explain;
+    #[pymodule_export]
+    use super::labels::label;
+    #[pymodule_export]
+    use super::making::{make_dataset, manifest};
+    #[pymodule_export]
+    use super::metrics::metrics;
+    #[pymodule_export]
+    use super::scene::Scene;
+    #[pymodule_export]
+    use super::tracer::Tracer;
+}

@@ -1,0 +1,128 @@
+//! Scores of predictions.
+
+use map2aps::Error;
+use map2aps::aps_metrics::{DataRange, Metric};
+use map2aps::aps_metrics::{Error as MetricsError, Evaluation, Protocol, Real, Shape, Spectra};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{Argument, Kind, shaped};
+use crate::labels::protocol;
+use crate::run::run;
+
+/// Spectra in the precision they came in.
+enum Values {
+    Single(Vec<f32>),
+    Double(Vec<f64>),
+}
+
+impl Values {
+    fn of(argument: &Argument<'_>) -> PyResult<Self> {
+        match argument.has_type::<f32>() {
+            true => argument.values().map(Self::Single),
+            false => argument.values().map(Self::Double),
+        }
+    }
+}
+
+/// Scores predicted spectra against true ones.
+#[pyfunction]
+#[pyo3(signature = (truth, prediction, protocol_name, map_ids = None, data_range = None))]
+pub fn metrics<'py>(
+    py: Python<'py>,
+    truth: &Bound<'py, PyAny>,
+    prediction: &Bound<'py, PyAny>,
+    protocol_name: &str,
+    map_ids: Option<&Bound<'py, PyAny>>,
+    data_range: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let truth = Argument::new(truth, "truth", Kind::Real, &[None, None])?;
+    let prediction = Argument::new(prediction, "prediction", Kind::Real, &[None, None])?;
+    let [shape, predicted] = [&truth, &prediction].map(|spectra| Shape {
+        samples: spectra.shape()[0],
+        bins: spectra.shape()[1],
+    });
+    if shape != predicted {
+        let (truth, prediction) = (shape, predicted);
+        let error = MetricsError::ShapeMismatch { truth, prediction };
+        return Err(crate::error::exception(error));
+    }
+    let map_ids = map_ids.map(|ids| {
+        let ids = Argument::new(ids, "map_ids", Kind::Integer, &[Some(shape.samples)])?;
+        let refuse = |_| ids.refuse(": a map id is 0 to 4294967295");
+        let values = ids.values::<i64>()?.into_iter();
+        let ids: Result<Vec<u32>, _> = values.map(u32::try_from).collect();
+        ids.map_err(refuse)
+    });
+    let map_ids = map_ids.transpose()?;
+    let definition = Protocol::from(protocol(protocol_name)?);
+    let (truth, prediction) = (Values::of(&truth)?, Values::of(&prediction)?);
+    let ids = map_ids.as_deref();
+    let evaluation = run(py, None, |_| {
+        let evaluation = Evaluation::new(definition);
+        match (&truth, &prediction) {
+            (Values::Single(t), Values::Single(p)) => score(evaluation, t, p, shape.bins, ids),
+            (Values::Single(t), Values::Double(p)) => score(evaluation, t, p, shape.bins, ids),
+            (Values::Double(t), Values::Single(p)) => score(evaluation, t, p, shape.bins, ids),
+            (Values::Double(t), Values::Double(p)) => score(evaluation, t, p, shape.bins, ids),
+        }
+    })?;
+    let range = match data_range {
+        Some(range) => DataRange::new(range).map_err(crate::error::exception)?,
+        None => evaluation
+            .truth_range()
+            .ok_or_else(|| nothing_scored(&evaluation))?,
+    };
+    if evaluation.scored().is_empty() {
+        return Err(nothing_scored(&evaluation));
+    }
+    let (report, columns) = run(py, None, |_| {
+        let columns = Metric::ALL.map(|metric| (metric, evaluation.column(metric, range)));
+        Ok((serde_json::to_string(&evaluation.report(range))?, columns))
+    })?;
+    let rows = evaluation
+        .scored()
+        .iter()
+        .map(|sample| sample.sample as i64);
+    let rejected = evaluation.rejected().iter();
+    let rejected: Vec<i64> = rejected.map(|sample| sample.sample as i64).collect();
+    let values = PyDict::new(py);
+    for (metric, column) in columns {
+        let length = column.len();
+        values.set_item(metric.key(), shaped(py, column, [length])?)?;
+    }
+    let found = PyDict::new(py);
+    found.set_item("values", values)?;
+    found.set_item(
+        "rows",
+        shaped(py, rows.collect::<Vec<_>>(), [evaluation.scored().len()])?,
+    )?;
+    let count = rejected.len();
+    found.set_item("rejected", shaped(py, rejected, [count])?)?;
+    found.set_item("report", report)?;
+    Ok(found)
+}
+
+fn score<T: Real, P: Real>(
+    mut evaluation: Evaluation,
+    truth: &[T],
+    prediction: &[P],
+    bins: usize,
+    map_ids: Option<&[u32]>,
+) -> Result<Evaluation, Error> {
+    let (truth, prediction) = (Spectra::new(truth, bins)?, Spectra::new(prediction, bins)?);
+    evaluation.push(truth, prediction, map_ids)?;
+    Ok(evaluation)
+}
+
+fn nothing_scored(evaluation: &Evaluation) -> PyErr {
+    let samples = evaluation.samples();
+    PyValueError::new_err(match evaluation.rejected().first() {
+        Some(first) => format!(
+            "none of {samples} samples can be scored; the first: {}",
+            first.defect
+        ),
+        None => "truth and prediction hold no sample".into(),
+    })
+}

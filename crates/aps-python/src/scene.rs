@@ -1,0 +1,252 @@
+//! Scenes.
+
+use std::path::PathBuf;
+
+use map2aps::aps_data::RasterGrid;
+use map2aps::aps_raytrace::glam::DVec2;
+use map2aps::aps_raytrace::scene::{Area, Location, SceneConfig};
+use map2aps::aps_raytrace::{self, Footprint};
+use map2aps::maps::{self, SceneSettings, TileSettings};
+use map2aps::{Control, MapSource};
+use numpy::PyArrayDyn;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::arrays::{Argument, Kind, points, shaped};
+use crate::run::run;
+
+/// Buildings of a city, checked, repaired and united, seen from above.
+///
+/// Made by one of the methods ``from_radiomapseer``, ``from_geojson``, ``from_polygons`` and ``synthetic``.
+#[pyclass(module = "map2aps", frozen)]
+pub struct Scene {
+    pub(crate) scene: aps_raytrace::Scene,
+}
+
+fn settings(close_gaps_m: Option<f64>) -> SceneSettings {
+    close_gaps_m.map_or_else(SceneSettings::default, |close_gaps_m| SceneSettings {
+        close_gaps_m,
+    })
+}
+
+fn of_file(
+    py: Python<'_>,
+    file: PathBuf,
+    tile: Option<u32>,
+    tiles: TileSettings,
+    close_gaps_m: Option<f64>,
+) -> PyResult<Scene> {
+    let settings = settings(close_gaps_m);
+    let loaded = run(py, None, |_| maps::load_file(&file, tile, tiles, settings));
+    loaded.map(|(scene, _)| Scene { scene })
+}
+
+#[pymethods]
+impl Scene {
+    /// Reads a RadioMapSeer map: buildings in the square from 0 to 256 m.
+    ///
+    /// Parameters
+    /// ----------
+    /// file : path-like
+    ///     JSON file of polygons.
+    /// close_gaps_m : float, optional
+    ///     Slits between walls that are narrower are filled; 0.04 by default, 0 leaves all open.
+    #[staticmethod]
+    #[pyo3(signature = (file, *, close_gaps_m = None))]
+    fn from_radiomapseer(
+        py: Python<'_>,
+        file: PathBuf,
+        close_gaps_m: Option<f64>,
+    ) -> PyResult<Self> {
+        of_file(py, file, None, TileSettings::default(), close_gaps_m)
+    }
+
+    /// Reads a tile of a city in GeoJSON, as OpenStreetMap's exports are.
+    ///
+    /// Parameters
+    /// ----------
+    /// file : path-like
+    /// tile : int, optional
+    ///     The tile, counted row by row from the south-west; the first one with buildings by default.
+    /// tile_m : float, optional
+    ///     Side of the tiles in m; 256 by default.
+    /// metric : bool
+    ///     The coordinates are metres, not degrees.
+    /// all_polygons : bool
+    ///     Every polygon is a building, with or without a building tag.
+    /// close_gaps_m : float, optional
+    ///     As of ``from_radiomapseer``.
+    #[staticmethod]
+    #[pyo3(signature = (
+        file, *, tile = None, tile_m = None, metric = false, all_polygons = false, close_gaps_m = None
+    ))]
+    fn from_geojson(
+        py: Python<'_>,
+        file: PathBuf,
+        tile: Option<u32>,
+        tile_m: Option<f64>,
+        metric: bool,
+        all_polygons: bool,
+        close_gaps_m: Option<f64>,
+    ) -> PyResult<Self> {
+        let default = TileSettings::default();
+        let tiles = TileSettings {
+            tile_m: tile_m.unwrap_or(default.tile_m),
+            metric,
+            all_polygons,
+            ..default
+        };
+        of_file(py, file, tile, tiles, close_gaps_m)
+    }
+
+    /// Makes up a city in the square from 0 to 256 m.
+    ///
+    /// Parameters
+    /// ----------
+    /// seed : int
+    ///     The same seed makes the same city, everywhere.
+    /// close_gaps_m : float, optional
+    ///     As of ``from_radiomapseer``.
+    #[staticmethod]
+    #[pyo3(signature = (seed = 1, *, close_gaps_m = None))]
+    fn synthetic(py: Python<'_>, seed: u64, close_gaps_m: Option<f64>) -> PyResult<Self> {
+        let (source, settings) = (MapSource::Synthetic { count: 1 }, settings(close_gaps_m));
+        let scene = run(py, None, |_| source.load(0, seed, settings))?;
+        Ok(Self { scene })
+    }
+
+    /// Makes a scene of outlines of buildings.
+    ///
+    /// Parameters
+    /// ----------
+    /// polygons : sequence of array_like, each of shape (n, 2)
+    ///     Outer rings in m, open or closed, turning either way.
+    /// area : tuple (left, bottom, right, top), optional
+    ///     Rectangle that terminals are confined to, in m; the whole plane by default.
+    /// close_gaps_m : float, optional
+    ///     As of ``from_radiomapseer``.
+    #[staticmethod]
+    #[pyo3(signature = (polygons, *, area = None, close_gaps_m = None))]
+    fn from_polygons(
+        py: Python<'_>,
+        polygons: Vec<Bound<'_, PyAny>>,
+        area: Option<[f64; 4]>,
+        close_gaps_m: Option<f64>,
+    ) -> PyResult<Self> {
+        let outer = |polygon: &Bound<'_, PyAny>| {
+            let argument = Argument::new(polygon, "polygons", Kind::Real, &[None, Some(2)])?;
+            let values = argument.values::<f64>()?;
+            let (points, _) = values.as_chunks();
+            let points: Vec<DVec2> = points.iter().copied().map(DVec2::from).collect();
+            Ok(Footprint::new(points))
+        };
+        let footprints = polygons.iter().map(outer).collect::<PyResult<Vec<_>>>()?;
+        let config = SceneConfig {
+            area: area.map(|[left, bottom, right, top]| Area {
+                min: DVec2::new(left, bottom),
+                max: DVec2::new(right, top),
+            }),
+            close_gaps_m: settings(close_gaps_m).close_gaps_m,
+        };
+        let make = |_: &Control<'_>| Ok(aps_raytrace::Scene::with_config(&footprints, &config)?);
+        Ok(Self {
+            scene: run(py, None, make)?,
+        })
+    }
+
+    /// Tells which points are outdoors and in the area: neither in a building nor on its wall.
+    ///
+    /// Parameters
+    /// ----------
+    /// points_m : array_like, shape (n, 2) or (2,)
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of bool, shape (n,)
+    fn is_outdoor<'py>(
+        &self,
+        py: Python<'py>,
+        points_m: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
+        let points = points(points_m, "points")?;
+        if let Some(row) = points.iter().position(|p| !p.is_finite()) {
+            let text = format!("points: row {row} is {}, which is no place", points[row]);
+            return Err(PyValueError::new_err(text));
+        }
+        let is_outdoor = |&p: &DVec2| self.scene.locate(p) == Location::Outdoor;
+        let is_outdoor: Vec<bool> = points.iter().map(is_outdoor).collect();
+        let rows = is_outdoor.len();
+        shaped(py, is_outdoor, [rows])
+    }
+
+    /// Draws the buildings.
+    ///
+    /// Parameters
+    /// ----------
+    /// size : int
+    ///     Rows and columns; 256 by default.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of uint8, shape (size, size)
+    ///     1 for pixels in a building. Pixel (x, y) is in row y, column x, and stands for the point (x, y) times the area's side
+    ///     over `size`.
+    #[pyo3(signature = (size = 256))]
+    fn raster<'py>(&self, py: Python<'py>, size: usize) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+        let square = self
+            .scene
+            .area()
+            .filter(|area| area.min == DVec2::ZERO && area.max.x == area.max.y);
+        let Some(area) = square else {
+            let text = "a raster shows a square area with a corner at (0, 0), which this scene has not; give area=(0, 0, SIDE, SIDE)";
+            return Err(PyValueError::new_err(text));
+        };
+        let grid = RasterGrid::square(size, area.max.x);
+        let draw = |_: &Control<'_>| maps::raster(&self.scene, grid);
+        let raster = run(py, None, draw)?;
+        shaped(py, raster.pixels().to_vec(), [size, size])
+    }
+
+    /// Outlines of the united buildings: rings in m, each of shape (n, 2); what lies in an odd number of them is indoors.
+    #[getter]
+    fn outlines<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
+        let ring = |ring: Vec<DVec2>| {
+            let values: Vec<f64> = ring.iter().flat_map(DVec2::to_array).collect();
+            shaped(py, values, [ring.len(), 2])
+        };
+        self.scene.outlines().into_iter().map(ring).collect()
+    }
+
+    /// Walls from end to end in m, shape (walls, 2, 2): the buildings are to their left.
+    #[getter]
+    fn walls<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let walls = self.scene.walls();
+        let ends = walls.iter().flat_map(|wall| [wall.a, wall.b]);
+        let values: Vec<f64> = ends.flat_map(|p| p.to_array()).collect();
+        shaped(py, values, [walls.len(), 2, 2])
+    }
+
+    /// Rectangle that terminals are confined to, left, bottom, right and top in m; None for the whole plane.
+    #[getter]
+    fn area(&self) -> Option<[f64; 4]> {
+        let area = self.scene.area()?;
+        Some([area.min.x, area.min.y, area.max.x, area.max.y])
+    }
+
+    /// Repairs of the polygons in words; empty for none.
+    #[getter]
+    fn repairs(&self) -> String {
+        match self.scene.report().is_clean() {
+            true => String::new(),
+            false => self.scene.report().to_string(),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Scene({} buildings, {} walls)",
+            self.scene.building_count(),
+            self.scene.walls().len()
+        )
+    }
+}

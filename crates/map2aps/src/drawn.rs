@@ -1,0 +1,211 @@
+//! Examples drawn in batches, for networks of other programs.
+
+use aps_data::{Dataset, Part};
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::examples::Examples;
+use crate::mirror::negated_bins;
+use crate::scores::{Domain, ScoreError};
+
+/// Images of an example: as it is, mirrored in x, in y, in both.
+const IMAGES: usize = 4;
+
+/// The examples of a part of a data set, drawn as condition images of any size with their targets, alone or with their mirror
+/// images: number 4 n + i is then example n in image i, the numbers of `aps_model::data::Mirrored`.
+#[derive(Debug, Clone)]
+pub struct DrawnExamples {
+    examples: Examples,
+    /// For each bin the one at the negative of its angle, where there are mirror images.
+    negated: Option<Vec<usize>>,
+}
+
+impl DrawnExamples {
+    /// Loads the examples of a part, to be drawn with so many rows and columns.
+    ///
+    /// # Errors
+    /// As [`Examples::load`]; with `is_mirrored`, a data set whose spectra are not those of a linear array over symmetric
+    /// angles.
+    pub fn load(
+        dataset: &Dataset,
+        part: Part,
+        domain: Domain,
+        image_size: usize,
+        is_mirrored: bool,
+    ) -> Result<Self> {
+        let manifest = dataset.manifest();
+        let axis = manifest.layout.aps.ok_or(ScoreError::NoSpectra)?.axis;
+        let negated = is_mirrored.then(|| negated_bins(&manifest.configuration, axis));
+        let examples = Examples::load(dataset, part, domain)?;
+        Ok(Self {
+            negated: negated.transpose()?,
+            examples: examples.with_image_size(image_size),
+        })
+    }
+
+    /// The examples.
+    pub fn examples(&self) -> &Examples {
+        &self.examples
+    }
+
+    /// Number of examples, mirror images included.
+    pub fn len(&self) -> usize {
+        self.images() * self.examples.list().len()
+    }
+
+    /// Tells if there is no example.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn images(&self) -> usize {
+        self.negated.as_ref().map_or(1, |_| IMAGES)
+    }
+
+    /// Draws examples on all threads: `images` takes (numbers, 3, rows, columns), `targets` (numbers, bins).
+    ///
+    /// # Errors
+    /// A label that cannot be normalised.
+    ///
+    /// # Panics
+    /// When there is no such example, or a slice has another length.
+    pub fn write(&self, numbers: &[usize], images: &mut [f32], targets: &mut [f32]) -> Result<()> {
+        let (length, bins) = (self.examples.image_len(), self.examples.bins());
+        assert_eq!(images.len(), numbers.len() * length, "an image for each");
+        assert_eq!(targets.len(), numbers.len() * bins, "a target for each");
+        let images = images.par_chunks_mut(length.max(1));
+        let rows = images.zip(targets.par_chunks_mut(bins)).zip(numbers);
+        rows.try_for_each_init(
+            || vec![0.0; bins],
+            |upright, ((image, target), &number)| self.write_one(number, image, target, upright),
+        )
+    }
+
+    fn write_one(
+        &self,
+        number: usize,
+        image: &mut [f32],
+        target: &mut [f32],
+        upright: &mut [f64],
+    ) -> Result<()> {
+        let (example, mirror) = (number / self.images(), number % self.images());
+        let (in_x, in_y) = (mirror % 2 == 1, mirror >= 2);
+        self.examples.write_condition(example, image);
+        let [rows, columns] = self.examples.image_shape();
+        if in_x {
+            image.chunks_exact_mut(columns).for_each(<[f32]>::reverse);
+        }
+        if in_y {
+            image
+                .chunks_exact_mut(rows * columns)
+                .for_each(|plane| turn_over(plane, columns));
+        }
+        self.examples.write_target(example, upright)?;
+        match &self.negated {
+            Some(negated) if in_y => {
+                let bins = target.iter_mut().zip(negated);
+                bins.for_each(|(value, &bin)| *value = upright[bin] as f32);
+            }
+            _ => {
+                let bins = target.iter_mut().zip(upright);
+                bins.for_each(|(value, upright)| *value = *upright as f32);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Puts the rows of a plane in the opposite order.
+fn turn_over(plane: &mut [f32], columns: usize) {
+    let half = plane.len() / columns / 2 * columns;
+    let (top, rest) = plane.split_at_mut(half);
+    let bottom = rest.chunks_exact_mut(columns).rev();
+    let pairs = top.chunks_exact_mut(columns).zip(bottom);
+    pairs.for_each(|(a, b)| a.swap_with_slice(b));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Control, DatasetPlan, MapSource};
+
+    fn dataset(root: &tempfile::TempDir) -> Dataset {
+        let plan = DatasetPlan {
+            maps: MapSource::Synthetic { count: 3 },
+            tx_per_map: 2,
+            rx_per_map: 5,
+            ..DatasetPlan::default()
+        };
+        plan.make(root.path(), &[0, 1, 2], &Control::default())
+            .unwrap();
+        Dataset::open(root.path()).unwrap()
+    }
+
+    fn drawn(examples: &DrawnExamples, numbers: &[usize]) -> (Vec<f32>, Vec<f32>) {
+        let mut images = vec![0.0; numbers.len() * examples.examples().image_len()];
+        let mut targets = vec![0.0; numbers.len() * 180];
+        examples.write(numbers, &mut images, &mut targets).unwrap();
+        (images, targets)
+    }
+
+    #[test]
+    fn mirrored_examples_are_the_others_turned_over() {
+        let root = tempfile::tempdir().unwrap();
+        let dataset = dataset(&root);
+        let load = |mirrored| {
+            DrawnExamples::load(&dataset, Part::Train, Domain::Normalised, 33, mirrored).unwrap()
+        };
+        let (plain, mirrored) = (load(false), load(true));
+        assert_eq!(mirrored.len(), 4 * plain.len());
+        let (image, target) = drawn(&plain, &[3]);
+        assert_eq!(
+            target,
+            plain.examples().targets().unwrap()[3 * 180..4 * 180]
+        );
+        let (images, targets) = drawn(&mirrored, &[12, 13, 14, 15]);
+        let pixel = |plane: usize, y: usize, x: usize| image[(plane * 33 + y) * 33 + x];
+        for (i, found) in images.chunks_exact(3 * 33 * 33).enumerate() {
+            for (place, &value) in found.iter().enumerate() {
+                let (plane, y, x) = (place / 33 / 33, place / 33 % 33, place % 33);
+                let x = if i % 2 == 1 { 32 - x } else { x };
+                let y = if i / 2 == 1 { 32 - y } else { y };
+                assert_eq!(value, pixel(plane, y, x));
+            }
+        }
+        // The released axis holds both -180 and 180 degrees, so that negating an angle is reading backwards.
+        let backwards: Vec<f32> = target.iter().rev().copied().collect();
+        for (i, found) in targets.chunks_exact(180).enumerate() {
+            let expected = if i / 2 == 1 { &backwards } else { &target };
+            assert_eq!(found, &expected[..], "image {i}");
+        }
+    }
+
+    #[test]
+    fn a_circular_array_has_no_mirror_images() {
+        let root = tempfile::tempdir().unwrap();
+        let label = aps_label::LabelConfig {
+            array: aps_label::Array::UniformCircular {
+                elements: 8,
+                radius_wavelengths: 1.0,
+            },
+            ..aps_label::LabelConfig::released()
+        };
+        let plan = DatasetPlan {
+            maps: MapSource::Synthetic { count: 1 },
+            tx_per_map: 1,
+            rx_per_map: 2,
+            label,
+            ..DatasetPlan::default()
+        };
+        plan.make(root.path(), &[0], &Control::default()).unwrap();
+        let dataset = Dataset::open(root.path()).unwrap();
+        let load =
+            |mirrored| DrawnExamples::load(&dataset, Part::Train, Domain::Normalised, 8, mirrored);
+        assert!(
+            load(true)
+                .unwrap_err()
+                .to_string()
+                .contains("uniform_circular")
+        );
+    }
+}

@@ -1,0 +1,199 @@
+//! Tables as hubs of data sets take them: Parquet files of one row a link, with a card and a Croissant description.
+//!
+//! ```text
+//! README.md                        the card
+//! croissant.json
+//! data/train/map_0000.parquet      one file a map; also data/develop, data/test
+//! buildings.parquet                the image of each map's buildings
+//! ```
+
+mod card;
+mod columns;
+mod croissant;
+mod file;
+
+use std::path::{Path, PathBuf};
+
+use aps_data::{Dataset, MapData, Part, PathTable, Profile, replace_unsynced};
+use sha2::{Digest, Sha256};
+
+use super::{Export, Exported, create_folder};
+use crate::control::{Control, Work};
+use crate::error::{At, Place, Result};
+use columns::Column;
+
+/// Most bytes of numbers in a file, so that it stays below 500 MB whatever they compress to; further links of the map go to
+/// further files.
+const FILE_BYTES: usize = 400_000_000;
+
+/// Rows of a group within a file.
+const GROUP_ROWS: usize = 10_000;
+
+/// A file that was written.
+struct Written {
+    /// Place within the export.
+    name: String,
+    part: Option<Part>,
+    bytes: u64,
+    sha256: String,
+}
+
+/// Writes the tables of some maps.
+pub fn export(
+    export: &Export,
+    ids: &[u32],
+    dataset: &Dataset,
+    out: &Path,
+    control: &Control<'_>,
+) -> Result<Exported> {
+    let maps = dataset.manifest().maps.iter();
+    let links: usize = maps
+        .filter(|map| ids.contains(&map.id))
+        .map(|map| map.links)
+        .sum();
+    let most = export.limit.unwrap_or(usize::MAX);
+    control.progress.begin(Work {
+        units: links.min(most) as u64,
+        name: "links",
+        finished_maps: 0,
+        maps: ids.len(),
+    });
+    let (mut left, mut written, mut described) = (most, Vec::new(), Vec::new());
+    let mut buildings = columns::Buildings::default();
+    for &id in ids {
+        control.check()?;
+        control.progress.map(id);
+        let map = dataset.map(id)?;
+        let part = dataset.manifest().split.part_of(id);
+        buildings.push(&map, part);
+        let rows = left.min(map.links.len());
+        left -= rows;
+        let table = Table {
+            pdp: dataset
+                .manifest()
+                .layout
+                .pdp
+                .map(|_| dataset.pdp(id))
+                .transpose()?,
+            paths: dataset
+                .manifest()
+                .layout
+                .paths
+                .then(|| dataset.paths(id))
+                .transpose()?,
+            map,
+        };
+        let folder = format!("data/{}", columns::folder_of(part));
+        create_folder(&out.join(&folder))?;
+        for (number, rows) in table.portions(rows).into_iter().enumerate() {
+            let suffix = if number == 0 {
+                String::new()
+            } else {
+                format!("-{number}")
+            };
+            let name = format!("{folder}/map_{id:04}{suffix}.parquet");
+            let groups = rows.clone().step_by(GROUP_ROWS);
+            let groups = groups.map(|first| table.columns(first..rows.end.min(first + GROUP_ROWS)));
+            let file = Written::make(out, name, part, || file::bytes("link", groups))?;
+            written.push(file);
+            control.progress.advance(rows.len() as u64);
+        }
+        if described.is_empty() {
+            described = table.columns(0..0);
+        }
+    }
+    let buildings = buildings.columns();
+    let shown = Written::make(out, "buildings.parquet".into(), None, || {
+        file::bytes("map", std::iter::once(buildings))
+    })?;
+    let about = card::About {
+        dataset,
+        written: &written,
+        columns: &described,
+        links: links.min(most),
+    };
+    let bytes = written.iter().map(|file| file.bytes).sum::<u64>() + shown.bytes;
+    replace(&out.join("README.md"), about.card().as_bytes())?;
+    let croissant = serde_json::to_vec_pretty(&croissant::description(&about, &shown))?;
+    replace(&out.join("croissant.json"), &croissant)?;
+    Ok(Exported {
+        links: links.min(most),
+        bytes,
+    })
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
+    Ok(replace_unsynced(path, bytes)?)
+}
+
+impl Written {
+    /// Writes a file, or takes the one that is there and whole.
+    fn make(
+        out: &Path,
+        name: String,
+        part: Option<Part>,
+        make: impl FnOnce() -> Result<Vec<u8>>,
+    ) -> Result<Self> {
+        let path: PathBuf = out.join(&name);
+        let bytes = match file::whole(&path) {
+            Some(bytes) => bytes,
+            None => {
+                let bytes = make().at(Place::Writing(path.clone()))?;
+                replace(&path, &bytes)?;
+                bytes
+            }
+        };
+        let digits = Sha256::digest(&bytes);
+        Ok(Self {
+            name,
+            part,
+            bytes: bytes.len() as u64,
+            sha256: digits.iter().map(|byte| format!("{byte:02x}")).collect(),
+        })
+    }
+}
+
+/// The links of one map.
+struct Table {
+    map: MapData,
+    pdp: Option<Profile>,
+    paths: Option<PathTable>,
+}
+
+impl Table {
+    /// Cuts the first links into portions of [`FILE_BYTES`] each; at least one, so that no map is missing.
+    fn portions(&self, rows: usize) -> Vec<std::ops::Range<usize>> {
+        let bins =
+            |profile: &Profile| 4 * profile.bins() * if profile.argmax().is_some() { 2 } else { 1 };
+        let of_spectra: usize = self.map.aps.iter().chain(&self.pdp).map(bins).sum();
+        let (mut portions, mut first, mut bytes) = (Vec::new(), 0, 0);
+        for row in 0..rows {
+            let paths = self
+                .paths
+                .as_ref()
+                .map_or(0, |paths| paths.paths_of(row).len());
+            let row_bytes = 100 + of_spectra + 5 * 8 * paths;
+            if bytes + row_bytes > FILE_BYTES {
+                portions.push(first..row);
+                (first, bytes) = (row, 0);
+            }
+            bytes += row_bytes;
+        }
+        portions.push(first..rows);
+        portions
+    }
+
+    /// The columns of some links.
+    fn columns(&self, rows: std::ops::Range<usize>) -> Vec<Column> {
+        columns::of_links(&self.map, self.pdp.as_ref(), self.paths.as_ref(), rows)
+    }
+}
+
+/// Reads a file, for tests.
+#[cfg(test)]
+fn read(path: &Path) -> Vec<u8> {
+    std::fs::read(path).unwrap()
+}
+
+#[cfg(test)]
+mod tests;

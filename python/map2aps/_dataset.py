@@ -1,0 +1,219 @@
+"""Data sets on disk."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from ._arrays import Array, Protocol, label_settings
+from ._paths import Limits
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+Progress: TypeAlias = Callable[[int, int], object]
+StrPath: TypeAlias = str | os.PathLike[str]
+
+
+class Map:
+    """One map of a data set; its arrays are mapped into memory, and read where they are looked at.
+
+    Attributes
+    ----------
+    id : int
+    links : int
+        Number of links.
+    """
+
+    def __init__(self, folder: Path, entry: dict[str, Any]) -> None:
+        self._folder, self._entry = folder, entry
+        self.id = int(entry["id"])
+        self.links = int(entry["links"])
+        self._files = {Path(file["name"]).stem: file for file in entry["files"]}
+
+    def __repr__(self) -> str:
+        return f"Map({self.id}, {self.links} links)"
+
+    def keys(self) -> list[str]:
+        """Names of the arrays, as the page on the format of data sets lists them."""
+        return list(self._files)
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """An array by name, read-only: ``tx`` and ``rx`` in m, ``link_tx``, ``link_rx``, ``status``, ``aps_db``, ...
+
+        Raises
+        ------
+        KeyError
+            For an array that the data set does not store.
+        ValueError
+            For a file of another shape than the manifest says.
+        """
+        file = self._files[name]
+        path = self._folder / file["name"]
+        if 0 in file["shape"]:
+            array: npt.NDArray[Any] = np.load(path)
+        else:
+            array = np.load(path, mmap_mode="r")
+        if list(array.shape) != file["shape"]:
+            raise ValueError(f"{path}: its shape is {array.shape}, the manifest says {tuple(file['shape'])}")
+        return array
+
+    @property
+    def is_valid(self) -> npt.NDArray[np.bool_]:
+        """True for links with a label, shape (links,)."""
+        return np.asarray(self["status"] == 0)
+
+
+class Dataset:
+    """A finished data set. Opening it reads the manifest alone.
+
+    Parameters
+    ----------
+    path : path-like
+        Folder of the data set.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+    manifest : dict
+        The manifest, checked.
+    """
+
+    def __init__(self, path: StrPath) -> None:
+        self.path = Path(path)
+        self.manifest: dict[str, Any] = json.loads(_native.manifest(self.path))
+
+    def __repr__(self) -> str:
+        return f"Dataset('{self.path}', {len(self)} maps, {self.links} links)"
+
+    def __reduce__(self) -> tuple[type[Dataset], tuple[Path]]:
+        return Dataset, (self.path,)
+
+    @cached_property
+    def _entries(self) -> dict[int, dict[str, Any]]:
+        return {entry["id"]: entry for entry in self.manifest["maps"]}
+
+    @property
+    def links(self) -> int:
+        """Number of links, with or without a label."""
+        return sum(int(entry["links"]) for entry in self.manifest["maps"])
+
+    @property
+    def angle_deg(self) -> npt.NDArray[np.float64]:
+        """Azimuth of each bin of the spectra, shape (bins,)."""
+        axis = self.manifest["layout"]["aps"]["axis"]
+        return np.linspace(axis["start"], axis["stop"], axis["count"], endpoint=axis["endpoint"])
+
+    def __len__(self) -> int:
+        """Number of maps."""
+        return len(self._entries)
+
+    def __iter__(self) -> Iterator[Map]:
+        return (self[i] for i in self._entries)
+
+    def __getitem__(self, map_id: int) -> Map:
+        """A map by its id."""
+        return Map(self.path / f"map_{map_id:04}", self._entries[map_id])
+
+    def split(self, part: Literal["train", "develop", "test"]) -> list[int]:
+        """Ids of the maps of a part of the split."""
+        return list(self.manifest["split"][part])
+
+
+def _bar(progress: Progress | bool | None) -> tuple[Progress | None, Callable[[], object]]:
+    """The function that is told of progress, and the one that ends it."""
+    if callable(progress):
+        return progress, lambda: None
+    if not progress:
+        return None, lambda: None
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        return None, lambda: None
+    bar = tqdm(unit="link", unit_scale=True)
+
+    def show(done: int, total: int) -> None:
+        bar.total = total
+        bar.update(done - bar.n)
+
+    return show, bar.close
+
+
+def make_dataset(
+    path: StrPath,
+    maps: int | StrPath = 10,
+    *,
+    tx_per_map: int = 20,
+    rx_per_map: int = 100,
+    receivers: Literal["reached", "outdoor"] = "reached",
+    map_ids: list[int] | None = None,
+    seed: int = 42,
+    protocol: Protocol = "released",
+    array: Array | None = None,
+    sampling_rate_hz: float | None = None,
+    store_pdp: bool = False,
+    store_paths: bool = False,
+    tile_m: float | None = None,
+    metric: bool = False,
+    progress: Progress | bool | None = True,
+    **limits: Unpack[Limits],
+) -> Dataset:
+    """Makes a data set in a folder, or goes on with one that was interrupted. The same settings make the same bytes.
+
+    Parameters
+    ----------
+    path : path-like
+        Folder of the data set.
+    maps : int or path-like
+        Number of synthetic cities, a folder of RadioMapSeer files, or the GeoJSON file of a city.
+    tx_per_map, rx_per_map : int
+        Transmitters of a map, and receivers of each.
+    receivers : {"reached", "outdoor"}
+        Points that the transmitter reaches within the limits, or the same points for all transmitters of a map.
+    map_ids : list of int, optional
+        Maps to take; all by default.
+    seed : int
+        Seed of terminals, synthetic cities and split.
+    protocol, array, sampling_rate_hz
+        Of the labels, as of `label`.
+    store_pdp, store_paths : bool
+        Store power delay profiles, and paths, from which labels can be made anew.
+    tile_m : float, optional
+        Side of the maps that a city is cut into, in m; 256 by default.
+    metric : bool
+        The coordinates of the city are metres, not degrees.
+    progress : callable, bool or None
+        Called with the number of links done and that of all, some times a second; True shows a bar where tqdm is installed.
+    **limits
+        Of the trace, as of `Tracer`.
+
+    Returns
+    -------
+    Dataset
+    """
+    settings = {
+        "maps": maps,
+        "map_ids": map_ids,
+        "tile_m": tile_m,
+        "metric": metric,
+        "tx_per_map": tx_per_map,
+        "rx_per_map": rx_per_map,
+        "receivers": receivers,
+        "seed": seed,
+        "store_pdp": store_pdp,
+        "store_paths": store_paths,
+    }
+    tell, close = _bar(progress)
+    try:
+        _native.make_dataset(path, settings, label_settings(protocol, array, sampling_rate_hz), tell, **limits)
+    finally:
+        close()
+    return Dataset(path)

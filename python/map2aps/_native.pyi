@@ -1,0 +1,81 @@
+"""The native module; `map2aps` documents what it offers."""
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Examples", "Scene", "Tracer", "explain", "label", "make_dataset", "manifest", "metrics"]
+
+@final
+class Scene:
+    """Buildings of a city, checked, repaired and united; make one by a method ``from_...`` or `synthetic`."""
+
+    @staticmethod
+    def from_radiomapseer(file: str | os.PathLike[str], *, close_gaps_m: float | None = None) -> Scene: ...
+    @staticmethod
+    def from_geojson(
+        file: str | os.PathLike[str],
+        *,
+        tile: int | None = None,
+        tile_m: float | None = None,
+        metric: bool = False,
+        all_polygons: bool = False,
+        close_gaps_m: float | None = None,
+    ) -> Scene: ...
+    @staticmethod
+    def synthetic(seed: int = 1, *, close_gaps_m: float | None = None) -> Scene: ...
+    @staticmethod
+    def from_polygons(
+        polygons: Sequence[npt.ArrayLike],
+        *,
+        area: tuple[float, float, float, float] | None = None,
+        close_gaps_m: float | None = None,
+    ) -> Scene: ...
+    def is_outdoor(self, points_m: npt.ArrayLike) -> npt.NDArray[np.bool_]: ...
+    def raster(self, size: int = 256) -> npt.NDArray[np.uint8]: ...
+    @property
+    def outlines(self) -> list[npt.NDArray[np.float64]]: ...
+    @property
+    def walls(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def area(self) -> list[float] | None: ...
+    @property
+    def repairs(self) -> str: ...
+
+@final
+class Tracer:
+    def __new__(cls, scene: Scene, **limits: Any) -> Tracer: ...
+    def trace(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> dict[str, npt.NDArray[Any]]: ...
+
+def label(paths: object, settings: dict[str, Any], pdp: bool) -> dict[str, npt.NDArray[Any]]: ...
+def make_dataset(
+    out: str | os.PathLike[str],
+    settings: dict[str, Any],
+    label: dict[str, Any],
+    progress: Callable[[int, int], object] | None,
+    **limits: Any,
+) -> None: ...
+def manifest(folder: str | os.PathLike[str]) -> str: ...
+def metrics(
+    truth: npt.ArrayLike,
+    prediction: npt.ArrayLike,
+    protocol_name: str,
+    map_ids: npt.ArrayLike | None = None,
+    data_range: float | None = None,
+) -> dict[str, Any]: ...
+def explain(
+    scene: Scene, ends: npt.ArrayLike, paths: object, settings: dict[str, Any], title: str
+) -> str: ...
+
+@final
+class Examples:
+    def __new__(
+        cls, folder: str | os.PathLike[str], split: str, size: int, mirror: bool, linear: bool
+    ) -> Examples: ...
+    def __len__(self) -> int: ...
+    def batch(self, numbers: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
+    @property
+    def links(self) -> npt.NDArray[np.int64]: ...

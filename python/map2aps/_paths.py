@@ -1,0 +1,213 @@
+"""Paths of links, and the tracer that finds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+class Limits(TypedDict, total=False):
+    """Settings of a trace, each with a default.
+
+    frequency_hz : carrier, 1 to 1e18; 3.5e9.
+    material : of the walls: "concrete" (after ITU-R P.2040-3), "pec", or (relative permittivity, conductivity in S/m).
+    max_reflections, max_diffractions, max_interactions : most of each on a path; 2, 1 and 3.
+    dynamic_range_db : paths weaker than the link's strongest by more are left out; 60, None keeps all.
+    max_fallback_diffractions : links without a path go on with up to so many diffractions, at estimated levels; 0, none do.
+    max_images, max_wave_bytes : bounds on memory, beyond which a trace is refused.
+    """
+
+    frequency_hz: float
+    material: str | tuple[float, float]
+    max_reflections: int
+    max_diffractions: int
+    max_interactions: int
+    dynamic_range_db: float | None
+    max_fallback_diffractions: int
+    max_images: int
+    max_wave_bytes: int
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """Paths of links as flat arrays: those of the first link first, and in a link from the shortest.
+
+    The paths of link ``i`` are rows ``path_offset[i]`` to ``path_offset[i + 1]``, the interactions of path ``k``, from transmitter to
+    receiver, rows ``interaction_offset[k]`` to ``interaction_offset[k + 1]``.
+
+    Attributes
+    ----------
+    path_offset : ndarray of int64, shape (links + 1,)
+    delay_s : ndarray of float64, shape (paths,)
+        Length over the speed of light, in s.
+    departure_azimuth_rad : ndarray of float64, shape (paths,)
+        From the transmitter to the first interaction, or to the receiver, in (-pi, pi].
+    arrival_azimuth_rad : ndarray of float64, shape (paths,)
+        From the receiver to the last interaction, or to the transmitter, in (-pi, pi].
+    gain : ndarray of complex128, shape (paths,)
+        Amplitude between isotropic antennas; its squared magnitude is the power gain.
+    interaction_offset : ndarray of int64, shape (paths + 1,)
+    interaction_kind : ndarray of uint8, shape (interactions,)
+        0 for a reflection, 1 for a diffraction, 255 where it is not known.
+    interaction_id : ndarray of uint32, shape (interactions,)
+        Wall of the scene, or corner, which is the start of the wall of its number.
+    interaction_point_m : ndarray of float64, shape (interactions, 2)
+    tx_m, rx_m : ndarray of float64, shape (links, 2)
+        Ends of the links in m; NaN where they are not known.
+    """
+
+    path_offset: npt.NDArray[np.int64]
+    delay_s: npt.NDArray[np.float64]
+    departure_azimuth_rad: npt.NDArray[np.float64]
+    arrival_azimuth_rad: npt.NDArray[np.float64]
+    gain: npt.NDArray[np.complex128]
+    interaction_offset: npt.NDArray[np.int64]
+    interaction_kind: npt.NDArray[np.uint8]
+    interaction_id: npt.NDArray[np.uint32]
+    interaction_point_m: npt.NDArray[np.float64]
+    tx_m: npt.NDArray[np.float64]
+    rx_m: npt.NDArray[np.float64]
+
+    @classmethod
+    def from_arrays(
+        cls,
+        path_offset: npt.ArrayLike,
+        delay_s: npt.ArrayLike,
+        arrival_azimuth_rad: npt.ArrayLike,
+        gain: npt.ArrayLike,
+    ) -> Paths:
+        """Paths of another program, as far as labels need them.
+
+        Parameters
+        ----------
+        path_offset : array_like of int, shape (links + 1,)
+            First path of each link, from 0, and the number of paths.
+        delay_s : array_like, shape (paths,)
+            Delay in s.
+        arrival_azimuth_rad : array_like, shape (paths,)
+            From the receiver to the last interaction, in rad.
+        gain : array_like, shape (paths,)
+            Complex amplitude, or its magnitude; linear.
+        """
+        delay = np.asarray(delay_s, dtype=np.float64)
+        offset = np.asarray(path_offset, dtype=np.int64)
+        nowhere = np.full((max(offset.size - 1, 0), 2), np.nan)
+        return cls(
+            path_offset=offset,
+            delay_s=delay,
+            departure_azimuth_rad=np.zeros_like(delay),
+            arrival_azimuth_rad=np.asarray(arrival_azimuth_rad, dtype=np.float64),
+            gain=np.asarray(gain, dtype=np.complex128),
+            interaction_offset=np.zeros(delay.size + 1, dtype=np.int64),
+            interaction_kind=np.zeros(0, dtype=np.uint8),
+            interaction_id=np.zeros(0, dtype=np.uint32),
+            interaction_point_m=np.zeros((0, 2)),
+            tx_m=nowhere,
+            rx_m=nowhere,
+        )
+
+    def __len__(self) -> int:
+        """Number of links."""
+        return len(self.path_offset) - 1
+
+    def __repr__(self) -> str:
+        return f"Paths({len(self)} links, {len(self.delay_s)} paths)"
+
+    def __getitem__(self, link: int) -> Paths:
+        """The paths of one link."""
+        index = range(len(self))[link]
+        first, last = (int(end) for end in self.path_offset[index : index + 2])
+        start, stop = (int(self.interaction_offset[path]) for path in (first, last))
+        paths, interactions = slice(first, last), slice(start, stop)
+        found: dict[str, Any] = {}
+        for field in fields(self):
+            values = getattr(self, field.name)
+            if field.name == "path_offset":
+                found[field.name] = np.array([0, last - first])
+            elif field.name == "interaction_offset":
+                found[field.name] = values[first : last + 1] - start
+            elif field.name in ("tx_m", "rx_m"):
+                found[field.name] = values[index : index + 1]
+            else:
+                found[field.name] = values[interactions if field.name.startswith("interaction") else paths]
+        return Paths(**found)
+
+    @property
+    def gain_db(self) -> npt.NDArray[np.float64]:
+        """Power gain of each path in dB: minus its path loss."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(20.0 * np.log10(np.abs(self.gain)))
+
+    @property
+    def link(self) -> npt.NDArray[np.int64]:
+        """Link of each path."""
+        return np.repeat(np.arange(len(self)), np.diff(self.path_offset))
+
+    def to_pandas(self) -> Any:
+        """One row a path: its link, delay, azimuths, gain in dB, and its interactions like ``"R12 D7"``.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        import pandas as pd
+
+        names = [f"{'RD?'[min(kind, 2)]}{i}" for kind, i in zip(self.interaction_kind, self.interaction_id)]
+        ends = self.interaction_offset
+        return pd.DataFrame(
+            {
+                "link": self.link,
+                "delay_s": self.delay_s,
+                "departure_azimuth_rad": self.departure_azimuth_rad,
+                "arrival_azimuth_rad": self.arrival_azimuth_rad,
+                "gain_db": self.gain_db,
+                "interactions": [" ".join(names[a:b]) or "LoS" for a, b in zip(ends[:-1], ends[1:])],
+            }
+        )
+
+
+class Tracer:
+    """Finds all paths within limits between points of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    **limits
+        See `Limits`: ``frequency_hz``, ``material``, ``max_reflections`` and so on.
+    """
+
+    def __init__(self, scene: _native.Scene, **limits: Unpack[Limits]) -> None:
+        self.scene = scene
+        self._tracer = _native.Tracer(scene, **limits)
+
+    def trace(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> Paths:
+        """Traces the links from each transmitter to each receiver.
+
+        Parameters
+        ----------
+        tx : array_like, shape (2,) or (m, 2)
+            Transmitters in m, outdoors.
+        rx : array_like, shape (2,) or (n, 2)
+            Receivers in m, outdoors.
+
+        Returns
+        -------
+        Paths
+            Of m * n links: first those of the first transmitter, in the order of the receivers.
+        """
+        columns = self._tracer.trace(tx, rx)
+        tx_m = np.asarray(tx, dtype=np.float64).reshape(-1, 2)
+        rx_m = np.asarray(rx, dtype=np.float64).reshape(-1, 2)
+        return Paths(
+            tx_m=np.repeat(tx_m, len(rx_m), axis=0),
+            rx_m=np.tile(rx_m, (len(tx_m), 1)),
+            **columns,
+        )

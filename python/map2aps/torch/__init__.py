@@ -1,0 +1,94 @@
+"""Data sets and models for PyTorch.
+
+>>> from torch.utils.data import DataLoader
+>>> from map2aps.torch import ApsDataset
+>>> loader = DataLoader(ApsDataset("data", "train"), batch_size=256, shuffle=True)  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import Tensor
+from torch.utils.data import Dataset
+
+from .. import _native
+
+__all__ = ["ApsDataset"]
+
+Example: TypeAlias = tuple[Tensor, Tensor]
+
+
+class ApsDataset(Dataset[Example]):
+    """The labelled links of a part of a data set, as pairs (condition, target).
+
+    A condition of shape (3, size, size) shows buildings, transmitter and receiver; a target of shape (180,) is the spectrum as models
+    learn it. Both are float32. Conditions are drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on
+    all cores: worker processes are seldom of use, and each that is spawned, not forked, loads the labels again.
+
+    Parameters
+    ----------
+    path : path-like
+        Folder of the data set.
+    split : {"train", "develop", "test"}
+    size : int
+        Rows and columns of a condition, which shows the whole map whatever its size.
+    mirror : bool
+        Adds to each link of the training part its images mirrored in x, in y and in both, whose spectra follow without tracing: link
+        ``n`` has the numbers ``4 n`` to ``4 n + 3``. The other parts have none. Refused for arrays that are not linear.
+    domain : {"normalised", "linear"}
+        Targets as the benchmark's models learn them, or power relative to the link's largest, in [0, 1].
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        split: Literal["train", "develop", "test"] = "train",
+        size: int = 64,
+        mirror: bool = True,
+        domain: Literal["normalised", "linear"] = "normalised",
+    ) -> None:
+        if domain not in ("normalised", "linear"):
+            raise ValueError(f"domain: '{domain}' is neither 'normalised' nor 'linear'")
+        self._settings = (os.fspath(path), split, size, mirror, domain)
+        is_mirrored = mirror and split == "train"
+        self._examples = _native.Examples(path, split, size, is_mirrored, domain == "linear")
+
+    def __len__(self) -> int:
+        return len(self._examples)
+
+    def __getitem__(self, index: int) -> Example:
+        return self.__getitems__([index])[0]
+
+    def __getitems__(self, indices: Sequence[int]) -> list[Example]:
+        """The examples of a batch, drawn at once."""
+        conditions, targets = self.batch(indices)
+        return list(zip(conditions, targets))
+
+    def batch(self, indices: npt.ArrayLike) -> Example:
+        """Draws a batch.
+
+        Parameters
+        ----------
+        indices : array_like of int, shape (n,)
+
+        Returns
+        -------
+        conditions : Tensor, shape (n, 3, size, size)
+        targets : Tensor, shape (n, 180)
+        """
+        images, targets = self._examples.batch(np.asarray(indices, dtype=np.int64))
+        return torch.from_numpy(images), torch.from_numpy(targets)
+
+    @property
+    def links(self) -> npt.NDArray[np.int64]:
+        """Map, row in it, and rows of transmitter and receiver of each link, without mirror images: shape (links, 4)."""
+        return self._examples.links
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ApsDataset, self._settings

@@ -1,0 +1,336 @@
+"""The models of the benchmark in PyTorch, with the names and shapes of parameters that the files of ``cargo xtask train`` have.
+
+Each takes condition images of shape (batch, 3, height, width) and gives spectra of shape (batch, 180) in the data set's normalised
+domain. All sizes but the spectrum's follow from ``width``, the channels of the first stage: 64 in the paper, 32 in the preset
+"small" for CPUs (16 of RadioUNet; a smaller transformer).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any, Literal, TypeAlias
+
+import torch
+import torch.nn.functional as F
+import torchvision
+from torch import Tensor, nn
+from torchvision.models.resnet import BasicBlock, ResNet
+
+BINS = 180
+DROPOUT = 0.1
+Preset: TypeAlias = Literal["paper", "small"]
+
+
+def resnet18(width: int) -> nn.Module:
+    """torchvision's ResNet-18 without its last layer; its features are 8 widths."""
+    net: Any = ResNet(BasicBlock, [2, 2, 2, 2])
+    if width != 64:
+        net.inplanes = width
+        net.conv1 = nn.Conv2d(3, width, 7, stride=2, padding=3, bias=False)
+        net.bn1 = nn.BatchNorm2d(width)
+        for n in range(4):
+            layer = net._make_layer(BasicBlock, width << n, 2, stride=1 if n == 0 else 2)
+            setattr(net, f"layer{n + 1}", layer)
+    net.fc = nn.Identity()
+    encoder: nn.Module = net
+    return encoder
+
+
+def mlp(*sizes: int, last: bool = False) -> nn.Sequential:
+    """A perceptron with leaky ReLU between its layers, and behind the last one if asked for."""
+    layers: list[nn.Module] = []
+    for a, b in zip(sizes, sizes[1:]):
+        layers += [nn.Linear(a, b), nn.LeakyReLU(0.2)]
+    return nn.Sequential(*(layers if last else layers[:-1]))
+
+
+def decoder(inputs: int, width: int) -> nn.Sequential:
+    """The perceptron that makes a spectrum of features."""
+    return mlp(inputs, 16 * width, 16 * width, 8 * width, BINS)
+
+
+class MultiScale(nn.Module):
+    """Encoder that pools every stage of a ResNet-18: features of four scales, and 8 widths of all together."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        net: Any = resnet18(width)
+        self.stem = nn.Sequential(net.conv1, net.bn1, net.relu, net.maxpool)
+        self.layer1, self.layer2, self.layer3, self.layer4 = net.layer1, net.layer2, net.layer3, net.layer4
+        self.pool1, self.pool2 = nn.AdaptiveAvgPool2d(4), nn.AdaptiveAvgPool2d(2)
+        self.pool3, self.pool4 = nn.AdaptiveAvgPool2d(1), nn.AdaptiveAvgPool2d(1)
+        self.proj1, self.proj2 = nn.Linear(16 * width, 4 * width), nn.Linear(8 * width, 4 * width)
+        self.proj3, self.proj4 = nn.Linear(4 * width, 4 * width), nn.Linear(8 * width, 4 * width)
+        self.global_proj = nn.Sequential(nn.Linear(16 * width, 8 * width), nn.ReLU(), nn.Linear(8 * width, 8 * width))
+
+    def forward(self, x: Tensor) -> tuple[list[Tensor], Tensor]:
+        f1 = self.layer1(self.stem(x))
+        f2 = self.layer2(f1)
+        f3 = self.layer3(f2)
+        f4 = self.layer4(f3)
+        scales = [
+            self.proj1(self.pool1(f1).flatten(1)),
+            self.proj2(self.pool2(f2).flatten(1)),
+            self.proj3(self.pool3(f3).flatten(1)),
+            self.proj4(self.pool4(f4).flatten(1)),
+        ]
+        return scales, self.global_proj(torch.cat(scales, 1))
+
+
+class MsAreg(nn.Module):
+    """MS-AReg: multi-scale encoder, zeros where its generative origin had noise, decoder. Trained against a `Regularizer`."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.encoder = MultiScale(width)
+        self.noise_proj = nn.Linear(2 * width, 4 * width)
+        self.decoder = decoder(12 * width, width)
+
+    def forward(self, x: Tensor) -> Tensor:
+        noise = self.noise_proj(x.new_zeros(len(x), self.noise_proj.in_features))
+        spectrum: Tensor = self.decoder(torch.cat([self.encoder(x)[1], noise], 1))
+        return spectrum
+
+
+class MsMlp(nn.Module):
+    """MS-MLP: MS-AReg without the regularizer."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.encoder = MultiScale(width)
+        self.decoder = decoder(8 * width, width)
+
+    def forward(self, x: Tensor) -> Tensor:
+        spectrum: Tensor = self.decoder(self.encoder(x)[1])
+        return spectrum
+
+
+class AdvMlp(nn.Module):
+    """Adv-MLP: MS-AReg without the multi-scale encoder. Trained against a `Regularizer`."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.encoder = resnet18(width)
+        self.noise_proj = nn.Linear(2 * width, 4 * width)
+        self.decoder = decoder(12 * width, width)
+
+    def forward(self, x: Tensor) -> Tensor:
+        noise = self.noise_proj(x.new_zeros(len(x), self.noise_proj.in_features))
+        spectrum: Tensor = self.decoder(torch.cat([self.encoder(x), noise], 1))
+        return spectrum
+
+
+class Regularizer(nn.Module):
+    """Tells true spectra from predicted ones, given the condition: logits of shape (batch, 1)."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.cond_encoder = resnet18(width)
+        self.aps_encoder = mlp(BINS, 8 * width, 4 * width, last=True)
+        self.head = mlp(12 * width, 8 * width, 4 * width, 1)
+
+    def forward(self, x: Tensor, a: Tensor) -> Tensor:
+        logits: Tensor = self.head(torch.cat([self.cond_encoder(x), self.aps_encoder(a)], 1))
+        return logits
+
+
+class ResnetMlp(nn.Module):
+    """ResNet-18 and a perceptron."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.encoder = resnet18(width)
+        features = 8 * width
+        self.head = nn.Sequential(
+            nn.Linear(features, features), nn.ReLU(), nn.Dropout(DROPOUT), nn.Linear(features, BINS)
+        )
+
+    def forward(self, x: Tensor) -> Tensor:
+        spectrum: Tensor = self.head(self.encoder(x))
+        return spectrum
+
+
+class DoubleConv(nn.Module):
+    """Two convolutions, each normalised and rectified."""
+
+    def __init__(self, a: int, b: int) -> None:
+        super().__init__()
+        layers: list[nn.Module] = []
+        for i in (a, b):
+            layers += [nn.Conv2d(i, b, 3, padding=1), nn.BatchNorm2d(b), nn.ReLU()]
+        self.block = nn.Sequential(*layers)
+
+    def forward(self, x: Tensor) -> Tensor:
+        y: Tensor = self.block(x)
+        return y
+
+
+class RadioUnet(nn.Module):
+    """A U-Net, averaged over the image, and a perceptron; sides of images are multiples of 16."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        sizes = [3, *(width << n for n in range(4))]
+        for n in range(1, 5):
+            self.add_module(f"enc{n}", DoubleConv(sizes[n - 1], sizes[n]))
+            self.add_module(f"up{n}", nn.ConvTranspose2d(2 * sizes[n], sizes[n], 2, stride=2))
+            self.add_module(f"dec{n}", DoubleConv(2 * sizes[n], sizes[n]))
+        self.bottleneck = DoubleConv(8 * width, 16 * width)
+        self.head = nn.Sequential(nn.Linear(width, 8 * width), nn.ReLU(), nn.Linear(8 * width, BINS))
+
+    def forward(self, x: Tensor) -> Tensor:
+        skips = []
+        for n in range(1, 5):
+            skips.append(getattr(self, f"enc{n}")(x))
+            x = F.max_pool2d(skips[-1], 2)
+        x = self.bottleneck(x)
+        for n in range(4, 0, -1):
+            x = getattr(self, f"dec{n}")(torch.cat([getattr(self, f"up{n}")(x), skips[n - 1]], 1))
+        spectrum: Tensor = self.head(x.mean((2, 3)))
+        return spectrum
+
+
+class VitReg(nn.Module):
+    """A vision transformer, ViT-B/16 in the paper, and a perceptron; images of any size are brought to its own."""
+
+    def __init__(self, image_size: int, patch: int, width: int, depth: int, heads: int, hidden: int) -> None:
+        super().__init__()
+        self.image_size = image_size
+        self.vit = torchvision.models.VisionTransformer(image_size, patch, depth, heads, width, 4 * width)
+        self.vit.heads = nn.Identity()
+        self.head = nn.Sequential(nn.Linear(width, hidden), nn.GELU(), nn.Dropout(DROPOUT), nn.Linear(hidden, BINS))
+
+    def forward(self, x: Tensor) -> Tensor:
+        x = F.interpolate(x, size=(self.image_size, self.image_size), mode="bilinear", align_corners=False)
+        spectrum: Tensor = self.head(self.vit(x))
+        return spectrum
+
+
+class Film(nn.Module):
+    """Scale and shift of channels, of a condition."""
+
+    def __init__(self, condition: int, channels: int) -> None:
+        super().__init__()
+        self.proj = nn.Linear(condition, 2 * channels)
+
+    def forward(self, x: Tensor, condition: Tensor) -> Tensor:
+        gamma, beta = self.proj(condition).chunk(2, 1)
+        modulated: Tensor = gamma[:, :, None] * x + beta[:, :, None]
+        return modulated
+
+
+class ResnetConv1d(nn.Module):
+    """The multi-scale encoder and convolutions over the angle."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.encoder = MultiScale(width)
+        condition = 4 * width
+        self.init_proj = nn.Linear(8 * width, 4 * width * (BINS // 4))
+        for name, a, b in ("up1", 4 * width, 2 * width), ("up2", 2 * width, width):
+            self.add_module(name + "_conv1", nn.Conv1d(a, b, 5, padding=2))
+            self.add_module(name + "_bn1", nn.BatchNorm1d(b))
+            self.add_module(name + "_film", Film(condition, b))
+            self.add_module(name + "_conv2", nn.Conv1d(b, b, 3, padding=1))
+            self.add_module(name + "_bn2", nn.BatchNorm1d(b))
+        self.ref_conv1, self.ref_bn = nn.Conv1d(width, width // 2, 3, padding=1), nn.BatchNorm1d(width // 2)
+        self.ref_film, self.ref_conv2 = Film(condition, width // 2), nn.Conv1d(width // 2, 1, 1)
+
+    def upsample(self, x: Tensor, condition: Tensor, name: str) -> Tensor:
+        conv1, bn1, film, conv2, bn2 = (
+            getattr(self, name + layer) for layer in ("_conv1", "_bn1", "_film", "_conv2", "_bn2")
+        )
+        x = F.leaky_relu(bn1(conv1(F.interpolate(x, scale_factor=2, mode="nearest"))), 0.2)
+        y: Tensor = F.leaky_relu(bn2(conv2(film(x, condition))), 0.2)
+        return y
+
+    def forward(self, x: Tensor) -> Tensor:
+        (s1, s2, s3, _), g = self.encoder(x)
+        x = self.upsample(self.init_proj(g).reshape(len(g), -1, BINS // 4), s3, "up1")
+        x = self.upsample(x, s2, "up2")
+        x = F.leaky_relu(self.ref_bn(self.ref_conv1(x)), 0.2)
+        spectrum: Tensor = self.ref_conv2(self.ref_film(x, s1))[:, 0]
+        return spectrum
+
+
+def vit_reg(preset: Preset) -> VitReg:
+    """The transformer of a preset."""
+    return VitReg(224, 16, 768, 12, 12, 512) if preset == "paper" else VitReg(64, 8, 192, 6, 3, 192)
+
+
+def width_of(preset: Preset) -> int:
+    """Channels of the first stage of a preset."""
+    return 64 if preset == "paper" else 32
+
+
+MODELS: dict[str, Callable[[Preset], nn.Module]] = {
+    "ms_areg": lambda preset: MsAreg(width_of(preset)),
+    "ms_mlp": lambda preset: MsMlp(width_of(preset)),
+    "adv_mlp": lambda preset: AdvMlp(width_of(preset)),
+    "resnet_mlp": lambda preset: ResnetMlp(width_of(preset)),
+    "radiounet": lambda preset: RadioUnet(64 if preset == "paper" else 16),
+    "vit_reg": vit_reg,
+    "resnet_conv1d": lambda preset: ResnetConv1d(width_of(preset)),
+}
+
+
+def build(name: str, preset: Preset = "paper") -> nn.Module:
+    """Makes a model with random weights.
+
+    Parameters
+    ----------
+    name : str
+        One of `MODELS`: "ms_areg", "ms_mlp", "adv_mlp", "resnet_mlp", "radiounet", "vit_reg", "resnet_conv1d".
+    preset : {"paper", "small"}
+        Sizes of the paper, or those for CPUs.
+
+    Returns
+    -------
+    torch.nn.Module
+    """
+    if name not in MODELS:
+        raise ValueError(f"name: '{name}' is none of {', '.join(MODELS)}")
+    if preset not in ("paper", "small"):
+        raise ValueError(f"preset: '{preset}' is neither 'paper' nor 'small'")
+    model = MODELS[name](preset)
+    # As the files of weights tell it.
+    model.kind = f"{name} {preset}"  # type: ignore[assignment]
+    return model
+
+
+def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset = "paper") -> nn.Module:
+    """Makes a model with the weights of a file, set to evaluation.
+
+    Parameters
+    ----------
+    file : path-like
+        Safetensors, as ``cargo xtask train`` and `save` write.
+    name, preset : optional
+        As of `build`; the file tells them by default.
+
+    Returns
+    -------
+    torch.nn.Module
+    """
+    from safetensors import safe_open
+
+    with safe_open(os.fspath(file), "pt") as weights:
+        kind = (weights.metadata() or {}).get("model")
+        if name is None:
+            if kind is None:
+                raise ValueError(f"{os.fspath(file)}: it does not tell its model; name it")
+            found, _, sizes = kind.partition(" ")
+            model = build(found, sizes)
+        else:
+            model = build(name, preset)
+        model.load_state_dict({tensor: weights.get_tensor(tensor) for tensor in weights.keys()})
+    return model.eval()
+
+
+def save(model: nn.Module, file: str | os.PathLike[str]) -> None:
+    """Writes the weights of a model of `build` so that ``cargo xtask predict`` and ``train --warm-start`` read them."""
+    from safetensors.torch import save_file
+
+    tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
+    save_file(tensors, os.fspath(file), {"model": str(model.kind)})

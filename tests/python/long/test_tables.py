@@ -1,0 +1,66 @@
+"""Exported tables, as their readers see them."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import datasets
+import numpy as np
+import pandas as pd
+import pytest
+
+import map2aps
+from pages import ROOT
+
+
+@pytest.fixture(scope="module")
+def tables(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("tables")
+    command = ["cargo", "run", "--quiet", "--package", "xtask", "--", "export", str(data), "--layout", "parquet", "--out", str(out)]
+    subprocess.run(command, cwd=ROOT, check=True)
+    return out
+
+
+def rows_of(dataset: map2aps.Dataset, map_id: int) -> np.ndarray:
+    return np.asarray(dataset[map_id]["aps_db"]).astype(np.float32)
+
+
+def test_pandas_reads_the_links_of_a_map(data: Path, tables: Path) -> None:
+    dataset = map2aps.Dataset(data)
+    for part, folder in (("train", "train"), ("develop", "develop"), ("test", "test")):
+        for map_id in dataset.split(part):
+            table = pd.read_parquet(tables / "data" / folder / f"map_{map_id:04}.parquet")
+            one = dataset[map_id]
+            assert len(table) == one.links and (table["map"] == map_id).all() and (table["status"] == "valid").all()
+            assert np.array_equal(np.stack(table["aps_db"]), rows_of(dataset, map_id))
+            assert np.array_equal(table["aps_max_db"], one["aps_max_db"])
+            assert np.array_equal(table[["tx_x_m", "tx_y_m"]], one["tx"][one["link_tx"]])
+            assert np.array_equal(np.concatenate(table["path_delay_s"].to_list()), one["path_delay_s"])
+            gain = np.concatenate(table["path_gain_re"].to_list()) + 1j * np.concatenate(table["path_gain_im"].to_list())
+            assert np.array_equal(gain, one["path_gain"])
+    buildings = pd.read_parquet(tables / "buildings.parquet").set_index("map")
+    pixels = np.frombuffer(buildings.loc[2, "pixels"], np.uint8).reshape(256, 256)
+    assert np.array_equal(pixels, dataset[2]["buildings"])
+
+
+def test_datasets_loads_files_and_the_folder_with_its_card(data: Path, tables: Path, tmp_path: Path) -> None:
+    dataset = map2aps.Dataset(data)
+    files = {"train": str(tables / "data" / "train" / "*.parquet"), "test": str(tables / "data" / "test" / "*.parquet")}
+    loaded = datasets.load_dataset("parquet", data_files=files, cache_dir=str(tmp_path / "files"))
+    assert loaded["train"].num_rows == 12 * len(dataset.split("train"))
+    folder = datasets.load_dataset(str(tables), cache_dir=str(tmp_path / "folder"))
+    assert {name: part.num_rows for name, part in folder.items()} == {
+        "train": 12 * len(dataset.split("train")),
+        "validation": 12 * len(dataset.split("develop")),
+        "test": 12 * len(dataset.split("test")),
+    }
+    first = folder["test"][0]
+    assert np.array_equal(np.array(first["aps_db"], np.float32), rows_of(dataset, first["map"])[first["link"]])
+
+
+def test_the_description_names_every_file_and_column(tables: Path) -> None:
+    croissant = json.loads((tables / "croissant.json").read_text())
+    files = {entry["contentUrl"] for entry in croissant["distribution"] if entry["@type"] == "cr:FileObject"}
+    assert files == {str(file.relative_to(tables)) for file in tables.rglob("*.parquet")}
+    columns = {field["source"]["extract"]["column"] for records in croissant["recordSet"] for field in records["field"]}
+    assert columns == set(pd.read_parquet(next((tables / "data" / "train").glob("*.parquet"))).columns)

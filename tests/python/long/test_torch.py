@@ -1,0 +1,158 @@
+import importlib.util
+import pickle
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+import torch
+from safetensors.numpy import load_file
+from torch.utils.data import DataLoader
+
+import map2aps
+from map2aps.torch import ApsDataset, models
+
+GOLDEN = Path(__file__).parents[2] / "golden"
+
+
+def test_an_example_is_a_condition_and_the_target_that_predictions_are_scored_against(data: Path) -> None:
+    examples = ApsDataset(data, "train", size=64, mirror=False)
+    dataset = map2aps.Dataset(data)
+    assert len(examples) == 12 * len(dataset.split("train"))
+    condition, target = examples[5]
+    assert (condition.dtype, condition.shape) == (torch.float32, (3, 64, 64))
+    assert (target.dtype, target.shape) == (torch.float32, (180,))
+    map_id, row, tx, rx = examples.links[5]
+    one = dataset[map_id]
+    assert (one["link_tx"][row], one["link_rx"][row]) == (tx, rx)
+    # The spots are at the ends, the buildings those of the map.
+    for plane, end in ((1, one["tx"][tx]), (2, one["rx"][rx])):
+        y, x = np.unravel_index(int(condition[plane].argmax()), (64, 64))
+        assert np.abs(np.array([x, y]) * 4 + 1.5 - end).max() <= 2.5
+    buildings = one["buildings"].reshape(64, 4, 64, 4).mean((1, 3))
+    assert np.allclose(condition[0], buildings, atol=1e-6)
+    relative = 10 ** (one["aps_db"][row].astype(np.float64) / 10)
+    linear = ApsDataset(data, "train", mirror=False, domain="linear")[5][1]
+    assert np.allclose(linear, relative / relative.max(), atol=1e-6)
+
+
+def test_targets_of_all_training_links_are_normalised(data: Path) -> None:
+    examples = ApsDataset(data, "train", mirror=False)
+    _, targets = examples.batch(np.arange(len(examples)))
+    assert torch.isfinite(targets).all()
+    again = torch.stack([examples[i][1] for i in range(len(examples))])
+    assert torch.equal(again, targets)
+
+
+def test_mirror_images_stand_behind_their_example_in_the_training_part_alone(data: Path) -> None:
+    plain, mirrored = (ApsDataset(data, "train", size=32, mirror=mirror) for mirror in (False, True))
+    assert len(mirrored) == 4 * len(plain)
+    condition, target = plain[3]
+    images, targets = mirrored.batch([12, 13, 14, 15])
+    for image, axes in zip(images, [(), (2,), (1,), (1, 2)]):
+        assert torch.equal(image, condition.flip(axes))
+    assert torch.equal(targets[1], target) and torch.equal(targets[2], target.flip(0))
+    for part in ("develop", "test"):
+        assert len(ApsDataset(data, part)) == len(ApsDataset(data, part, mirror=False))
+
+
+@pytest.mark.filterwarnings("ignore:.*pin_memory:UserWarning", "ignore:This process:DeprecationWarning")
+@pytest.mark.parametrize(("workers", "context"), [(0, None), (2, "fork"), (2, "spawn")])
+def test_loaders_give_the_same_batches_with_any_workers(data: Path, workers: int, context: str | None) -> None:
+    examples = ApsDataset(data, "train")
+    loader = DataLoader(
+        examples, batch_size=32, num_workers=workers, multiprocessing_context=context, pin_memory=True
+    )
+    batches = list(loader)
+    conditions, targets = (torch.cat(part) for part in zip(*batches))
+    expected = examples.batch(np.arange(len(examples)))
+    assert torch.equal(conditions, expected[0]) and torch.equal(targets, expected[1])
+
+
+def test_examples_are_pickled_by_their_place(data: Path) -> None:
+    examples = ApsDataset(data, "test", size=16)
+    again = pickle.loads(pickle.dumps(examples))
+    assert torch.equal(again[2][0], examples[2][0])
+
+
+def test_bad_settings_and_numbers_are_named(data: Path, tmp_path: Path) -> None:
+    for call, error, told in [
+        (lambda: ApsDataset(data, "training"), ValueError, "'training'"),
+        (lambda: ApsDataset(data, "train", size=0), ValueError, "size: 0"),
+        (lambda: ApsDataset(data, "train", domain="db"), ValueError, "'db'"),
+        (lambda: ApsDataset(tmp_path, "train"), ValueError, "not a data set"),
+        (lambda: ApsDataset(data, "test")[10_000], IndexError, "10000"),
+        (lambda: ApsDataset(data, "test")[-1], IndexError, "-1"),
+        (lambda: ApsDataset(data, "test").batch([[1, 2]]), ValueError, r"shape \(1, 2\)"),
+    ]:
+        with pytest.raises(error, match=told):
+            call()
+    circular = map2aps.make_dataset(
+        tmp_path / "set", 1, tx_per_map=1, rx_per_map=3, array=map2aps.UniformCircular(8, 0.5), progress=None
+    )
+    with pytest.raises(ValueError, match="uniform_circular"):
+        ApsDataset(circular.path, "train")
+
+
+@pytest.fixture(scope="module")
+def golden() -> ModuleType:
+    """The script that made the golden values: its weights and images."""
+    spec = importlib.util.spec_from_file_location("golden_models", GOLDEN / "models.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", models.MODELS)
+def test_models_are_those_that_the_rust_ones_are_held_to(name: str, golden: ModuleType) -> None:
+    stored = load_file(GOLDEN / "models" / f"{name}.safetensors")
+    model = golden.set_weights(models.build(name)).eval()
+    with torch.no_grad():
+        found = model(golden.images(64)).numpy()
+    assert np.allclose(found, stored["eval_64"], rtol=1e-9, atol=1e-9)
+
+
+def test_small_models_have_the_numbers_of_parameters_that_the_rust_ones_have() -> None:
+    expected = {
+        "ms_areg": 3_789_652,
+        "adv_mlp": 3_444_564,
+        "ms_mlp": 3_715_796,
+        "resnet_mlp": 2_910_932,
+        "resnet_conv1d": 4_721_921,
+        "radiounet": 1_969_428,
+        "vit_reg": 2_791_092,
+    }
+    found = {name: sum(p.numel() for p in models.build(name, "small").parameters()) for name in models.MODELS}
+    assert found == expected
+    assert sum(p.numel() for p in models.Regularizer(32).parameters()) == 3_009_697
+
+
+def test_weights_go_through_a_file_that_tells_its_model(tmp_path: Path) -> None:
+    model = models.build("resnet_mlp", "small")
+    models.save(model, tmp_path / "weights.safetensors")
+    again = models.load(tmp_path / "weights.safetensors")
+    assert not again.training
+    for name, tensor in model.state_dict().items():
+        assert torch.equal(again.state_dict()[name], tensor), name
+    with pytest.raises(RuntimeError, match="size mismatch"):
+        models.load(tmp_path / "weights.safetensors", "resnet_mlp", "paper")
+    for bad in (("resnet", "paper"), ("ms_mlp", "tiny")):
+        with pytest.raises(ValueError, match=bad[0] if bad[1] == "paper" else bad[1]):
+            models.build(*bad)
+
+
+def test_a_model_learns_from_a_loader(data: Path) -> None:
+    loader = DataLoader(ApsDataset(data, "train", size=32), batch_size=48, shuffle=True, generator=torch.Generator().manual_seed(1))
+    torch.manual_seed(1)
+    model = models.build("resnet_mlp", "small").train()
+    optimizer = torch.optim.AdamW(model.parameters(), lr=1e-3)
+    losses = []
+    for _ in range(4):
+        for condition, target in loader:
+            loss = torch.nn.functional.mse_loss(model(condition), target)
+            optimizer.zero_grad()
+            loss.backward()
+            optimizer.step()
+            losses.append(loss.item())
+    assert np.mean(losses[-3:]) < 0.8 * np.mean(losses[:3])

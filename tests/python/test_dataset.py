@@ -1,0 +1,112 @@
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import map2aps
+
+
+def test_a_data_set_has_its_maps_and_arrays(data: Path) -> None:
+    dataset = map2aps.Dataset(data)
+    assert len(dataset) == 6 and dataset.links == 72
+    assert sorted(i for part in ("train", "develop", "test") for i in dataset.split(part)) == list(range(6))
+    for one in dataset:
+        assert one.links == 12 and {"tx", "rx", "aps_db", "path_offset", "pdp_db"} <= set(one.keys())
+        assert one["aps_db"].shape == (12, 180) and one["tx"].shape == (2, 2)
+        assert isinstance(one["aps_db"], np.memmap) and not one["aps_db"].flags.writeable
+        assert one.is_valid.all()
+    assert dataset.angle_deg[0] == -180.0 and len(dataset.angle_deg) == 180
+    assert repr(dataset[0]) == "Map(0, 12 links)" and "6 maps, 72 links" in repr(dataset)
+
+
+def test_stored_labels_are_those_of_the_stored_paths(data: Path) -> None:
+    one = map2aps.Dataset(data)[3]
+    paths = map2aps.Paths.from_arrays(one["path_offset"], one["path_delay_s"], one["path_arrival_azimuth_rad"], one["path_gain"])
+    label = map2aps.label(paths, "released")
+    stored = one["aps_db"].astype(np.float64) + one["aps_max_db"][:, None]
+    near = label.aps_db > label.aps_db.max(1, keepdims=True) - 60.0
+    assert np.abs(stored - label.aps_db)[near].max() < 0.02
+
+
+def test_the_same_call_makes_the_same_bytes_and_keeps_what_is_there(data: Path, tmp_path: Path) -> None:
+    settings = {"tx_per_map": 2, "rx_per_map": 6, "store_paths": True, "store_pdp": True}
+    calls: list[tuple[int, int]] = []
+    map2aps.make_dataset(tmp_path / "again", 6, **settings, progress=lambda *of: calls.append(of))
+    for file in sorted(data.rglob("*")):
+        if file.is_file():
+            assert (tmp_path / "again" / file.relative_to(data)).read_bytes() == file.read_bytes(), file
+    assert calls[-1] == (72, 72)
+    map2aps.make_dataset(tmp_path / "again", 6, **settings, progress=None)
+    with pytest.raises(ValueError, match="seed"):
+        map2aps.make_dataset(tmp_path / "again", 6, **settings, seed=1, progress=None)
+
+
+def test_an_exception_of_the_callback_ends_the_making_which_goes_on_later(tmp_path: Path) -> None:
+    class Enough(Exception):
+        pass
+
+    def stop(done: int, total: int) -> None:
+        if done > 0:
+            raise Enough
+
+    settings = {"tx_per_map": 5, "rx_per_map": 100}
+    with pytest.raises(Enough):
+        map2aps.make_dataset(tmp_path / "set", 6, **settings, progress=stop)
+    assert map2aps.make_dataset(tmp_path / "set", 6, **settings, progress=None).links == 3000
+
+
+def test_maps_settings_of_labels_and_limits_reach_the_data_set(tmp_path: Path) -> None:
+    dataset = map2aps.make_dataset(
+        tmp_path / "set",
+        10,
+        map_ids=[2, 5],
+        tx_per_map=1,
+        rx_per_map=3,
+        receivers="outdoor",
+        seed=7,
+        protocol="paper",
+        array=map2aps.UniformCircular(8, 0.5),
+        sampling_rate_hz=100e6,
+        max_reflections=1,
+        dynamic_range_db=None,
+        progress=None,
+    )
+    of = dataset.manifest["configuration"]
+    assert [one.id for one in dataset] == [2, 5] and dataset.manifest["seed"] == 7
+    assert of["label"]["protocol"] == "paper" and of["label"]["sampling_rate_hz"] == 100e6
+    assert of["label"]["array"] == {"uniform_circular": {"elements": 8, "radius_wavelengths": 0.5}}
+    assert of["trace"]["max_reflections"] == 1 and of["trace"]["dynamic_range_db"] is None
+    assert of["sampling"]["receivers"] == "outdoor"
+    with pytest.raises(KeyError):
+        dataset[3]
+    with pytest.raises(KeyError):
+        dataset[2]["pdp_db"]
+
+
+def test_settings_that_make_no_data_set_are_named(tmp_path: Path) -> None:
+    make = map2aps.make_dataset
+    for call, error, told in [
+        (lambda: make(tmp_path / "a", 3, map_ids=[7], progress=None), ValueError, "7"),
+        (lambda: make(tmp_path / "a", 3, receivers="all", progress=None), ValueError, "'all'|all"),
+        (lambda: make(tmp_path / "a", 3, protocol="old", progress=None), ValueError, "`old`"),
+        (lambda: make(tmp_path / "a", 3, reflections=3, progress=None), TypeError, "reflections"),
+        (lambda: make(tmp_path / "a", tmp_path / "none", progress=None), OSError, "none"),
+        (lambda: make(tmp_path / "a", tmp_path, progress=None), ValueError, "map"),
+        (lambda: make("/proc/none/set", 1, progress=None), OSError, "cannot create"),
+        (lambda: map2aps.Dataset(tmp_path), ValueError, "not a data set"),
+    ]:
+        with pytest.raises(error, match=told):
+            call()
+
+
+def test_a_data_set_is_pickled_by_its_place(data: Path) -> None:
+    dataset = pickle.loads(pickle.dumps(map2aps.Dataset(data)))
+    assert dataset.links == 72
+
+
+def test_an_array_of_another_shape_is_refused(data: Path, tmp_path: Path) -> None:
+    copy = map2aps.make_dataset(tmp_path / "set", 1, tx_per_map=1, rx_per_map=3, progress=None)
+    np.save(tmp_path / "set" / "map_0000" / "status.npy", np.zeros(5, np.uint8))
+    with pytest.raises(ValueError, match=r"\(5,\).*\(3,\)"):
+        copy[0]["status"]

@@ -1,0 +1,28 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import map2aps
+
+
+def test_the_page_names_the_paths_of_a_link(scene: map2aps.Scene, paths: map2aps.Paths, tmp_path: Path) -> None:
+    link = int(np.argmax(np.diff(paths.path_offset)))
+    page = map2aps.explain(scene, paths, link)
+    assert str(page).startswith("<!DOCTYPE html>") and "Lobes and paths" in str(page)
+    assert page._repr_html_().startswith("<iframe srcdoc=")
+    assert "A &amp; B" in str(map2aps.explain(scene, paths, link, "released", map2aps.UniformLinear(8), title="A & B"))
+    page.save(tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_text(encoding="utf-8") == str(page)
+
+
+def test_links_that_cannot_be_explained_are_named(scene: map2aps.Scene, paths: map2aps.Paths) -> None:
+    nowhere = map2aps.Paths.from_arrays([0, 1], [1e-7], [0.1], [1e-4])
+    with pytest.raises(ValueError, match="where the ends of link 0 are"):
+        map2aps.explain(scene, nowhere)
+    with pytest.raises(IndexError):
+        map2aps.explain(scene, paths, 100)
+    tracer = map2aps.Tracer(scene, max_reflections=0, max_diffractions=0)
+    blocked = next(i for i in range(len(paths)) if len(tracer.trace(paths.tx_m[i], paths.rx_m[i]).delay_s) == 0)
+    with pytest.raises(ValueError, match="no path"):
+        map2aps.explain(scene, tracer.trace(paths.tx_m[blocked], paths.rx_m[blocked]))

@@ -1,0 +1,86 @@
+"""Threads, signals and processes."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import map2aps
+
+MANY = (
+    "import map2aps, numpy as np\n"
+    "scene = map2aps.Scene.synthetic(seed=3)\n"
+    "tracer = map2aps.Tracer(scene, max_reflections=6, max_diffractions=2, max_interactions=8, dynamic_range_db=None)\n"
+    "grid = np.stack(np.meshgrid(np.arange(1.0, 255.0), np.arange(1.0, 255.0)), -1).reshape(-1, 2)\n"
+    "rx = grid[scene.is_outdoor(grid)]\n"
+    "print('ready', flush=True)\n"
+    "try:\n"
+    "    tracer.trace(rx[:500], rx[1000:])\n"
+    "except KeyboardInterrupt:\n"
+    "    print('interrupted', flush=True)\n"
+    "    tracer.trace(rx[0], rx[1])\n"
+)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there, Ctrl-C goes to a whole console")
+def test_ctrl_c_ends_a_trace_and_the_next_one_works() -> None:
+    with subprocess.Popen([sys.executable, "-c", MANY], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stdout.readline() == "ready\n"
+        # Hours of work are left, so that this comes in time.
+        process.send_signal(signal.SIGINT)
+        assert process.stdout.readline() == "interrupted\n"
+        assert process.wait(timeout=60) == 0
+
+
+def test_threads_share_a_tracer(scene: map2aps.Scene, outdoors: np.ndarray) -> None:
+    tracer = map2aps.Tracer(scene)
+    alone = [tracer.trace(tx, outdoors[20:60]).gain for tx in outdoors[:8]]
+    with ThreadPoolExecutor(8) as threads:
+        at_once = list(threads.map(lambda tx: tracer.trace(tx, outdoors[20:60]).gain, outdoors[:8]))
+    assert all(np.array_equal(a, b) for a, b in zip(alone, at_once))
+
+
+def test_the_number_of_threads_changes_no_bit() -> None:
+    script = (
+        "import map2aps, hashlib, numpy as np\n"
+        "scene = map2aps.Scene.synthetic(seed=3)\n"
+        "grid = np.stack(np.meshgrid(np.arange(1.0, 256.0, 16.0), np.arange(1.0, 256.0, 16.0)), -1).reshape(-1, 2)\n"
+        "rx = grid[scene.is_outdoor(grid)]\n"
+        "paths = map2aps.Tracer(scene).trace(rx[:3], rx[5:])\n"
+        "label = map2aps.label(paths)\n"
+        "print(hashlib.sha256(paths.gain.tobytes() + label.aps_db.tobytes()).hexdigest())\n"
+    )
+    found = {
+        subprocess.run(
+            [sys.executable, "-c", script],
+            env={**os.environ, "RAYON_NUM_THREADS": threads},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for threads in ("1", "3")
+    }
+    assert len(found) == 1
+
+
+def gains(seed: int) -> np.ndarray:
+    scene = map2aps.Scene.synthetic(seed)
+    grid = np.stack(np.meshgrid(np.arange(1.0, 256.0, 16.0), np.arange(1.0, 256.0, 16.0)), -1).reshape(-1, 2)
+    rx = grid[scene.is_outdoor(grid)]
+    return map2aps.Tracer(scene).trace(rx[0], rx[5:]).gain
+
+
+@pytest.mark.parametrize("start", [name for name in ("fork", "spawn") if name in multiprocessing.get_all_start_methods()])
+@pytest.mark.filterwarnings("ignore:This process.*multi-threaded:DeprecationWarning")
+def test_processes_born_after_the_threads_work_too(start: str) -> None:
+    # The parent has its threads by now, which a forked child has not.
+    expected = [gains(seed) for seed in (1, 2)]
+    with multiprocessing.get_context(start).Pool(2) as pool:
+        found = pool.map_async(gains, [1, 2]).get(timeout=120)
+    assert all(np.array_equal(a, b) for a, b in zip(expected, found))
+    assert np.array_equal(gains(1), expected[0])

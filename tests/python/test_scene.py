@@ -1,0 +1,125 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import map2aps
+from shapes import HOUSE
+
+
+def test_a_house_is_not_outdoors_and_neither_is_its_wall() -> None:
+    scene = map2aps.Scene.from_polygons([HOUSE])
+    points = [(50.0, 50.0), (40.0, 50.0), (39.0, 50.0), (-1e6, 0.0)]
+    assert scene.is_outdoor(points).tolist() == [False, False, True, True]
+    assert scene.is_outdoor((39.0, 50.0)).tolist() == [True]
+    assert scene.area is None
+
+
+def test_an_area_confines_points() -> None:
+    scene = map2aps.Scene.from_polygons([HOUSE], area=(0.0, 0.0, 100.0, 100.0))
+    assert scene.is_outdoor([(10.0, 10.0), (110.0, 10.0)]).tolist() == [True, False]
+    assert scene.area == [0.0, 0.0, 100.0, 100.0]
+
+
+def test_polygons_come_back_as_outlines_and_walls() -> None:
+    scene = map2aps.Scene.from_polygons([HOUSE[::-1], HOUSE + 100.0])
+    assert [ring.shape for ring in scene.outlines] == [(4, 2), (4, 2)]
+    assert np.array_equal(scene.outlines[0], HOUSE)
+    assert scene.walls.shape == (8, 2, 2)
+    assert "1 reoriented" in scene.repairs
+    assert map2aps.Scene.from_polygons([HOUSE]).repairs == ""
+    assert repr(scene) == "Scene(2 buildings, 8 walls)"
+
+
+def test_a_raster_shows_the_house() -> None:
+    scene = map2aps.Scene.from_polygons([HOUSE], area=(0.0, 0.0, 100.0, 100.0))
+    raster = scene.raster(100)
+    assert raster.dtype == np.uint8
+    assert raster[50, 50] == 1 and raster[50, 30] == 0 and raster[70, 50] == 0
+    assert abs(int(raster.sum()) - 400) < 100
+    assert scene.raster().shape == (256, 256)
+
+
+def test_a_raster_needs_a_square_area_from_zero() -> None:
+    for area in [None, (0.0, 0.0, 100.0, 50.0), (1.0, 1.0, 101.0, 101.0)]:
+        with pytest.raises(ValueError, match="square area"):
+            map2aps.Scene.from_polygons([HOUSE], area=area).raster(64)
+    with pytest.raises(ValueError):
+        map2aps.Scene.synthetic().raster(0)
+
+
+def test_synthetic_cities_repeat_by_seed() -> None:
+    first, again, other = (map2aps.Scene.synthetic(seed) for seed in (1, 1, 2))
+    assert np.array_equal(first.walls, again.walls)
+    assert not np.array_equal(first.walls, other.walls)
+
+
+def test_maps_are_read_from_files(tmp_path: Path) -> None:
+    file = tmp_path / "0.json"
+    file.write_text(json.dumps([HOUSE.tolist()]))
+    scene = map2aps.Scene.from_radiomapseer(file)
+    assert scene.area == [0.0, 0.0, 256.0, 256.0] and len(scene.walls) == 4
+    assert len(map2aps.Scene.from_radiomapseer(str(file), close_gaps_m=0.0).walls) == 4
+
+    ring = [*HOUSE.tolist(), HOUSE[0].tolist()]
+    house = {"type": "Feature", "properties": {"building": "yes"}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+    city = tmp_path / "city.geojson"
+    city.write_text(json.dumps({"type": "FeatureCollection", "features": [house]}))
+    scene = map2aps.Scene.from_geojson(city, metric=True, tile_m=128.0)
+    assert scene.area == [0.0, 0.0, 128.0, 128.0] and len(scene.walls) == 4
+    with pytest.raises(ValueError, match="tile 7"):
+        map2aps.Scene.from_geojson(city, metric=True, tile=7)
+
+
+def test_files_that_are_missing_or_no_maps_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        map2aps.Scene.from_radiomapseer(tmp_path / "none.json")
+    (tmp_path / "bad.json").write_text("[[[1, 2], [3")
+    with pytest.raises(ValueError, match="bad.json"):
+        map2aps.Scene.from_radiomapseer(tmp_path / "bad.json")
+    with pytest.raises(OSError):
+        map2aps.Scene.from_radiomapseer(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("points", "told"),
+    [
+        ([1.0, 2.0, 3.0], r"float64 of shape \(3,\)"),
+        (np.zeros((2, 3)), r"float64 of shape \(2, 3\)"),
+        (np.zeros((2, 2), complex), r"complex128 of shape \(2, 2\)"),
+        ([["a", "b"]], r"<U1 of shape \(1, 2\)"),
+        (np.zeros((2, 2), bool), r"bool of shape \(2, 2\)"),
+        ([[1.0, np.nan]], "row 0"),
+        ([[0.0, 0.0], [np.inf, 1.0]], "row 1"),
+    ],
+)
+def test_points_of_another_kind_or_shape_are_named(scene: map2aps.Scene, points: object, told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        scene.is_outdoor(points)
+
+
+def test_polygons_of_another_kind_or_shape_are_named() -> None:
+    with pytest.raises(ValueError, match=r"polygons.*shape \(4, 3\)"):
+        map2aps.Scene.from_polygons([np.zeros((4, 3))])
+    with pytest.raises(ValueError, match="complex"):
+        map2aps.Scene.from_polygons([HOUSE.astype(complex)])
+    with pytest.raises(ValueError, match="building 0, ring 0, vertex 1"):
+        map2aps.Scene.from_polygons([np.array([[0.0, 0.0], [np.nan, 1.0], [1.0, 1.0]])])
+    with pytest.raises(ValueError, match="area"):
+        map2aps.Scene.from_polygons([HOUSE], area=(5.0, 5.0, 1.0, 1.0))
+
+
+def test_nothing_has_no_walls_and_no_points_make_no_answers() -> None:
+    scene = map2aps.Scene.from_polygons([])
+    assert scene.walls.shape == (0, 2, 2) and scene.outlines == []
+    assert scene.is_outdoor(np.zeros((0, 2))).shape == (0,)
+
+
+def test_integers_single_precision_and_views_are_as_good(scene: map2aps.Scene) -> None:
+    points = np.stack([np.arange(0.0, 256.0, 7.0), np.arange(256.0, 0.0, -7.0)[:37]], 1)
+    expected = scene.is_outdoor(points)
+    spread = np.zeros((37, 4))
+    spread[:, ::2] = points
+    for same in [points.astype(np.float32), points.astype(np.int32), spread[:, ::2], np.asfortranarray(points)]:
+        assert np.array_equal(scene.is_outdoor(same), expected)
