@@ -19,8 +19,11 @@ use crate::theme::Colour;
 /// Width and height of a panel \[px\].
 const PANEL: (f64, f64) = (440.0, 340.0);
 
-/// The metrics shown, with their values in a curve of training.
-const SHOWN: [(Metric, fn(&CurvePoint) -> Option<f64>); 2] = [
+/// A value in a curve of training.
+type OfPoint = fn(&CurvePoint) -> Option<f64>;
+
+/// The metrics shown.
+const SHOWN: [(Metric, OfPoint); 2] = [
     (Metric::Cosine, |p| p.dev_cosine),
     (Metric::Recall4Deg, |p| p.dev_recall),
 ];

@@ -33,6 +33,9 @@ const DISTANCE_STEP_M: f64 = 50.0;
 /// Links with this many dominant peaks or more share a group.
 const MANY_PEAKS: u32 = 5;
 
+/// Place and name of the group of a link.
+type GroupOf = fn(&TestLink) -> (f64, String);
+
 /// A cell as it is read, and as the values of its CSV.
 type Cell = (String, Vec<String>);
 
@@ -170,7 +173,7 @@ pub fn scores(analysis: &Analysis<'_>, protocol: &str) -> Table {
 
 /// Scores by distance, sight, number of dominant peaks, and map.
 pub fn groups(analysis: &Analysis<'_>, protocol: &str) -> Table {
-    let ways: [fn(&TestLink) -> (f64, String); 4] = [
+    let ways: [GroupOf; 4] = [
         |link| {
             let from = (link.distance_m / DISTANCE_STEP_M).floor() * DISTANCE_STEP_M;
             let to = from + DISTANCE_STEP_M;

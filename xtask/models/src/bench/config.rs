@@ -388,7 +388,7 @@ mod tests {
     #[test]
     fn profiles_are_valid_and_give_every_model_the_same_time() {
         for (profile, budget_s) in [
-            (Profile::Smoke, Some(2.0)),
+            (Profile::Smoke, Some(3.0)),
             (Profile::Quick, Some(60.0)),
             (Profile::Hour, Some(360.0)),
             (Profile::Night, Some(3600.0)),

@@ -26,9 +26,9 @@ type Change = fn(&mut ModelConfig, usual: &ModelConfig);
 /// The settings tried, the same for every model: first the paper's, then of each line what is better than what was best before.
 const GRID: [&[Change]; 4] = [
     &[
-        |m, usual| m.learning_rate = usual.learning_rate.map(|rate| rate / 3.0),
-        |m, usual| m.learning_rate = usual.learning_rate.map(|rate| rate * 3.0),
-        |m, usual| m.learning_rate = usual.learning_rate.map(|rate| rate * 10.0),
+        |m, usual| m.learning_rate = times(usual.learning_rate, 1.0 / 3.0),
+        |m, usual| m.learning_rate = times(usual.learning_rate, 3.0),
+        |m, usual| m.learning_rate = times(usual.learning_rate, 10.0),
     ],
     &[
         |m, _| m.batch = Some(16),
@@ -39,8 +39,13 @@ const GRID: [&[Change]; 4] = [
     &[|m, _| m.warmup_steps = Some(50)],
 ];
 
+/// A rate times a factor, to two digits.
+fn times(rate: Option<f64>, factor: f64) -> Option<f64> {
+    format!("{:.1e}", rate? * factor).parse().ok()
+}
+
 /// Beginning of the part of a profile's file that is written here.
-const HEAD: &str = "\n# Written by `cargo xtask bench-models --tune`:";
+const HEAD: &str = "\n\n# Written by `cargo xtask bench-models --tune`:";
 
 impl Bench {
     /// Trains every model with each setting of the grid for a share of the budget, prints a table, and writes the best into a
