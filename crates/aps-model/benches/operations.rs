@@ -29,7 +29,7 @@ const LAYERS: [(&str, usize, usize, usize, usize, usize); 6] = [
 ];
 const BATCH: usize = 32;
 
-type Convolution = fn(&Tensor, &Tensor, Option<&Tensor>, usize, (usize, usize)) -> Result<Tensor>;
+type Convolution = fn(&Tensor, &Tensor, Option<&Tensor>, ops::Steps) -> Result<Tensor>;
 
 fn convolutions(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("convolution");
@@ -38,7 +38,7 @@ fn convolutions(criterion: &mut Criterion) {
         let random = |shape: [usize; 4]| Tensor::randn(0f32, 1.0, &shape, &Device::Cpu).unwrap();
         let x = Var::from_tensor(&random([BATCH, inputs, side, side])).unwrap();
         let weight = Var::from_tensor(&random([outputs, inputs, kernel, kernel])).unwrap();
-        let padding = (kernel / 2, kernel / 2);
+        let steps = ops::Steps::new(stride, (kernel / 2, kernel / 2));
         let multiplications = BATCH * (side / stride).pow(2) * outputs * inputs * kernel.pow(2);
         for (whose, convolve) in [
             ("ours", ops::conv2d as Convolution),
@@ -46,12 +46,12 @@ fn convolutions(criterion: &mut Criterion) {
         ] {
             group.throughput(Throughput::Elements(2 * multiplications as u64));
             group.bench_function(format!("{name}, forward, {whose}"), |bencher| {
-                bencher.iter(|| convolve(black_box(&x), &weight, None, stride, padding).unwrap());
+                bencher.iter(|| convolve(black_box(&x), &weight, None, steps).unwrap());
             });
             group.throughput(Throughput::Elements(6 * multiplications as u64));
             group.bench_function(format!("{name}, with gradients, {whose}"), |bencher| {
                 bencher.iter(|| {
-                    let y = convolve(black_box(&x), &weight, None, stride, padding).unwrap();
+                    let y = convolve(black_box(&x), &weight, None, steps).unwrap();
                     y.sum_all().unwrap().backward().unwrap()
                 });
             });
@@ -116,8 +116,7 @@ fn in_use(criterion: &mut Criterion) {
             let conv = ops::ConvTensors {
                 weight: weight.clone(),
                 bias: None,
-                stride,
-                padding: (kernel / 2, kernel / 2),
+                steps: ops::Steps::new(stride, (kernel / 2, kernel / 2)),
                 cache,
             };
             group.bench_function(format!("{name}, kernels {how}"), |bencher| {

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Result;
 use aps_metrics::{GroupReport, Metric};
+use aps_model::condition::InputKind;
 use aps_model::train::StepReport;
 use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::training::{DevelopmentScores, Run, RunFolder, Training, mean};
@@ -25,7 +26,7 @@ pub fn train(
         note!("initial weights: {}: {report}", plan.initial);
     }
     note!(
-        "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, images {size} x {size}, {} steps of {} links",
+        "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, {input}, {} steps of {} links",
         settings.model,
         settings.preset,
         settings.initial_weights,
@@ -35,7 +36,10 @@ pub fn train(
         settings.dev_maps.len(),
         trainer.steps_total(),
         trainer.links_per_step(),
-        size = settings.image_size,
+        input = match plan.model.input() {
+            InputKind::Images => format!("images {0} x {0}", settings.image_size),
+            InputKind::Polar => "fields".into(),
+        },
     );
     let bar = Bar::new(&run);
     let control = Control {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use anyhow::{Error, Result, ensure};
+use aps_data::Dataset;
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
 use map2aps::training::{
@@ -12,6 +13,7 @@ use map2aps::training::{
     usual_image_size,
 };
 use xtask::interrupt::interrupt_flag;
+use xtask::{MapsArg, TileArgs};
 
 use crate::device::devices;
 use crate::run;
@@ -20,7 +22,7 @@ use crate::run;
 const WHAT_IS_WRITTEN: &str = "\
 What is written into --out:
   best.safetensors   weights with the least error on the development maps, of those scored: mean absolute error for
-                     models trained on it (ms_areg, adv_mlp), mean squared error for the others
+                     models trained on it (ms_areg, adv_mlp, polar_reg), mean squared error for the others
   last.safetensors   everything needed to continue (--resume), written after each epoch, each 1000 steps, on Ctrl-C
   config.json        every setting
   steps.csv          loss, gradient norms and learning rate of each step
@@ -34,25 +36,31 @@ Test maps are never looked at: score them with `predict --split test` and `metri
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model: ms_areg, ms_mlp, adv_mlp, resnet_mlp, radiounet, vit_reg or resnet_conv1d.
+    /// Model: ms_areg, ms_mlp, adv_mlp, resnet_mlp, radiounet, vit_reg, resnet_conv1d or polar_reg.
     #[arg(long)]
     model: ModelKind,
     /// Folder of the data set.
     #[arg(long)]
     data: PathBuf,
+    /// Maps that the data set was made from, for polar_reg, which is given outlines of buildings: a folder of RadioMapSeer files,
+    /// or a city in GeoJSON. Synthetic cities need not be given.
+    #[arg(long)]
+    maps: Option<MapsArg>,
+    #[command(flatten)]
+    tiles: TileArgs,
     /// Sizes of the model: paper, or small for a CPU.
     #[arg(long, default_value_t = Preset::Small)]
     preset: Preset,
-    /// Rows and columns of condition images [pixels; default: 256 paper, 64 small].
+    /// Rows and columns of condition images [pixels; default: 256 paper, 64 small; none for polar_reg].
     #[arg(long)]
     image_size: Option<usize>,
     /// Passes over the training links.
     #[arg(long, default_value_t = 20)]
     epochs: u64,
-    /// Links a step [default: the paper's with --preset paper, else 64].
+    /// Links a step [default: the paper's with --preset paper, else 64; 128 for polar_reg].
     #[arg(long)]
     batch: Option<usize>,
-    /// Highest learning rate [default: the paper's].
+    /// Highest learning rate [default: the paper's; 1.5e-3 for polar_reg].
     #[arg(long)]
     lr: Option<f64>,
     /// Seed of initial weights, order, dropout and --limit.
@@ -124,7 +132,7 @@ impl Args {
         let interrupted = interrupt_flag()?;
         let dataset = training::open(&self.data)?;
         let made = run::train(
-            &self.plan(),
+            &self.plan(&dataset)?,
             &dataset,
             folder.clone(),
             self.resume,
@@ -137,9 +145,12 @@ impl Args {
         run::print_scores(&run, &folder)
     }
 
-    fn plan(&self) -> Training {
+    fn plan(&self, dataset: &Dataset) -> Result<Training> {
         let usual = self.model.train_config(self.preset);
-        Training {
+        let configuration = &dataset.manifest().configuration;
+        let open = |maps: &MapsArg| maps.open_for(configuration, &self.tiles);
+        Ok(Training {
+            maps: self.maps.as_ref().map(open).transpose()?,
             model: self.model,
             preset: self.preset,
             image_size: self.image_size.unwrap_or(usual_image_size(self.preset)),
@@ -162,7 +173,7 @@ impl Args {
                 (None, Some(path)) => InitialWeights::Model(path.clone()),
                 (None, None) => InitialWeights::Random,
             },
-        }
+        })
     }
 }
 
@@ -176,6 +187,7 @@ fn advised(error: Error) -> Error {
         Some(map2aps::Error::Training(
             TrainingError::Mirrored { .. } | TrainingError::Asymmetric,
         )) => error.context("train without --mirror"),
+        Some(map2aps::Error::Training(TrainingError::NoScene(_))) => error.context("--maps"),
         _ => error,
     }
 }

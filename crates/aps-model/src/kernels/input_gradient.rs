@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::ConvShape;
 use super::convolution::{convolve, tile_pixels};
 use super::finish::Finish;
 use super::matmul::{Matrix, multiply};
 use super::regroup::{apart, side_by_side};
 use super::unfold::Frame;
+use super::{ConvShape, Steps};
 
 /// Input channels of one task.
 const CHANNEL_BLOCK: usize = 16;
@@ -18,13 +18,14 @@ pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32], ou
     assert_eq!(weight.len(), shape.weight_len());
     assert_eq!(out.len(), shape.input_len());
     let (kh, kw) = shape.kernel;
-    if shape.stride == 1 && shape.padding.0 < kh && shape.padding.1 < kw {
+    let (pad_h, pad_w) = shape.steps.padding;
+    if shape.steps.is_dense() && pad_h < kh && pad_w < kw {
         let flipped = ConvShape {
             in_channels: shape.out_channels,
             out_channels: shape.in_channels,
             height: shape.out_height(),
             width: shape.out_width(),
-            padding: (kh - 1 - shape.padding.0, kw - 1 - shape.padding.1),
+            steps: Steps::new(1, (kh - 1 - pad_h, kw - 1 - pad_w)),
             ..*shape
         };
         let weight = turn(shape, weight);

@@ -26,7 +26,7 @@ pub(crate) fn max_pool(shape: &ConvShape, x: &[f32]) -> Vec<f32> {
 /// Takes the largest of each column of pixels that a row of windows holds, then the largest of those in each window.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 fn largest(shape: &ConvShape, plane: &[f32], out: &mut [f32], columns: &mut Vec<f32>) {
-    let ((kh, kw), (ph, pw)) = (shape.kernel, shape.padding);
+    let ((kh, kw), (ph, pw)) = (shape.kernel, shape.steps.padding);
     for (oy, out) in out.chunks_exact_mut(shape.out_width()).enumerate() {
         // Below every number, left and right of the plane.
         columns.clear();
@@ -78,7 +78,7 @@ pub(crate) fn max_pool_gradient(shape: &ConvShape, x: &[f32], grad: &[f32]) -> V
 /// Calls back for every tap that row `oy` of windows has: the windows in which it lies inside the plane, and the place of
 /// its pixel in the first of them.
 fn for_each_tap(shape: &ConvShape, oy: usize, mut tap: impl FnMut(Range<usize>, u32)) {
-    let ((kh, kw), (ph, pw)) = (shape.kernel, shape.padding);
+    let ((kh, kw), (ph, pw)) = (shape.kernel, shape.steps.padding);
     for y in (oy * STEP).saturating_sub(ph)..(oy * STEP + kh - ph).min(shape.height) {
         for kx in 0..kw {
             let first = pw.saturating_sub(kx).div_ceil(STEP);

@@ -7,6 +7,7 @@ pub(crate) mod attention;
 pub(crate) mod batch_norm;
 mod buffer;
 pub(crate) mod convolution;
+pub(crate) mod depthwise;
 mod each;
 mod exponential;
 pub(crate) mod finish;
@@ -27,6 +28,6 @@ mod weight_gradient;
 mod winograd;
 
 pub(crate) use input_gradient::input_gradient;
-pub(crate) use shape::ConvShape;
+pub(crate) use shape::{ConvShape, Steps};
 pub(crate) use weight_gradient::weight_gradient;
 pub(crate) use winograd::KernelCache;

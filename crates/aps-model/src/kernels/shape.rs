@@ -10,9 +10,34 @@ pub(crate) struct ConvShape {
     pub out_channels: usize,
     /// (vertical, horizontal)
     pub kernel: (usize, usize),
-    pub stride: usize,
-    /// Zeros on each side: (vertical, horizontal).
+    pub steps: Steps,
+}
+
+/// Steps of a kernel over an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Steps {
+    /// Pixels from one output to the next: (vertical, horizontal).
+    pub stride: (usize, usize),
+    /// Pixels added on each side: (vertical, horizontal).
     pub padding: (usize, usize),
+    /// If true, the pixels added to the left and right are those of the other end of the row, else zeros, as above and below.
+    pub is_circular: bool,
+}
+
+impl Steps {
+    /// The same stride in both directions, and zeros around.
+    pub fn new(stride: usize, padding: (usize, usize)) -> Self {
+        Self {
+            stride: (stride, stride),
+            padding,
+            is_circular: false,
+        }
+    }
+
+    /// Returns true when every pixel of the image has a window around it, zeros being added at the border.
+    pub fn is_dense(&self) -> bool {
+        self.stride == (1, 1) && !self.is_circular
+    }
 }
 
 impl ConvShape {
@@ -21,17 +46,19 @@ impl ConvShape {
         let (kh, kw) = self.kernel;
         let sizes = [self.batch, self.in_channels, self.out_channels, kh, kw];
         sizes.iter().all(|&n| n > 0)
-            && self.stride > 0
-            && self.height + 2 * self.padding.0 >= kh
-            && self.width + 2 * self.padding.1 >= kw
+            && self.steps.stride.0 > 0
+            && self.steps.stride.1 > 0
+            && self.height + 2 * self.steps.padding.0 >= kh
+            && self.width + 2 * self.steps.padding.1 >= kw
+            && !(self.steps.is_circular && self.steps.padding.1 > self.width)
     }
 
     pub fn out_height(&self) -> usize {
-        (self.height + 2 * self.padding.0 - self.kernel.0) / self.stride + 1
+        (self.height + 2 * self.steps.padding.0 - self.kernel.0) / self.steps.stride.0 + 1
     }
 
     pub fn out_width(&self) -> usize {
-        (self.width + 2 * self.padding.1 - self.kernel.1) / self.stride + 1
+        (self.width + 2 * self.steps.padding.1 - self.kernel.1) / self.steps.stride.1 + 1
     }
 
     /// Returns the shape of the output: (batch, channels, height, width).
@@ -57,7 +84,7 @@ impl ConvShape {
 
     /// Returns true when the unfolded input is the input itself.
     pub fn is_pointwise(&self) -> bool {
-        self.kernel == (1, 1) && self.stride == 1 && self.padding == (0, 0)
+        self.kernel == (1, 1) && self.steps.stride == (1, 1) && self.steps.padding == (0, 0)
     }
 
     pub fn input_len(&self) -> usize {

@@ -1,7 +1,7 @@
 //! Unfolding (im2col): a convolution as a matrix product.
 //!
 //! An image is first written into a frame of zeros as wide as the padding, its columns sorted by their remainder modulo
-//! the stride. In such a frame every row of every tap is one run of neighbouring values: unfolding is copying alone.
+//! the horizontal stride. In such a frame every row of every tap is one run of neighbouring values: unfolding is copying alone.
 
 use std::ops::Range;
 
@@ -21,10 +21,10 @@ pub(super) struct Frame {
 
 impl Frame {
     pub fn of(shape: &ConvShape) -> Self {
-        let (step, (kh, kw)) = (shape.stride, shape.kernel);
-        let phase = (shape.width + 2 * shape.padding.1).div_ceil(step);
+        let (step, (kh, kw)) = (shape.steps.stride.1, shape.kernel);
+        let phase = (shape.width + 2 * shape.steps.padding.1).div_ceil(step);
         let row = phase * step;
-        let plane = row * (shape.height + 2 * shape.padding.0);
+        let plane = row * (shape.height + 2 * shape.steps.padding.0);
         let place = |tap: usize| {
             let (channel, ky, kx) = (tap / (kh * kw), tap / kw % kh, tap % kw);
             channel * plane + ky * row + (kx % step) * phase + kx / step
@@ -43,20 +43,37 @@ impl Frame {
         self.plane * self.shape.in_channels
     }
 
-    /// Writes `image` (channels, height, width) into `frame`, whose padding must be, and stays, zero.
+    /// Writes `image` (channels, height, width) into `frame`, whose padding by zeros must be, and stays, zero.
     pub fn fill(&self, image: &[f32], frame: &mut [f32]) {
         let s = &self.shape;
         let planes = frame.chunks_exact_mut(self.plane);
         for (plane, image) in planes.zip(image.chunks_exact(s.in_pixels())) {
-            let rows = plane.chunks_exact_mut(self.row).skip(s.padding.0);
+            let rows = plane.chunks_exact_mut(self.row).skip(s.steps.padding.0);
             for (row, pixels) in rows.zip(image.chunks_exact(s.width)) {
                 self.fill_row(pixels, row);
             }
         }
     }
 
+    /// Place of a padded column in a row.
+    fn place(&self, column: usize) -> usize {
+        let step = self.shape.steps.stride.1;
+        column % step * self.phase + column / step
+    }
+
+    /// Columns of circular padding, each with the pixel of the row that it repeats.
+    fn margins(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (width, pad) = (self.shape.width, self.shape.steps.padding.1);
+        let count = if self.shape.steps.is_circular { pad } else { 0 };
+        let left = (0..count).map(move |i| (i, width - pad + i));
+        left.chain((0..count).map(move |i| (pad + width + i, i)))
+    }
+
     fn fill_row(&self, pixels: &[f32], row: &mut [f32]) {
-        let (step, pad) = (self.shape.stride, self.shape.padding.1);
+        let (step, pad) = (self.shape.steps.stride.1, self.shape.steps.padding.1);
+        for (column, pixel) in self.margins() {
+            row[self.place(column)] = pixels[pixel];
+        }
         if step == 1 {
             row[pad..pad + pixels.len()].copy_from_slice(pixels);
             return;
@@ -77,16 +94,18 @@ impl Frame {
         }
     }
 
-    /// Copies the image inside `frame` into `image`, the reverse of [`Frame::fill`].
+    /// Adds up what lies in `frame` at the places of each pixel into `image`, the adjoint of [`Frame::fill`].
     pub fn extract(&self, frame: &[f32], image: &mut [f32]) {
         let s = &self.shape;
         let planes = frame.chunks_exact(self.plane);
         for (plane, image) in planes.zip(image.chunks_exact_mut(s.in_pixels())) {
-            let rows = plane.chunks_exact(self.row).skip(s.padding.0);
+            let rows = plane.chunks_exact(self.row).skip(s.steps.padding.0);
             for (row, pixels) in rows.zip(image.chunks_exact_mut(s.width)) {
                 for (x, pixel) in pixels.iter_mut().enumerate() {
-                    let column = x + s.padding.1;
-                    *pixel = row[column % s.stride * self.phase + column / s.stride];
+                    *pixel = row[self.place(x + s.steps.padding.1)];
+                }
+                for (column, pixel) in self.margins() {
+                    pixels[pixel] += row[self.place(column)];
                 }
             }
         }
@@ -95,7 +114,7 @@ impl Frame {
     /// Writes rows `taps` of some unfolded `frames` side by side, columns `pixels` (counted image by image, row by row). Row
     /// `t` of the result starts at `(t - taps.start) * stride` of `out`.
     ///
-    /// Row (channel, ky, kx), column (image, oy, ox) holds padded pixel (oy * step + ky, ox * step + kx).
+    /// Row (channel, ky, kx), column (image, oy, ox) holds padded pixel (oy * stride + ky, ox * stride + kx).
     pub fn unfold(
         &self,
         frames: &[f32],
@@ -128,7 +147,7 @@ impl Frame {
 
     /// Whole images with rows of `W` values: a width known to the compiler is moved in registers.
     fn copy_images<const W: usize>(&self, frames: &[f32], tap: usize, line: &mut [f32]) {
-        let apart = self.shape.stride * self.row;
+        let apart = self.shape.steps.stride.0 * self.row;
         let targets = line.chunks_exact_mut(self.shape.out_pixels());
         for (target, frame) in targets.zip(frames.chunks_exact(self.len())) {
             let rows = frame[tap..].chunks(apart);
@@ -141,7 +160,7 @@ impl Frame {
     /// Rows of any width, from pixel `first` on.
     fn copy_runs(&self, frames: &[f32], tap: usize, first: usize, line: &mut [f32]) {
         let (width, all) = (self.shape.out_width(), self.shape.out_pixels());
-        let apart = self.shape.stride * self.row;
+        let apart = self.shape.steps.stride.0 * self.row;
         let (mut at, mut rest) = (first, line);
         while !rest.is_empty() {
             let (row, column) = (at % all / width, at % width);
@@ -167,7 +186,7 @@ impl Frame {
     }
 
     fn add_images<const W: usize>(&self, line: &[f32], tap: usize, frames: &mut [f32]) {
-        let apart = self.shape.stride * self.row;
+        let apart = self.shape.steps.stride.0 * self.row;
         let sources = line.chunks_exact(self.shape.out_pixels());
         for (source, frame) in sources.zip(frames.chunks_exact_mut(self.len())) {
             let rows = frame[tap..].chunks_mut(apart);
@@ -181,7 +200,7 @@ impl Frame {
     }
 
     fn add_rows(&self, line: &[f32], tap: usize, frames: &mut [f32]) {
-        let apart = self.shape.stride * self.row;
+        let apart = self.shape.steps.stride.0 * self.row;
         let sources = line.chunks_exact(self.shape.out_pixels());
         for (source, frame) in sources.zip(frames.chunks_exact_mut(self.len())) {
             let rows = frame[tap..].chunks_mut(apart);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use candle_core::{Module, Result, Tensor};
 use candle_nn::{Init, VarBuilder};
 
-use crate::ops::{self, ConvTensors};
+use crate::ops::{self, ConvTensors, Steps};
 use crate::parameters::{fan_in, kaiming_fan_out, normal};
 
 /// PyTorch's `Conv2d` with a square kernel: `weight` (out, in, kernel, kernel), and `bias` (out) where there is one. It maps
@@ -19,7 +19,7 @@ impl Conv2d {
         let init = fan_in(inputs * kernel * kernel);
         let weight = vb.get_with_hints((outputs, inputs, kernel, kernel), "weight", init)?;
         let bias = vb.get_with_hints(outputs, "bias", init)?;
-        Self::new(weight, Some(bias), 1, kernel / 2)
+        Self::new(weight, Some(bias), Steps::new(1, (kernel / 2, kernel / 2)))
     }
 
     /// Creates a layer as in torchvision's ResNets: no bias, padding of half the kernel, [`kaiming_fan_out`].
@@ -32,7 +32,7 @@ impl Conv2d {
     ) -> Result<Self> {
         let init = kaiming_fan_out(outputs * kernel * kernel);
         let weight = vb.get_with_hints((outputs, inputs, kernel, kernel), "weight", init)?;
-        Self::new(weight, None, stride, kernel / 2)
+        Self::new(weight, None, Steps::new(stride, (kernel / 2, kernel / 2)))
     }
 
     /// Creates a layer as in torchvision's vision transformers: one output pixel a patch, weights of variance 1 / fan_in,
@@ -48,10 +48,22 @@ impl Conv2d {
         let init = normal(1.0 / ((inputs * patch * patch) as f64).sqrt());
         let weight = vb.get_with_hints((outputs, inputs, patch, patch), "weight", init)?;
         let bias = vb.get_with_hints(outputs, "bias", Init::Const(0.0))?;
-        Self::new(weight, Some(bias), patch, 0)
+        Self::new(weight, Some(bias), Steps::new(patch, (0, 0)))
     }
 
-    fn new(weight: Tensor, bias: Option<Tensor>, stride: usize, padding: usize) -> Result<Self> {
+    /// Creates a layer as in Polar-Reg: no bias, PyTorch's initial weights, circular along rows, every other row.
+    pub fn polar(inputs: usize, outputs: usize, kernel: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let init = fan_in(inputs * kernel * kernel);
+        let weight = vb.get_with_hints((outputs, inputs, kernel, kernel), "weight", init)?;
+        let steps = Steps {
+            stride: (2, 1),
+            padding: (kernel / 2, kernel / 2),
+            is_circular: true,
+        };
+        Self::new(weight, None, steps)
+    }
+
+    fn new(weight: Tensor, bias: Option<Tensor>, steps: Steps) -> Result<Self> {
         // A weight that nothing asks a gradient of is a constant. The layer takes a copy, which nobody else can change, so
         // that the cached kernels stay those of the weight.
         let (weight, cache) = match weight.track_op() {
@@ -61,8 +73,7 @@ impl Conv2d {
         Ok(Self(ConvTensors {
             weight,
             bias,
-            stride,
-            padding: (padding, padding),
+            steps,
             cache,
         }))
     }
@@ -75,7 +86,7 @@ impl Conv2d {
 impl Module for Conv2d {
     fn forward(&self, x: &Tensor) -> Result<Tensor> {
         let t = &self.0;
-        ops::conv2d(x, &t.weight, t.bias.as_ref(), t.stride, t.padding)
+        ops::conv2d(x, &t.weight, t.bias.as_ref(), t.steps)
     }
 }
 
@@ -104,7 +115,8 @@ impl Module for Conv1d {
     fn forward(&self, x: &Tensor) -> Result<Tensor> {
         // A line is an image of height 1.
         let (x, weight) = (x.unsqueeze(2)?, self.weight.unsqueeze(2)?);
-        ops::conv2d(&x, &weight, Some(&self.bias), 1, (0, self.padding))?.squeeze(2)
+        let steps = Steps::new(1, (0, self.padding));
+        ops::conv2d(&x, &weight, Some(&self.bias), steps)?.squeeze(2)
     }
 }
 

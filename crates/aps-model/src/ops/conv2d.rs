@@ -5,7 +5,7 @@ use candle_core::{DType, Result, Tensor};
 use super::cpu::{Backward, apply, are_fast};
 use super::portable;
 use crate::kernels::finish::Finish;
-use crate::kernels::{ConvShape, convolution::convolve, input_gradient, weight_gradient};
+use crate::kernels::{ConvShape, Steps, convolution::convolve, input_gradient, weight_gradient};
 
 /// [`portable::conv2d`], with f32 on the CPU several times as fast: unfolded tiles that stay in cache, one matrix product a
 /// tile, threads over the images (or over channels where images are small or few).
@@ -16,20 +16,19 @@ pub(crate) fn conv2d(
     x: &Tensor,
     weight: &Tensor,
     bias: Option<&Tensor>,
-    stride: usize,
-    padding: (usize, usize),
+    steps: Steps,
 ) -> Result<Tensor> {
     if x.device().is_cpu() && matches!(x.dtype(), DType::BF16 | DType::F16) {
         // Weights have the precision of x, whatever they are stored in.
         let wide = |t: &Tensor| t.to_dtype(x.dtype())?.to_dtype(DType::F32);
         let bias = bias.map(wide).transpose()?;
-        let y = conv2d(&wide(x)?, &wide(weight)?, bias.as_ref(), stride, padding)?;
+        let y = conv2d(&wide(x)?, &wide(weight)?, bias.as_ref(), steps)?;
         return y.to_dtype(x.dtype());
     }
     let is_known = bias.is_none_or(|bias| are_fast(&[bias]));
-    let shape = conv_shape(x, weight, stride, padding).filter(|_| is_known);
+    let shape = conv_shape(x, weight, steps).filter(|_| is_known);
     let Some(s) = shape else {
-        return portable::conv2d(x, weight, bias, stride, padding);
+        return portable::conv2d(x, weight, bias, steps);
     };
     let dims = s.out_dims();
     match bias {
@@ -81,12 +80,7 @@ pub(crate) fn conv_transpose2x2(x: &Tensor, weight: &Tensor, bias: &Tensor) -> R
 }
 
 /// Returns the sizes, if the fast path knows the tensors and they fit together.
-pub(super) fn conv_shape(
-    x: &Tensor,
-    w: &Tensor,
-    stride: usize,
-    padding: (usize, usize),
-) -> Option<ConvShape> {
+pub(super) fn conv_shape(x: &Tensor, w: &Tensor, steps: Steps) -> Option<ConvShape> {
     let (batch, in_channels, height, width) = x.dims4().ok()?;
     let (out_channels, channels, kh, kw) = w.dims4().ok()?;
     let shape = ConvShape {
@@ -96,8 +90,7 @@ pub(super) fn conv_shape(
         width,
         out_channels,
         kernel: (kh, kw),
-        stride,
-        padding,
+        steps,
     };
     (are_fast(&[x, w]) && channels == in_channels && shape.is_valid()).then_some(shape)
 }
@@ -114,8 +107,7 @@ fn transposed_shape(x: &Tensor, w: &Tensor) -> Option<ConvShape> {
         width: 2 * width,
         out_channels: inputs,
         kernel: (2, 2),
-        stride: 2,
-        padding: (0, 0),
+        steps: Steps::new(2, (0, 0)),
     })
 }
 

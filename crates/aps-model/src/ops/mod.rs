@@ -7,19 +7,24 @@ mod activation;
 mod attention;
 mod conv2d;
 mod cpu;
+mod depthwise;
 mod linear;
 mod norm;
 mod normed_conv;
 mod pool;
 pub(crate) mod portable;
 
+pub(crate) use crate::kernels::Steps;
+
 pub(crate) use self::activation::{add_relu, gelu, leaky_relu};
 pub(crate) use self::attention::{layer_norm, self_attention};
 pub(crate) use self::conv2d::{conv_transpose2x2, conv2d};
+pub(crate) use self::depthwise::depthwise;
 pub(crate) use self::linear::linear;
 pub(crate) use self::norm::{batch_norm, batch_norm_relu};
 pub(crate) use self::normed_conv::{After, ConvTensors, normed_conv2d};
 pub(crate) use self::pool::{max_pool_2x2, max_pool_3x3_s2_p1};
 pub(crate) use self::portable::{
-    BatchNormTensors, adaptive_avg_pool, relu, resize_bilinear, upsample_nearest_2x,
+    BatchNormTensors, adaptive_avg_pool, max_last, relu, resize_bilinear, sigmoid,
+    softmax_last as softmax, upsample_nearest_2x,
 };

@@ -10,7 +10,7 @@ use super::norm::inverse_std;
 use super::{BatchNormTensors, add_relu, batch_norm, batch_norm_relu, conv2d};
 use crate::kernels::convolution::convolve;
 use crate::kernels::finish::Finish;
-use crate::kernels::{ConvShape, KernelCache};
+use crate::kernels::{ConvShape, KernelCache, Steps};
 
 /// The tensors and sizes of a convolution, as [`conv2d`] takes them.
 #[derive(Debug, Clone)]
@@ -19,10 +19,7 @@ pub(crate) struct ConvTensors {
     pub weight: Tensor,
     /// (out)
     pub bias: Option<Tensor>,
-    /// Pixels from one output to the next.
-    pub stride: usize,
-    /// Zeros on each side: (vertical, horizontal).
-    pub padding: (usize, usize),
+    pub steps: Steps,
     /// Kernel cache of the weight, which must then never change; a cache belongs to one weight alone.
     pub cache: Option<Arc<KernelCache>>,
 }
@@ -49,7 +46,7 @@ pub(crate) fn normed_conv2d(
         return Ok(y);
     }
     let bias = conv.bias.as_ref();
-    let y = conv2d(x, &conv.weight, bias, conv.stride, conv.padding)?;
+    let y = conv2d(x, &conv.weight, bias, conv.steps)?;
     match after {
         After::Nothing => batch_norm(&y, norm, train),
         After::Relu => batch_norm_relu(&y, norm, train),
@@ -64,7 +61,7 @@ fn fused(
     norm: BatchNormTensors<'_>,
     after: After<'_>,
 ) -> Result<Option<Tensor>> {
-    let Some(s) = conv_shape(x, &conv.weight, conv.stride, conv.padding) else {
+    let Some(s) = conv_shape(x, &conv.weight, conv.steps) else {
         return Ok(None);
     };
     let (running_mean, running_var) = (norm.running_mean.as_tensor(), norm.running_var.as_tensor());

@@ -4,8 +4,8 @@ use candle_core::{Result, Tensor};
 
 use super::cpu::{apply, are_fast};
 use super::portable;
-use crate::kernels::ConvShape;
 use crate::kernels::max_pool::{STEP, max_pool, max_pool_gradient};
+use crate::kernels::{ConvShape, Steps};
 
 /// [`portable::max_pool_2x2`].
 pub(crate) fn max_pool_2x2(x: &Tensor) -> Result<Tensor> {
@@ -33,8 +33,7 @@ fn windows(x: &Tensor, kernel: usize, padding: usize) -> Option<ConvShape> {
         width,
         out_channels: channels,
         kernel: (kernel, kernel),
-        stride: STEP,
-        padding: (padding, padding),
+        steps: Steps::new(STEP, (padding, padding)),
     };
     (are_fast(&[x]) && windows.is_valid()).then_some(windows)
 }

@@ -9,7 +9,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{flat, on_threads};
-use crate::kernels::KernelCache;
+use crate::kernels::{KernelCache, Steps};
 use crate::ops::{self, After, BatchNormTensors, ConvTensors, portable};
 
 type Operation<'a> = &'a dyn Fn(&[Tensor]) -> Result<Tensor>;
@@ -74,20 +74,21 @@ type Sizes = (
 );
 
 fn check_convolution((n, i, h, w, o, (kh, kw), stride, padding): Sizes, threads: bool) {
+    let steps = Steps::new(stride, padding);
     let rng = &mut ChaCha8Rng::seed_from_u64(1);
     let inputs = [
         values(rng, &[n, i, h, w]),
         values(rng, &[o, i, kh, kw]),
         values(rng, &[o]),
     ];
-    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
-    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
+    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], Some(&t[2]), steps);
+    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], Some(&t[2]), steps);
     check(&fast, &reference, &inputs);
     if threads {
         same_bits_on_any_threads(fast, &inputs);
     }
-    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], None, stride, padding);
-    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], None, stride, padding);
+    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], None, steps);
+    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], None, steps);
     check(&fast, &reference, &inputs[..2]);
 }
 
@@ -289,10 +290,22 @@ fn convolution_in_half_precision() {
     let (x, w) = (values(rng, &[2, 3, 9, 8]), values(rng, &[4, 3, 3, 3]));
     for dtype in [DType::BF16, DType::F16] {
         let to = |t: &Tensor, dtype| t.to_dtype(dtype).unwrap();
-        let half = ops::conv2d(&to(&x, dtype), &to(&w, DType::F32), None, 2, (1, 1)).unwrap();
+        let half = ops::conv2d(
+            &to(&x, dtype),
+            &to(&w, DType::F32),
+            None,
+            Steps::new(2, (1, 1)),
+        )
+        .unwrap();
         assert_eq!(half.dtype(), dtype);
         // The inputs are exact in either.
-        let full = ops::conv2d(&to(&x, DType::F32), &to(&w, DType::F32), None, 2, (1, 1)).unwrap();
+        let full = ops::conv2d(
+            &to(&x, DType::F32),
+            &to(&w, DType::F32),
+            None,
+            Steps::new(2, (1, 1)),
+        )
+        .unwrap();
         assert_eq!(flat(&half), flat(&to(&full, dtype)));
     }
 }
@@ -336,13 +349,12 @@ fn normalised_convolution_in_use() {
                     running_var,
                 };
                 let bias = has_bias.then_some(&t[4]);
-                let padding = (kernel / 2, kernel / 2);
+                let steps = Steps::new(stride, (kernel / 2, kernel / 2));
                 let y = if at_once {
                     let conv = ConvTensors {
                         weight: t[1].clone(),
                         bias: bias.cloned(),
-                        stride,
-                        padding,
+                        steps,
                         cache: cache.cloned(),
                     };
                     let after = match after {
@@ -352,7 +364,7 @@ fn normalised_convolution_in_use() {
                     };
                     ops::normed_conv2d(&t[0], &conv, norm, after, false).unwrap()
                 } else {
-                    let y = portable::conv2d(&t[0], &t[1], bias, stride, padding).unwrap();
+                    let y = portable::conv2d(&t[0], &t[1], bias, steps).unwrap();
                     let y = portable::batch_norm(&y, norm, false).unwrap();
                     match after {
                         0 => y,
@@ -375,6 +387,54 @@ fn normalised_convolution_in_use() {
             assert_eq!(on(1, None), on(3, None));
             assert_eq!(on(1, Some(&cache)), on(3, Some(&Arc::default())));
         }
+    }
+}
+
+/// Around the circle, some rows left out: image by image and all together.
+#[test]
+fn circular_convolutions() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(7);
+    for (n, i, h, w, o, kernel, stride) in [
+        (5, 12, 9, 20, 7, 3, (2, 1)),
+        (6, 3, 8, 180, 4, 3, (2, 1)),
+        (1, 4, 7, 10, 3, 5, (1, 1)),
+        (3, 2, 5, 9, 4, 3, (3, 2)),
+        (8, 16, 12, 12, 16, 3, (1, 1)),
+    ] {
+        let steps = Steps {
+            stride,
+            padding: (kernel / 2, kernel / 2),
+            is_circular: true,
+        };
+        let inputs = [
+            values(rng, &[n, i, h, w]),
+            values(rng, &[o, i, kernel, kernel]),
+        ];
+        let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], None, steps);
+        let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], None, steps);
+        check(&fast, &reference, &inputs);
+        same_bits_on_any_threads(fast, &inputs);
+    }
+}
+
+#[test]
+fn depthwise_convolutions() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(8);
+    for (n, channels, length, taps, dilation) in [
+        (3, 5, 180, 9, 4),
+        (1, 2, 16, 9, 4),
+        (4, 3, 17, 3, 1),
+        (2, 1, 31, 1, 1),
+        (2, 3, 40, 5, 7),
+    ] {
+        let inputs = [
+            values(rng, &[n, channels, length]),
+            values(rng, &[channels, 1, taps]),
+        ];
+        let fast = |t: &[Tensor]| ops::depthwise(&t[0], &t[1], dilation);
+        let reference = |t: &[Tensor]| portable::depthwise(&t[0], &t[1], dilation);
+        check(&fast, &reference, &inputs);
+        same_bits_on_any_threads(fast, &inputs);
     }
 }
 

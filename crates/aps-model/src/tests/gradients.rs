@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::flat;
-use crate::ops::portable;
+use crate::ops::{Steps, portable};
 
 /// Values in [-1, 1) that are never closer to each other than 1e-3, so that no difference crosses a tie or a kink.
 fn values(generator: &mut ChaCha8Rng, shape: &[usize]) -> Tensor {
@@ -84,14 +84,31 @@ fn of_convolutions() {
     for (x, weight, stride, padding) in cases {
         let name = format!("conv2d {x:?} {weight:?} stride {stride} padding {padding:?}");
         check(&name, &[x, weight, &[weight[0]]], |t| {
-            portable::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding)
+            portable::conv2d(&t[0], &t[1], Some(&t[2]), Steps::new(stride, padding))
         });
     }
     check(
         "conv2d without bias",
         &[&[1, 2, 4, 4], &[2, 2, 3, 3]],
-        |t| portable::conv2d(&t[0], &t[1], None, 1, (1, 1)),
+        |t| portable::conv2d(&t[0], &t[1], None, Steps::new(1, (1, 1))),
     );
+    let polar = Steps {
+        stride: (2, 1),
+        padding: (1, 1),
+        is_circular: true,
+    };
+    for height in [5, 6] {
+        check(
+            "circular conv2d",
+            &[&[2, 2, height, 6], &[3, 2, 3, 3]],
+            |t| portable::conv2d(&t[0], &t[1], None, polar),
+        );
+    }
+    for dilation in [1, 2] {
+        check("depthwise", &[&[2, 3, 8], &[3, 1, 5]], |t| {
+            portable::depthwise(&t[0], &t[1], dilation)
+        });
+    }
     check(
         "conv_transpose2x2",
         &[&[2, 3, 3, 2], &[3, 2, 2, 2], &[2]],
@@ -168,6 +185,8 @@ fn of_elementwise_functions_and_products() {
         portable::leaky_relu(&t[0], 0.2)
     });
     check("gelu", &[&[3, 4]], |t| portable::gelu(&(&t[0] * 3.0)?));
+    check("sigmoid", &[&[2, 3, 4]], |t| portable::sigmoid(&t[0]));
+    check("max_last", &[&[2, 3, 4]], |t| portable::max_last(&t[0]));
     check("softmax_last", &[&[2, 3, 4]], |t| {
         portable::softmax_last(&t[0])
     });

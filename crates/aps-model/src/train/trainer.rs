@@ -13,7 +13,7 @@ use super::schedule::Schedule;
 use super::{Quantity, TrainConfig, TrainError};
 use crate::condition::ModelInput;
 use crate::data::Examples;
-use crate::loss::{bce_with_logits, l1};
+use crate::loss::{Loss, bce_with_logits};
 use crate::{ANGLE_BINS, Model, Regularizer};
 
 /// A training, driven [`step`](Self::step) by step.
@@ -23,9 +23,10 @@ use crate::{ANGLE_BINS, Model, Regularizer};
 pub struct Trainer {
     model: Box<dyn Model>,
     regularizer: Option<Regularizer>,
+    loss: Loss,
     /// Parameters and optimizer of the model, then of the regularizer if there is one.
     networks: Vec<Optimized>,
-    input: Box<dyn ModelInput>,
+    input: Arc<dyn ModelInput>,
     examples: Arc<dyn Examples>,
     config: TrainConfig,
     order: Order,
@@ -50,7 +51,7 @@ pub struct StepReport {
     pub links: usize,
     /// Learning rate.
     pub learning_rate: f64,
-    /// Error of the predictions before the step: mean squared, or mean absolute with a regularizer.
+    /// Error of the predictions before the step: the loss, or the mean absolute error with a regularizer.
     pub loss: f64,
     /// Norm of the predictor's gradients before clipping.
     pub gradient_norm: f64,
@@ -74,7 +75,8 @@ impl<E: Into<crate::Error>> From<E> for StepError {
 }
 
 impl Trainer {
-    /// Prepares a training of `model`, whose tensors are those of `parameters`, from the weights as they are.
+    /// Prepares a training of `model`, whose tensors are those of `parameters`, from the weights as they are, by the squared
+    /// error.
     ///
     /// # Errors
     /// [`TrainError::Config`], [`TrainError::NoExamples`].
@@ -98,10 +100,12 @@ impl Trainer {
         Ok(Self {
             model,
             regularizer: None,
+            loss: Loss::Squared,
             networks: vec![Optimized::new("predictor", parameters, &config)?],
-            order: Order::new(config.seed, examples.len(), config.batch),
+            order: Order::new(config.seed, examples.len(), config.batch)
+                .grouped(&examples, &*input),
             schedule: config.schedule(examples.len()),
-            input,
+            input: Arc::from(input),
             examples: Arc::new(examples),
             config,
             steps: 0,
@@ -111,7 +115,12 @@ impl Trainer {
         })
     }
 
-    /// Trains against a regularizer, whose tensors are those of `parameters`.
+    /// Trains by another loss.
+    pub fn with_loss(self, loss: Loss) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Trains by the absolute error against a regularizer, whose tensors are those of `parameters`.
     ///
     /// # Errors
     /// [`TrainError::Config`] when they hold no trainable tensors.
@@ -124,6 +133,7 @@ impl Trainer {
         let network = Optimized::new("regularizer", parameters, &self.config)?;
         self.networks.push(network);
         self.regularizer = Some(regularizer);
+        self.loss = Loss::Adversarial;
         Ok(self)
     }
 
@@ -139,7 +149,10 @@ impl Trainer {
             return Ok(None);
         }
         let (step, total) = (self.steps, self.schedule.total);
-        let start = || Prefetch::start(Arc::clone(&self.examples), self.order.clone(), step, total);
+        let start = || {
+            let (examples, input) = (Arc::clone(&self.examples), Arc::clone(&self.input));
+            Prefetch::start(examples, input, self.order.clone(), step, total)
+        };
         let batch = self.prefetch.get_or_insert_with(start).next();
         let report = self.train_on(&batch);
         self.failed = report.is_err();
@@ -174,10 +187,7 @@ impl Trainer {
         predicted: &Tensor,
         targets: &Tensor,
     ) -> Result<StepReport, StepError> {
-        let error = match self.regularizer {
-            None => candle_nn::loss::mse(predicted, targets)?,
-            Some(_) => l1(predicted, targets)?,
-        };
+        let error = self.loss.error(predicted, targets)?;
         let per_epoch = self.order.steps_per_epoch();
         let mut report = StepReport {
             step: self.steps,

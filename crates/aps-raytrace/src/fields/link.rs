@@ -94,8 +94,21 @@ impl FieldLink<'_> {
         }
     }
 
-    /// Writes the planes (plane, range, direction) and the numbers (number, direction). No memory is taken.
-    fn write(&self, planes: &mut [f32], numbers: &mut [f32]) {
+    /// Writes the planes (plane, range, direction) and the numbers (number, direction) on this thread.
+    ///
+    /// # Errors
+    /// [`FieldError::Length`] unless the slices are as long as the results, [`FieldError::Foreign`].
+    pub fn write(&self, planes: &mut [f32], numbers: &mut [f32]) -> Result<(), FieldError> {
+        let fan = self.map.fan();
+        check_length("planes", 1, PLANES * fan.positions(), planes.len())?;
+        check_length("numbers", 1, NUMBERS * fan.directions, numbers.len())?;
+        self.check()?;
+        self.fill(planes, numbers);
+        Ok(())
+    }
+
+    /// Does it, in slices of the right length. No memory is taken.
+    fn fill(&self, planes: &mut [f32], numbers: &mut [f32]) {
         let fan = self.map.fan();
         let (tx, rx) = (self.transmitter, self.receiver);
         let geodesic_m = self.geodesic_m();
@@ -184,7 +197,7 @@ pub fn gather(
         .par_chunks_exact_mut(of_planes)
         .zip(numbers.par_chunks_exact_mut(of_numbers));
     let all = links.par_iter().zip(slices);
-    all.for_each(|(link, (planes, numbers))| link.write(planes, numbers));
+    all.for_each(|(link, (planes, numbers))| link.fill(planes, numbers));
     Ok(())
 }
 

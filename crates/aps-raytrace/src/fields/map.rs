@@ -29,9 +29,9 @@ pub struct FieldConfig {
 /// A scene prepared for making fields.
 #[derive(Debug, Clone)]
 pub struct FieldMap<'s> {
-    given: &'s Scene,
-    /// Scene in which everything is computed: moved by `-origin` where it lies far off.
-    local: Cow<'s, Scene>,
+    given: Cow<'s, Scene>,
+    /// Scene in which everything is computed, where that is another: moved by `-origin` where it lies far off.
+    moved: Option<Scene>,
     origin: DVec2,
     config: FieldConfig,
     pub(super) corners: Corners,
@@ -49,15 +49,25 @@ impl<'s> FieldMap<'s> {
     /// # Errors
     /// [`FieldError::Grid`], [`FieldError::Fan`], [`FieldError::TooManyCorners`].
     pub fn new(scene: &'s Scene, config: FieldConfig) -> Result<Self, FieldError> {
+        Self::of(Cow::Borrowed(scene), config)
+    }
+
+    /// Prepares a scene as [`FieldMap::new`] does, and keeps it.
+    ///
+    /// # Errors
+    /// As [`FieldMap::new`].
+    pub fn owning(scene: Scene, config: FieldConfig) -> Result<FieldMap<'static>, FieldError> {
+        FieldMap::of(Cow::Owned(scene), config)
+    }
+
+    fn of(given: Cow<'s, Scene>, config: FieldConfig) -> Result<Self, FieldError> {
         config.grid.check()?;
         config.fan.check()?;
-        let origin = scene.origin();
-        let local = match origin == DVec2::ZERO {
-            true => Cow::Borrowed(scene),
-            false => Cow::Owned(scene.moved(-origin)),
-        };
+        let origin = given.origin();
+        let moved = (origin != DVec2::ZERO).then(|| given.moved(-origin));
+        let local = moved.as_ref().unwrap_or(&given);
         let grid = config.grid.moved(-origin);
-        let corners = Corners::new(&local, [grid.first_m, grid.last_m()])?;
+        let corners = Corners::new(local, [grid.first_m, grid.last_m()])?;
         let is_outdoor: Vec<bool> = (0..grid.pixels())
             .into_par_iter()
             .map(|pixel| {
@@ -69,14 +79,14 @@ impl<'s> FieldMap<'s> {
             !is_outdoor[pixel] && neighbours(&grid, pixel).any(|beside| is_outdoor[beside])
         };
         Ok(Self {
-            given: scene,
             rim: (0..grid.pixels()).filter(is_rim).collect(),
             near_corner: near_corner(&corners, &grid),
             is_outdoor,
             corners,
-            local,
             origin,
             config,
+            given,
+            moved,
         })
     }
 
@@ -127,7 +137,7 @@ impl<'s> FieldMap<'s> {
     }
 
     pub(super) fn scene(&self) -> &Scene {
-        &self.local
+        self.moved.as_ref().unwrap_or(&self.given)
     }
 
     pub(super) fn origin(&self) -> DVec2 {

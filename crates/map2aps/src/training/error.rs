@@ -81,6 +81,20 @@ pub enum TrainingError {
         /// The maps.
         maps: Vec<u32>,
     },
+    /// A model that is given the geometry, and maps without it.
+    #[error(
+        "the model is given the outlines of buildings, which a data set does not keep, and the maps that map {0} was made \
+         from are not at hand: give them, or train a model on images"
+    )]
+    NoScene(u32),
+    /// Labels of an unknown array, for a model that computes with it.
+    #[error(
+        "the model computes with the response of the array, and the data set does not say which one its labels are of"
+    )]
+    NoArray(#[source] crate::SettingsError),
+    /// Images given to a model that takes other input.
+    #[error("{0} takes no condition images")]
+    NoImages(aps_model::ModelKind),
     /// Mirror images of spectra that are not those of a uniform linear array.
     #[error(
         "the spectra of mirrored maps follow without tracing for a uniform linear array only; this data set's array is \

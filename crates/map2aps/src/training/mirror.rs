@@ -3,14 +3,16 @@
 use aps_data::{Axis, Dataset};
 use aps_model::ModelKind;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ModelInput, Rasters};
+use aps_model::condition::{ConditionImages, InputKind, ModelInput, Rasters};
 use aps_model::data::{self, Mirrored};
 use serde_json::Value;
 
 use super::TrainingError;
+use super::fields::PolarFields;
 use super::input::images;
 use crate::error::Result;
 use crate::examples::Examples;
+use crate::maps::MapSource;
 use crate::scores::ScoreError;
 
 /// Adds the mirror images to training examples; returns the input of a model for all of them too. The development maps stand
@@ -20,6 +22,7 @@ pub fn mirrored(
     train: Examples,
     development: &Examples,
     (kind, image_size): (ModelKind, usize),
+    maps: Option<&MapSource>,
     device: &Device,
 ) -> Result<(Box<dyn data::Examples>, Box<dyn ModelInput>)> {
     let manifest = dataset.manifest();
@@ -27,8 +30,17 @@ pub fn mirrored(
     let negated = negated_bins(&manifest.configuration, aps.axis)?;
     let pixels = [train.pixels(), development.pixels()].concat();
     let rasters = train.rasters(&pixels);
-    let pixels = &rasters.mirrored();
-    let input = kind.input(Rasters { pixels, ..rasters }, images(image_size), device)?;
+    let input: Box<dyn ModelInput> = match kind.input() {
+        InputKind::Images => {
+            let pixels = &rasters.mirrored();
+            let rasters = Rasters { pixels, ..rasters };
+            Box::new(ConditionImages::new(rasters, images(image_size), device)?)
+        }
+        InputKind::Polar => {
+            let maps = [train.field_maps(maps)?, development.field_maps(maps)?].concat();
+            Box::new(PolarFields::new(maps, rasters.far_end_m(), device.clone()))
+        }
+    };
     Ok((Box::new(Mirrored::new(train, rasters, negated)?), input))
 }
 

@@ -20,6 +20,7 @@
 
 mod device;
 mod error;
+mod fields;
 mod folder;
 mod input;
 mod log;

@@ -163,7 +163,7 @@ pub fn ask(
     asked: &Question<'_>,
 ) -> Result<Answer> {
     let (kind, preset) = (Some(plan.model), Some(plan.preset));
-    let trained = Trained::load(weights, kind, preset, asked.device)?;
+    let trained = Trained::load(weights, kind, preset, asked.device)?.with_maps(plan.maps.clone());
     let examples = asked.test.examples();
     let input = trained.input(examples, plan.image_size)?;
     let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);

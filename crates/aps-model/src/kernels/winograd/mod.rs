@@ -46,9 +46,9 @@ pub(super) fn suits(shape: &ConvShape, is_cached: bool) -> Option<Size> {
         false => (TILES, 3),
     };
     let fits = shape.kernel == (3, 3)
-        && shape.stride == 1
-        && shape.padding.0 <= 2
-        && shape.padding.1 <= 2
+        && shape.steps.is_dense()
+        && shape.steps.padding.0 <= 2
+        && shape.steps.padding.1 <= 2
         && shape.in_channels.min(shape.out_channels) >= CHANNELS
         && shape.out_height().min(shape.out_width()) >= fewest_pixels;
     let tiles = |m| shape.batch * shape.out_height().div_ceil(m) * shape.out_width().div_ceil(m);
@@ -216,7 +216,7 @@ fn transform_inputs<F: Filter<M, N>, const M: usize, const N: usize>(
                 apart: s.in_channels * s.in_pixels(),
                 height: s.height,
                 width: s.width,
-                padding: s.padding,
+                padding: s.steps.padding,
             };
             transform::inputs::<F, M, N>(planes, tiles, chunk, out, sorted);
         });

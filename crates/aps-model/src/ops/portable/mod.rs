@@ -13,11 +13,9 @@ mod norm;
 mod pool;
 mod resize;
 
-#[cfg(test)]
-pub(crate) use activation::softmax_last;
-pub(crate) use activation::{gelu, leaky_relu, relu};
+pub(crate) use activation::{gelu, leaky_relu, max_last, relu, sigmoid, softmax_last};
 pub(crate) use attention::self_attention;
-pub(crate) use conv::{conv_transpose2x2, conv2d};
+pub(crate) use conv::{conv_transpose2x2, conv2d, depthwise};
 pub(crate) use linear::linear;
 pub(crate) use norm::{
     BatchNormTensors, EPSILON, MOMENTUM, batch_norm, layer_norm, values_a_channel,
