@@ -204,6 +204,19 @@ mod tests {
         (root, dataset)
     }
 
+    #[test]
+    fn a_model_of_geometry_asks_for_the_maps() {
+        let (_root, dataset) = dataset(Precision::F16, "paper");
+        let examples = Examples::of_maps(&dataset, &[0, 1], Target::Linear, None).unwrap();
+        let asked = examples.input(ModelKind::PolarReg, 64, None, &Device::Cpu);
+        let error = asked.unwrap_err();
+        let cause = error.cause();
+        assert!(
+            matches!(cause, crate::Error::Training(TrainingError::NoScene(0))),
+            "{cause:?}"
+        );
+    }
+
     /// Whatever a data set stores, a model learns what it is scored against.
     #[test]
     fn targets_learnt_and_scored_have_the_same_bits() {

@@ -263,3 +263,115 @@ impl From<FieldError> for Error {
         Self::Model(aps_model::Error::Input(error.into()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use aps_label::{Labeler, PathSample};
+    use aps_raytrace::scene::{CityConfig, Location};
+
+    use super::*;
+
+    fn city() -> (PolarFields, Vec<[f64; 2]>) {
+        let scene = Scene::synthetic(&CityConfig::default()).unwrap();
+        let places = (0..).map(|i: u32| [f64::from(i * 37 % 250), f64::from(i * 91 % 250)]);
+        let is_outdoor = |&p: &[f64; 2]| scene.locate(DVec2::from(p)) == Location::Outdoor;
+        let places = places.filter(is_outdoor).take(6).collect();
+        let maps = field_maps([Ok((0, scene))].into_iter()).unwrap();
+        (PolarFields::new(maps, [255.0; 2], Device::Cpu), places)
+    }
+
+    fn rows(fields: &PolarFields, links: &[Link]) -> Vec<Vec<Vec<f32>>> {
+        fields.batch(links).unwrap().to_vec3().unwrap()
+    }
+
+    /// Whatever was asked for before, and in whatever company: the same bits.
+    #[test]
+    fn fields_of_a_link_do_not_depend_on_what_was_made_before() {
+        let (fields, places) = city();
+        let link = |tx: usize, rx: usize| Link {
+            map: 0,
+            tx_m: places[tx],
+            rx_m: places[rx],
+        };
+        let links = [link(0, 1), link(0, 2), link(3, 1)];
+        let first = rows(&fields, &links);
+        fields.prepare(&[link(4, 5)]).unwrap();
+        assert!(rows(&fields, &links) == first);
+        assert!(rows(&city().0, &links[2..])[0] == first[2]);
+        assert_ne!(first[0], first[1]);
+        let groups = links.map(|link| fields.group(&link));
+        assert!(groups[0] == groups[1] && groups[0] != groups[2]);
+    }
+
+    #[test]
+    fn mirror_images_have_the_directions_in_another_order_and_share_the_transmitter() {
+        let (fields, places) = city();
+        let link = Link {
+            map: 0,
+            tx_m: places[0],
+            rx_m: places[1],
+        };
+        let upright = &rows(&fields, &[link])[0];
+        let PolarShape {
+            planes,
+            ranges,
+            directions,
+            ..
+        } = shape();
+        for (image, mirror) in fields::Mirror::ALL.into_iter().enumerate() {
+            let mirrored = link.mirrored(image, 1, [255.0; 2]);
+            assert_eq!(fields.group(&mirrored), fields.group(&link));
+            let found = &rows(&fields, &[mirrored])[0];
+            for (row, found) in found[..planes * ranges].iter().enumerate() {
+                let turned = (0..directions).map(|d| upright[row][mirror.direction(d, directions)]);
+                assert!(turned.eq(found.iter().copied()), "image {image}, row {row}");
+            }
+        }
+        let nowhere = Link { map: 4, ..link };
+        assert!(matches!(
+            fields.batch(&[nowhere]),
+            Err(aps_model::Error::Condition(_))
+        ));
+        let inside = Link {
+            rx_m: [f64::NAN; 2],
+            ..link
+        };
+        assert!(matches!(
+            fields.batch(&[inside]),
+            Err(aps_model::Error::Input(_))
+        ));
+    }
+
+    /// A path from a ray's direction alone makes the label that the model's array makes of it.
+    #[test]
+    fn the_array_of_a_model_is_that_of_the_labels() {
+        let (label, fan) = (LabelConfig::paper(), Fan::default());
+        let labeler = Labeler::new(&label).unwrap();
+        let angles = labeler.angles_deg().iter().copied();
+        let statistics = MeanStd {
+            mean: 0.1,
+            std: 0.2,
+        };
+        let facts = label_facts(&label, angles, Protocol::Paper, statistics);
+        assert!(!facts.is_by_link && facts.array.len() == 180 * fan.directions);
+        for direction in [0, 17, 64, 101, 179] {
+            let path = PathSample {
+                delay_s: 3e-7,
+                arrival_azimuth_rad: fan.angle_rad(direction),
+                gain_db: -80.0,
+            };
+            let mut power = labeler.label(&[path]).unwrap().unwrap().aps_db;
+            aps_label::relative_power(&mut power).unwrap();
+            let column = |bin: usize| facts.array[bin * fan.directions + direction];
+            let top = (0..180).map(column).fold(0.0, f64::max);
+            for (bin, power) in power.iter().enumerate() {
+                let (found, power) = (column(bin) / top, *power);
+                // Labels end at a floor.
+                assert!(
+                    (found - power).abs() < 1e-6,
+                    "{direction}, {bin}: {found}, {power}"
+                );
+            }
+        }
+    }
+}
