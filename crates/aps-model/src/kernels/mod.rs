@@ -11,6 +11,7 @@ pub(crate) mod depthwise;
 mod each;
 mod exponential;
 pub(crate) mod finish;
+pub(crate) mod gated;
 pub(crate) mod gelu;
 mod input_gradient;
 pub(crate) mod layer_norm;

@@ -83,8 +83,8 @@ impl ModuleT for Block {
         let y = ops::depthwise(x, &self.depthwise, self.dilation)?;
         let y = self.expand.forward(&self.norm.forward_t(&y, train)?)?;
         let y = self.contract.forward(&ops::gelu(&y)?)?;
-        let gate = ops::sigmoid(&self.gate.forward(&x.mean(2)?)?)?;
-        x + y.broadcast_mul(&gate.unsqueeze(2)?)?
+        let gate = ops::sigmoid(&self.gate.forward(&ops::mean_last(x)?)?)?;
+        ops::add_gated(x, &y, &gate)
     }
 }
 
@@ -192,7 +192,9 @@ impl PolarReg {
         }
         let numbers = fields.narrow(1, planes * ranges, numbers)?;
         let x = Tensor::cat(&[&x.flatten(1, 2)?, &numbers], 1)?;
-        let mut x = ops::relu(&self.project.forward(&x)?)?;
+        let x = self.project.forward(&x)?;
+        // Slope 0: the plain one, with loops of our own.
+        let mut x = ops::leaky_relu(&x, 0.0)?;
         for block in &self.blocks {
             x = block.forward_t(&x, train)?;
         }

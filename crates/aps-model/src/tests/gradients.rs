@@ -185,6 +185,9 @@ fn of_elementwise_functions_and_products() {
         portable::leaky_relu(&t[0], 0.2)
     });
     check("gelu", &[&[3, 4]], |t| portable::gelu(&(&t[0] * 3.0)?));
+    check("add_gated", &[&[2, 3, 4], &[2, 3, 4], &[2, 3]], |t| {
+        portable::add_gated(&t[0], &t[1], &t[2])
+    });
     check("sigmoid", &[&[2, 3, 4]], |t| portable::sigmoid(&t[0]));
     check("max_last", &[&[2, 3, 4]], |t| portable::max_last(&t[0]));
     check("softmax_last", &[&[2, 3, 4]], |t| {

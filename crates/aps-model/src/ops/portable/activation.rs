@@ -26,6 +26,11 @@ pub(crate) fn sigmoid(x: &Tensor) -> Result<Tensor> {
     candle_nn::ops::sigmoid(x)
 }
 
+/// `x + gate * y` for `x` and `y` (batch, channels, length) and one gate a channel.
+pub(crate) fn add_gated(x: &Tensor, y: &Tensor, gate: &Tensor) -> Result<Tensor> {
+    x + y.broadcast_mul(&gate.unsqueeze(D::Minus1)?)?
+}
+
 /// The largest value along the last dimension, which is kept with length 1. Equal ones share the gradient, as in PyTorch.
 pub(crate) fn max_last(x: &Tensor) -> Result<Tensor> {
     // candle's own gives each of them the whole gradient.

@@ -13,7 +13,7 @@ mod norm;
 mod pool;
 mod resize;
 
-pub(crate) use activation::{gelu, leaky_relu, max_last, relu, sigmoid, softmax_last};
+pub(crate) use activation::{add_gated, gelu, leaky_relu, max_last, relu, sigmoid, softmax_last};
 pub(crate) use attention::self_attention;
 pub(crate) use conv::{conv_transpose2x2, conv2d, depthwise};
 pub(crate) use linear::linear;
