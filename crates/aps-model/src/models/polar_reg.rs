@@ -198,13 +198,16 @@ impl PolarReg {
         for block in &self.blocks {
             x = block.forward_t(&x, train)?;
         }
-        ops::softmax(&self.head.forward(&x)?.squeeze(1)?)
+        // As normalisations, shares and the spectrum are computed in f32 at least: a maximum takes most digits away.
+        let logits = self.head.forward(&x)?.squeeze(1)?;
+        ops::softmax(&ops::at_least_f32(&logits)?)
     }
 }
 
 impl ModuleT for PolarReg {
     fn forward_t(&self, fields: &Tensor, train: bool) -> Result<Tensor> {
-        self.spectrum.forward(&self.power(fields, train)?)
+        let spectrum = self.spectrum.forward(&self.power(fields, train)?)?;
+        spectrum.to_dtype(fields.dtype())
     }
 }
 

@@ -27,6 +27,6 @@ pub(crate) use self::norm::{batch_norm, batch_norm_relu};
 pub(crate) use self::normed_conv::{After, ConvTensors, normed_conv2d};
 pub(crate) use self::pool::{max_pool_2x2, max_pool_3x3_s2_p1};
 pub(crate) use self::portable::{
-    BatchNormTensors, adaptive_avg_pool, max_last, relu, resize_bilinear, sigmoid,
+    BatchNormTensors, adaptive_avg_pool, at_least_f32, max_last, relu, resize_bilinear, sigmoid,
     softmax_last as softmax, upsample_nearest_2x,
 };
