@@ -8,27 +8,25 @@ those of models.py do, so none is stored.
 # The model
 
 A link is, for each of 180 directions around the receiver, 14 features of each of 15 ways (5 kinds, 0 to 2 bounces) and 4 numbers
-(aps_raytrace::polar). A perceptron, the same for all ways but for a learnt vector a kind and number of bounces, turns the features
-of a way into the logarithm of its strength and 8 further values. The strengths of a direction's ways are added, each times the
-share of the ray that the way arrives along. The further values of all ways, the numbers and the logarithm of the sum are features of
-the direction; residual blocks of depthwise circular convolutions, dilated by 1, 2 and 4 in turn, mix the directions and add
-a correction. A softmax over directions is the share of the power that arrives from each; the array's response, a matrix that is
-not learnt, makes a spectrum of it, which is divided by its maximum and standardised by the mean and the deviation of the labels it
-is trained on.
+(aps_raytrace::polar). A perceptron, given the features of a way and a unit vector for its kind and bounces, makes the logarithm of
+the way's strength and 8 further values. The strengths of a direction's ways are added, each times the share of the ray that the way
+arrives along. The further values of all ways, the numbers and the logarithm of the sum are features of the direction; residual
+blocks of depthwise circular convolutions, dilated by 1, 2 and 4, mix the directions and add a correction to the logarithm. A
+softmax over directions is the share of the power that arrives from each; the array's response, a matrix that is not learnt, makes a
+spectrum of it, which is divided by its maximum and standardised by the mean and the deviation of the labels it is trained on.
 
 | tensor | shape |
 |---|---|
-| ways.embed.weight | (H, 14) |
-| ways.kind | (15, H): added to the embedding; then GELU by the error function |
-| ways.hidden.weight, .bias | (H, H); then GELU |
-| ways.out.weight, .bias | (9, H): a sixth of the logarithm of the strength, then the further values, which count where there is a way |
-| project.weight | (W, 125): further values of all ways, numbers, logarithm of the sum |
+| ways.embed.weight, .bias | (48, 29): features, then kinds; then GELU by the error function |
+| ways.hidden.weight, .bias | (48, 48); then GELU |
+| ways.out.weight, .bias | (9, 48): a sixth of the logarithm of the strength, then the further values; 0 where there is no way |
+| project.weight, .bias | (64, 125): further values of all ways, numbers, logarithm of the sum |
 | norm.* | batch normalisation over links and directions, then ReLU |
-| blocks.N.depthwise.weight | (W, 1, 7) |
+| blocks.N.depthwise.weight | (64, 1, 7) |
 | blocks.N.norm.* | batch normalisation |
-| blocks.N.expand.*, .contract.* | (2 W, W), then GELU; (W, 2 W) |
-| blocks.N.gate.* | (W, W): of the mean over directions of what the block was given, then the logistic function |
-| head.weight, .bias | (1, W) |
+| blocks.N.expand.*, .contract.* | (128, 64, 1), then GELU; (64, 128, 1) |
+| blocks.N.gate.* | (64, 64): of the mean over directions of what the block was given, then the logistic function |
+| head.weight, .bias | (1, 64, 1) |
 
 # The arrays of the file
 
@@ -39,7 +37,6 @@ As those of models.py, rows of tensors being in the order of their names:
 - train: the output of the first training step, before it moves anything;
 - losses: of each of three training steps;
 - gradients: of the first step, a row a learnt tensor: norm, then the gradient at four sampled elements;
-- input_gradients: of the first step, a row of the same kind;
 - after: all tensors after the third step, a row each: norm, then four sampled elements;
 - array: the same for the array's matrix (bin, direction).
 
@@ -80,57 +77,55 @@ class Ways(nn.Module):
 
     def __init__(self):
         super().__init__()
-        self.embed = nn.Linear(FEATURES, HIDDEN, bias=False)
-        self.kind = nn.Parameter(torch.zeros(WAYS, HIDDEN))
+        self.embed = nn.Linear(FEATURES + WAYS, HIDDEN)
         self.hidden = nn.Linear(HIDDEN, HIDDEN)
         self.out = nn.Linear(HIDDEN, 1 + FURTHER)
 
     def forward(self, x):
-        x = F.gelu(self.embed(x) + self.kind)
+        kinds = torch.eye(WAYS, dtype=x.dtype).expand(*x.shape[:-1], WAYS)
+        x = F.gelu(self.embed(torch.cat([x, kinds], -1)))
         return self.out(F.gelu(self.hidden(x)))
 
 
 class Block(nn.Module):
-    """Mixes directions: (link, direction, channel)."""
-
     def __init__(self, dilation):
         super().__init__()
         self.reach = dilation * (SIZE // 2)
         self.depthwise = nn.Conv1d(WIDTH, WIDTH, SIZE, dilation=dilation, groups=WIDTH, bias=False)
         self.norm = nn.BatchNorm1d(WIDTH)
-        self.expand = nn.Linear(WIDTH, 2 * WIDTH)
-        self.contract = nn.Linear(2 * WIDTH, WIDTH)
+        self.expand = nn.Conv1d(WIDTH, 2 * WIDTH, 1)
+        self.contract = nn.Conv1d(2 * WIDTH, WIDTH, 1)
         self.gate = nn.Linear(WIDTH, WIDTH)
 
     def forward(self, x):
-        y = F.pad(x.transpose(1, 2), (self.reach, self.reach), mode="circular")
-        y = self.norm(self.depthwise(y)).transpose(1, 2)
+        y = self.norm(self.depthwise(F.pad(x, (self.reach, self.reach), mode="circular")))
         y = self.contract(F.gelu(self.expand(y)))
-        return x + y * torch.sigmoid(self.gate(x.mean(1)))[:, None]
+        return x + y * torch.sigmoid(self.gate(x.mean(2)))[:, :, None]
 
 
 class PolarReg(nn.Module):
     def __init__(self, response):
         super().__init__()
         self.ways = Ways()
-        self.project = nn.Linear(WAYS * FURTHER + NUMBERS + 1, WIDTH, bias=False)
+        self.project = nn.Linear(WAYS * FURTHER + NUMBERS + 1, WIDTH)
         self.norm = nn.BatchNorm1d(WIDTH)
-        self.blocks = nn.ModuleList([Block(1 << n % 3) for n in range(BLOCKS)])
-        self.head = nn.Linear(WIDTH, 1)
+        self.blocks = nn.ModuleList([Block(1 << n) for n in range(BLOCKS)])
+        self.head = nn.Conv1d(WIDTH, 1, 1)
         # Follows from the array's description.
         self.register_buffer("array", response, persistent=False)
 
     def power(self, x):
         """Share of the power by direction (link, direction)."""
         ways, numbers = x[..., : WAYS * FEATURES].unflatten(2, (WAYS, FEATURES)), x[..., WAYS * FEATURES :]
-        found = self.ways(ways)
-        strength = torch.logsumexp(6 * found[..., 0] + torch.log(ways[..., 0] + 0.01), 2, keepdim=True)
-        further = (found[..., 1:] * ways[..., 1:2]).flatten(2)
-        x = self.project(torch.cat([further, numbers, strength], 2))
-        x = F.relu(self.norm(x.transpose(1, 2))).transpose(1, 2)
+        found, is_there = self.ways(ways), ways[..., 1:2]
+        log = torch.clamp(6 * found[..., 0] + torch.log(ways[..., 0] + 0.01), max=60)
+        strength = torch.log((torch.exp(log) * is_there[..., 0]).sum(2, keepdim=True) + 1e-6)
+        further = (found[..., 1:] * is_there).flatten(2)
+        y = self.project(torch.cat([further, numbers, strength], 2)).transpose(1, 2)
+        y = F.relu(self.norm(y))
         for block in self.blocks:
-            x = block(x)
-        return torch.softmax((strength + self.head(x))[..., 0], 1)
+            y = block(y)
+        return torch.softmax(strength[..., 0] + self.head(y)[:, 0], 1)
 
     def forward(self, x):
         spectrum = self.power(x) @ self.array.T
@@ -162,7 +157,6 @@ def targets():
 def train(net, x, a):
     out = {"losses": []}
     optimizer = torch.optim.AdamW(net.parameters(), lr=3e-4, weight_decay=0.01)
-    x.requires_grad_()
     net.train()
     for step in range(3):
         y = net(x)
@@ -171,7 +165,6 @@ def train(net, x, a):
         loss.backward()
         if step == 0:
             out["train"], out["gradients"] = y.detach().numpy(), gradients(net)
-            out["input_gradients"] = np.array([row("input", x.grad)])
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimizer.step()
         out["losses"].append(loss.item())

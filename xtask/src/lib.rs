@@ -21,6 +21,6 @@ pub mod progress;
 mod source;
 mod summary;
 
-pub use args::{IdList, MapsArg, PartName};
+pub use args::{IdList, MapsArg, PartName, TileArgs};
 pub use commands::programs::{child, hand_over};
 pub use progress::use_threads;

@@ -3,13 +3,14 @@
 
 use aps_model::candle_core::{DType, Device, Error, Tensor};
 use aps_model::candle_nn::{AdamW, Optimizer, VarBuilder, VarMap, loss};
+use aps_model::condition::InputShape;
 use aps_model::{ModelKind, Preset};
 
 fn main() -> Result<(), Error> {
     let device = Device::Cpu;
     let varmap = VarMap::new();
     let vb = VarBuilder::from_varmap(&varmap, DType::F32, &device);
-    let model = ModelKind::ResnetMlp.build(Preset::Small, vb)?;
+    let model = ModelKind::ResnetMlp.build(Preset::Small, InputShape::Images, vb)?;
     let mut optimizer = AdamW::new_lr(varmap.all_vars(), 1e-3)?;
 
     // A batch of condition images and normalised spectra.

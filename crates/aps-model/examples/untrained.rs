@@ -3,13 +3,14 @@
 
 use aps_model::candle_core::{DType, Device, Error, Tensor};
 use aps_model::candle_nn::VarMap;
+use aps_model::condition::InputShape;
 use aps_model::{ModelKind, Preset, seeded};
 
 fn main() -> Result<(), Error> {
     // Initial weights drawn from seed 1.
     let parameters = VarMap::new();
     let vb = seeded(&parameters, 1, DType::F32, &Device::Cpu);
-    let model = ModelKind::ResnetMlp.build(Preset::Small, vb)?;
+    let model = ModelKind::ResnetMlp.build(Preset::Small, InputShape::Images, vb)?;
 
     // Condition images: buildings, transmitter, receiver. Empty ones here.
     let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;

@@ -17,6 +17,9 @@ pub enum Error {
     /// Condition images cannot be made of the given maps, links or settings.
     #[error("condition images: {0}")]
     Condition(String),
+    /// The input of a model, made outside of this crate, failed.
+    #[error("the model's input cannot be made")]
+    Input(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// Examples cannot be used for training.
     #[error("examples: {0}")]
     Samples(String),

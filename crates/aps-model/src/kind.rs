@@ -3,11 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use candle_core::Device;
+use candle_core::bail;
 use candle_nn::VarBuilder;
 use serde::{Deserialize, Serialize};
 
-use crate::condition::{ConditionConfig, ModelInput, Rasters};
+use crate::condition::{InputKind, InputShape};
+use crate::loss::Loss;
 use crate::models::{self, Model, Regularizer, Spec};
 use crate::train::TrainConfig;
 use crate::{Error, Result};
@@ -50,6 +51,8 @@ model_kinds! {
     VitReg = vit_reg;
     /// The multi-scale encoder and convolutions over the angle.
     ResnetConv1d = resnet_conv1d;
+    /// Polar-Reg, which is not of the paper: convolutions around the receiver over fields of the geometry, no image.
+    PolarReg = polar_reg;
 }
 
 impl ModelKind {
@@ -65,16 +68,38 @@ impl ModelKind {
 
     /// Returns true when the model is trained against a [`Regularizer`].
     pub fn is_adversarial(self) -> bool {
-        self.spec().is_adversarial
+        self.loss() == Loss::Adversarial
     }
 
-    /// Builds the model from the tensors of `vb`: [`seeded`](crate::seeded) ones to train it as the benchmark does, those of
+    /// Returns the loss that its training minimises.
+    pub fn loss(self) -> Loss {
+        self.spec().loss
+    }
+
+    /// Returns the kind of its input.
+    pub fn input(self) -> InputKind {
+        self.spec().input
+    }
+
+    /// Builds the model for input of a shape from the tensors of `vb`: [`seeded`](crate::seeded) ones to train it as the benchmark does, those of
     /// any [`VarMap`](candle_nn::VarMap), or constants, as a file's, to evaluate it.
     ///
     /// # Errors
-    /// `vb` lacks a tensor, or has one of another shape.
-    pub fn build(self, preset: Preset, vb: VarBuilder<'_>) -> candle_core::Result<Box<dyn Model>> {
-        (self.spec().build)(preset, vb)
+    /// `vb` lacks a tensor, or has one of another shape; or the input is not of the model's [kind](Self::input).
+    pub fn build(
+        self,
+        preset: Preset,
+        input: InputShape,
+        vb: VarBuilder<'_>,
+    ) -> candle_core::Result<Box<dyn Model>> {
+        if input.kind() != self.input() {
+            bail!(
+                "{self} takes {:?} as input, not {:?}",
+                self.input(),
+                input.kind()
+            );
+        }
+        (self.spec().build)(preset, input, vb)
     }
 
     /// Builds the regularizer to train the model against; `None` where it needs none. `vb` must not be the model's own:
@@ -91,33 +116,21 @@ impl ModelKind {
         self.is_adversarial().then(build).transpose()
     }
 
-    /// Prepares what the model takes as input: condition images of links on the maps, for all models so far.
-    ///
-    /// # Errors
-    /// [`Error::Condition`] when the pixels do not make whole maps or are no shares, or a setting is not positive.
-    pub fn input(
-        self,
-        rasters: Rasters<'_>,
-        config: ConditionConfig,
-        device: &Device,
-    ) -> Result<Box<dyn ModelInput>> {
-        (self.spec().input)(rasters, config, device)
-    }
-
-    /// Returns the paper's settings of its training, with steps of 64 links for the small preset.
+    /// Returns the paper's settings of its training, with steps of 64 links for the small preset; Polar-Reg has its own rate
+    /// and steps.
     pub fn train_config(self, preset: Preset) -> TrainConfig {
         let papers = match self.is_adversarial() {
             true => TrainConfig::adversarial(),
             false => TrainConfig::regression(),
         };
-        let config = (self.spec().settings)(papers);
-        match preset {
-            Preset::Paper => config,
+        let usual = match preset {
+            Preset::Paper => papers,
             Preset::Small => TrainConfig {
                 batch: 64,
-                ..config
+                ..papers
             },
-        }
+        };
+        (self.spec().settings)(usual)
     }
 }
 
@@ -166,6 +179,8 @@ pub enum Preset {
     /// | ms_mlp, resnet_mlp, resnet_conv1d | 3,715,796, 2,910,932, 4,721,921 |
     /// | radiounet | 1,969,428 |
     /// | vit_reg | 2,791,092 |
+    ///
+    /// Polar-Reg is the same in both: 326,113.
     Small,
 }
 

@@ -1,11 +1,12 @@
 //! The models of Map2APS in [candle](candle_core): from a city map and two positions to an angle power spectrum.
 //!
 //! A model is a [`ModuleT`](candle_core::ModuleT), built from a [`VarBuilder`](candle_nn::VarBuilder): from candle's `VarMap`, from
-//! a file, or [`seeded`] as in the benchmark. Input of every model so far is a batch of condition images (batch, 3, height,
-//! width): buildings, transmitter heatmap, receiver heatmap. Output is (batch, 180): the normalised spectrum.
+//! a file, or [`seeded`] as in the benchmark. Input of all models but one is a batch of condition images (batch, 3,
+//! height, width): buildings, transmitter heatmap, receiver heatmap; [`ModelKind::PolarReg`] takes fields of the geometry, which
+//! another crate makes of the scene. Output is (batch, 180): the normalised spectrum.
 //!
 //! The main items:
-//! - [`ModelKind`] names the seven models of the benchmark and builds them in the sizes of a [`Preset`];
+//! - [`ModelKind`] names the eight models of the benchmark and builds them in the sizes of a [`Preset`];
 //! - [`Model`] is the trait of all of them, [`Regularizer`] the critic that two of them are trained against;
 //! - [`condition`] makes their input of map numbers and coordinates, [`train`] trains them;
 //! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included.
@@ -13,12 +14,13 @@
 //! ```
 //! use aps_model::candle_core::{DType, Device, ModuleT, Tensor};
 //! use aps_model::candle_nn::VarMap;
+//! use aps_model::condition::InputShape;
 //! use aps_model::{ModelKind, Preset, seeded};
 //!
 //! // Tensors of single precision on the CPU, initial values drawn from seed 1.
 //! let parameters = VarMap::new();
 //! let vb = seeded(&parameters, 1, DType::F32, &Device::Cpu);
-//! let model = ModelKind::MsAreg.build(Preset::Small, vb)?;
+//! let model = ModelKind::MsAreg.build(Preset::Small, InputShape::Images, vb)?;
 //!
 //! let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;
 //! let spectra = model.forward_t(&images, false)?;
@@ -63,8 +65,9 @@ pub use candle_core;
 pub use candle_nn;
 pub use error::{Error, Result};
 pub use kind::{ModelKind, Preset};
+pub use loss::Loss;
 pub use models::{Model, Regularizer};
-pub use parameters::{frozen, seeded, trainable};
+pub use parameters::{LabelFacts, frozen, seeded, trainable};
 
 /// Angle bins of a spectrum.
 pub const ANGLE_BINS: usize = 180;

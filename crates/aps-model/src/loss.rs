@@ -1,6 +1,40 @@
-//! Losses beside those of [`candle_nn::loss`]. Each is the mean over all values of a batch.
+//! Losses. Each is the mean over all values of a batch.
 
-use candle_core::{Result, Tensor};
+use candle_core::{D, Result, Tensor};
+
+/// Loss of a model's training.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Loss {
+    /// Mean squared error.
+    Squared,
+    /// Mean absolute error, beside the score of a [`Regularizer`](crate::Regularizer).
+    Adversarial,
+    /// Mean absolute error, and 1 less the cosine of the angle between prediction and target, averaged over the links.
+    AbsoluteAndCosine,
+}
+
+impl Loss {
+    /// Computes the error of predictions, of the shape (links, bins) of their targets; without the regularizer's part.
+    pub(crate) fn error(self, prediction: &Tensor, target: &Tensor) -> Result<Tensor> {
+        match self {
+            Self::Squared => candle_nn::loss::mse(prediction, target),
+            Self::Adversarial => l1(prediction, target),
+            Self::AbsoluteAndCosine => {
+                l1(prediction, target)? + (1.0 - cosine(prediction, target)?)?
+            }
+        }
+    }
+}
+
+/// Keeps the root of the product of two spectra's energies above 0.
+const LEAST_ENERGY: f64 = 1e-12;
+
+/// Computes the cosine of the angle between the rows of two tensors, averaged over the rows.
+fn cosine(a: &Tensor, b: &Tensor) -> Result<Tensor> {
+    let energy = (a.sqr()?.sum(D::Minus1)? * b.sqr()?.sum(D::Minus1)?)?;
+    let product = (a * b)?.sum(D::Minus1)?;
+    (product / (energy + LEAST_ENERGY)?.sqrt()?)?.mean_all()
+}
 
 /// Computes the mean absolute error of tensors of one shape. Where both are equal its gradient is 0, as PyTorch's.
 pub(crate) fn l1(prediction: &Tensor, target: &Tensor) -> Result<Tensor> {

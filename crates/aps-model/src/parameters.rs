@@ -7,8 +7,8 @@ use candle_nn::init::NormalOrUniform;
 use candle_nn::var_builder::SimpleBackend;
 use candle_nn::{Init, VarBuilder, VarMap};
 
-use crate::Result;
 use crate::random::{generator_of_tensor, normal_pair, unit};
+use crate::{Error, Result};
 
 /// Returns a builder that makes a model's tensors in `parameters`, floats of type `dtype` on `device`.
 ///
@@ -19,10 +19,12 @@ use crate::random::{generator_of_tensor, normal_pair, unit};
 /// ```
 /// use aps_model::candle_core::{DType, Device};
 /// use aps_model::candle_nn::VarMap;
+/// use aps_model::condition::InputShape;
 /// use aps_model::{ModelKind, Preset, seeded, trainable};
 ///
 /// let parameters = VarMap::new();
-/// ModelKind::ResnetMlp.build(Preset::Small, seeded(&parameters, 1, DType::F32, &Device::Cpu))?;
+/// let vb = seeded(&parameters, 1, DType::F32, &Device::Cpu);
+/// ModelKind::ResnetMlp.build(Preset::Small, InputShape::Images, vb)?;
 /// let count: usize = trainable(&parameters).iter().map(|(_, var)| var.elem_count()).sum();
 /// assert_eq!(count, 2_910_932);
 /// # Ok::<(), aps_model::Error>(())
@@ -52,11 +54,13 @@ pub fn seeded(
 /// ```
 /// use aps_model::candle_core::{DType, Device, ModuleT, Tensor};
 /// use aps_model::candle_nn::VarMap;
+/// use aps_model::condition::InputShape;
 /// use aps_model::{ModelKind, Preset, frozen, seeded};
 ///
 /// let parameters = VarMap::new();
-/// ModelKind::ResnetMlp.build(Preset::Small, seeded(&parameters, 1, DType::F32, &Device::Cpu))?;
-/// let model = ModelKind::ResnetMlp.build(Preset::Small, frozen(&parameters)?)?;
+/// let vb = seeded(&parameters, 1, DType::F32, &Device::Cpu);
+/// ModelKind::ResnetMlp.build(Preset::Small, InputShape::Images, vb)?;
+/// let model = ModelKind::ResnetMlp.build(Preset::Small, InputShape::Images, frozen(&parameters)?)?;
 /// let images = Tensor::zeros((2, 3, 64, 64), DType::F32, &Device::Cpu)?;
 /// assert!(!model.forward_t(&images, false)?.track_op());
 /// # Ok::<(), aps_model::Error>(())
@@ -74,14 +78,70 @@ pub fn frozen(parameters: &VarMap) -> Result<VarBuilder<'static>> {
 }
 
 /// Returns the trainable tensors by name, in the order of their names: all but the running statistics and counters of batch
-/// normalisation.
+/// normalisation, and the facts of the labels ([`LabelFacts`]).
 pub fn trainable(parameters: &VarMap) -> Vec<(String, Var)> {
     let mut all = sorted(parameters);
     all.retain(|(name, var)| {
         let is_running = |part| name.rsplit('.').next() == Some(part);
-        !is_counter(var) && !is_running("running_mean") && !is_running("running_var")
+        let is_fixed = || name.split('.').next() == Some(FIXED);
+        !is_counter(var) && !is_fixed() && !is_running("running_mean") && !is_running("running_var")
     });
     all
+}
+
+/// Prefix of tensors that follow from the labels and are not trained.
+pub(crate) const FIXED: &str = "fixed";
+
+/// Facts of the labels that a model computes with instead of learning them: kept with its weights, so that a file of weights is
+/// complete, and not trained.
+///
+/// Of the models Polar-Reg computes with them. Another array is another matrix: the same weights then predict the spectra of
+/// that array.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LabelFacts {
+    /// Response of the array in each bin to unit power from each direction, (bins, directions), last axis fastest.
+    pub array: Vec<f64>,
+    /// Mean of the labels, in parts of each label's maximum.
+    pub mean: f64,
+    /// Their deviation.
+    pub deviation: f64,
+    /// True if each label is then standardised by its own mean and deviation.
+    pub is_by_link: bool,
+}
+
+impl LabelFacts {
+    /// Sets the tensors of a model that hold these facts; a model that has none is left as it is.
+    ///
+    /// # Errors
+    /// [`Error::Samples`] for numbers that are not finite, a deviation that is not positive, or an array of another size than
+    /// the model's.
+    pub fn set(&self, parameters: &VarMap) -> Result<()> {
+        let numbers = [self.mean, self.deviation];
+        let is_finite =
+            self.array.iter().all(|x| x.is_finite()) && numbers.iter().all(|x| x.is_finite());
+        if !is_finite || self.deviation <= 0.0 {
+            let text = "facts of the labels must be finite, the deviation positive";
+            return Err(Error::Samples(text.into()));
+        }
+        let data = parameters.data().lock().expect("no holder panics");
+        let set = |name: &str, values: &[f64]| -> Result<()> {
+            let Some(var) = data.get(&format!("{FIXED}.{name}")) else {
+                return Ok(());
+            };
+            if var.elem_count() != values.len() {
+                let (found, shape) = (values.len(), var.dims());
+                let text =
+                    format!("{found} values for the labels' {name}, the model has {shape:?}");
+                return Err(Error::Samples(text));
+            }
+            let values = Tensor::from_slice(values, var.shape(), var.device())?;
+            Ok(var.set(&values.to_dtype(var.dtype())?)?)
+        };
+        set("array", &self.array)?;
+        set("mean", &[self.mean])?;
+        set("deviation", &[self.deviation])?;
+        set("is_by_link", &[f64::from(u8::from(self.is_by_link))])
+    }
 }
 
 /// Returns all tensors by name, in the order of their names.

@@ -2,7 +2,23 @@
 
 use aps_model::candle_core::{DType, Device};
 use aps_model::candle_nn::VarMap;
+use aps_model::condition::{InputKind, InputShape, PolarShape};
 use aps_model::{ModelKind, Preset, seeded, trainable};
+
+/// Returns a shape of input that a model takes.
+fn shape(kind: ModelKind) -> InputShape {
+    match kind.input() {
+        InputKind::Images => InputShape::Images,
+        InputKind::Polar => InputShape::Polar(POLAR),
+    }
+}
+
+const POLAR: PolarShape = PolarShape {
+    directions: 180,
+    ways: 15,
+    features: 14,
+    numbers: 4,
+};
 
 /// Trainable parameters of each model and of its regularizer, without buffers.
 fn counts(preset: Preset) -> Vec<(String, usize)> {
@@ -14,7 +30,7 @@ fn counts(preset: Preset) -> Vec<(String, usize)> {
     for kind in ModelKind::ALL {
         let (own, critic) = (VarMap::new(), VarMap::new());
         let builder = |parameters| seeded(parameters, 1, DType::F32, &Device::Cpu);
-        kind.build(preset, builder(&own)).unwrap();
+        kind.build(preset, shape(kind), builder(&own)).unwrap();
         counts.push((kind.to_string(), count(&own)));
         let regularizer = kind.build_regularizer(preset, builder(&critic)).unwrap();
         if regularizer.is_some() {
@@ -46,6 +62,7 @@ fn paper_s_models_have_the_paper_s_counts() {
         ("radiounet", 31_169_076),
         ("vit_reg", 86_284_724),
         ("resnet_conv1d", 18_853_377),
+        ("polar_reg", 76_426),
     ];
     assert_eq!(counts(Preset::Paper), named(&expected));
 }
@@ -62,6 +79,7 @@ fn small_models_have_the_documented_counts() {
         ("radiounet", 1_969_428),
         ("vit_reg", 2_791_092),
         ("resnet_conv1d", 4_721_921),
+        ("polar_reg", 76_426),
     ];
     assert_eq!(counts(Preset::Small), named(&expected));
 }

@@ -2,23 +2,53 @@
 
 use aps_model::candle_core::{DType, Device, Tensor};
 use aps_model::candle_nn::VarMap;
-use aps_model::{ANGLE_BINS, ModelKind, Preset, frozen, seeded};
+use aps_model::condition::{InputKind, InputShape, PolarShape};
+use aps_model::{ANGLE_BINS, LabelFacts, ModelKind, Preset, frozen, seeded, trainable};
 
 /// bf16 has eight bits of a number: an answer is off by some hundredths of the outputs' spread, not by orders.
 #[test]
 fn every_model_answers_in_half_precision() {
     let device = Device::Cpu;
-    let pixels = (0..2 * 3 * 64 * 64).map(|i| f32::from(i % 61 < 20) + (i % 7) as f32 / 8.0);
-    let images = Tensor::from_vec(pixels.collect::<Vec<_>>(), (2, 3, 64, 64), &device).unwrap();
+    let values = |shape: &[usize]| {
+        let values =
+            (0..shape.iter().product()).map(|i| f32::from(i % 61 < 20) + (i % 7) as f32 / 8.0);
+        Tensor::from_vec(values.collect::<Vec<f32>>(), shape, &device).unwrap()
+    };
+    let polar = PolarShape {
+        directions: 60,
+        ways: 5,
+        features: 7,
+        numbers: 3,
+    };
+    // An array that sees a direction and its neighbours.
+    let near = |i: usize| f64::from(i / 60 / 3 == i % 60);
+    let facts = LabelFacts {
+        array: (0..ANGLE_BINS * 60).map(near).collect(),
+        mean: 0.1,
+        deviation: 0.2,
+        is_by_link: false,
+    };
     for kind in ModelKind::ALL {
+        let (shape, input) = match kind.input() {
+            InputKind::Images => (InputShape::Images, values(&[2, 3, 64, 64])),
+            InputKind::Polar => (InputShape::Polar(polar), values(&[2, 60, polar.values()])),
+        };
         let answer = |dtype: DType| -> Vec<f32> {
             let parameters = VarMap::new();
             let vb = seeded(&parameters, 3, dtype, &device);
-            kind.build(Preset::Small, vb).unwrap();
-            let model = kind.build(Preset::Small, frozen(&parameters).unwrap());
+            kind.build(Preset::Small, shape, vb).unwrap();
+            facts.set(&parameters).unwrap();
+            if kind == ModelKind::PolarReg {
+                // Drawn weights share the power out evenly: of spectra that are all maximum only rounding would be compared.
+                let all = trainable(&parameters);
+                let (_, head) = all.iter().find(|(name, _)| name == "head.weight").unwrap();
+                head.set(&(head.as_detached_tensor() * 16.0).unwrap())
+                    .unwrap();
+            }
+            let model = kind.build(Preset::Small, shape, frozen(&parameters).unwrap());
             let y = model
                 .unwrap()
-                .forward_t(&images.to_dtype(dtype).unwrap(), false);
+                .forward_t(&input.to_dtype(dtype).unwrap(), false);
             let y = y.unwrap_or_else(|e| panic!("{kind} in {dtype:?}: {e}"));
             assert_eq!(y.dims(), [2, ANGLE_BINS]);
             let flat = y.flatten_all().unwrap().to_dtype(DType::F32).unwrap();

@@ -2,12 +2,15 @@
 
 use std::fmt::Debug;
 
-use aps_model::condition::{ConditionConfig, ConditionImages, Link, Mirror, ModelInput, Rasters};
+use aps_model::condition::{
+    ConditionConfig, ConditionImages, InputKind, InputShape, Link, Mirror, ModelInput, PolarShape,
+    Rasters,
+};
 use aps_model::data::{Examples, Mirrored, Samples};
 use aps_model::optim::{AdamConfig, AdamW};
 use aps_model::train::{Quantity, StepReport, TrainConfig, TrainError, Trainer};
 use aps_model::weights::{Label, LoadReport};
-use aps_model::{Error, Model, ModelKind, Preset, Regularizer};
+use aps_model::{Error, LabelFacts, Loss, Model, ModelKind, Preset, Regularizer};
 
 fn is_shared<T: Debug + Clone + Send + Sync>() {}
 /// Accepts a type that owns state, which must not be copied by accident.
@@ -23,6 +26,11 @@ fn types_can_be_shown_copied_and_shared() {
     is_shared::<ConditionImages>();
     is_shared::<ConditionConfig>();
     is_shared::<Rasters<'static>>();
+    is_shared::<InputKind>();
+    is_shared::<InputShape>();
+    is_shared::<PolarShape>();
+    is_shared::<LabelFacts>();
+    is_shared::<Loss>();
     is_shared::<Link>();
     is_shared::<Mirror>();
     is_shared::<Samples>();

@@ -6,6 +6,7 @@ use aps_data::{ConditionConfig, ConditionImages, Dataset, MapData, Part, Raster,
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
 
 use crate::error::{At, Place, Result};
 use crate::scores::{Domain, ScoreError};
@@ -53,6 +54,8 @@ pub struct Examples {
     target: Target,
     /// Settings of the condition images.
     images: ConditionConfig,
+    /// Settings and seed of the data set's maps, as its manifest has them.
+    pub(crate) origin: (Value, u64),
 }
 
 /// The buildings of a map, and its image painter from the first image on.
@@ -105,6 +108,10 @@ impl Examples {
             bins,
             target,
             images: ConditionConfig::default(),
+            origin: {
+                let manifest = dataset.manifest();
+                (manifest.configuration.clone(), manifest.seed)
+            },
         };
         let (mut passed, mut wanted) = (0, drawn.iter().flatten().copied().peekable());
         for id in maps {

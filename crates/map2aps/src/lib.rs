@@ -56,6 +56,7 @@ mod overview;
 pub mod path_list;
 mod plan;
 pub mod sampling;
+mod scenes;
 mod scores;
 pub mod settings;
 mod tally;

@@ -2,21 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use aps_data::{Dataset, MapData, PathTable, Raster};
+use aps_data::{Dataset, MapData, PathTable};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::maps::{self, MapError, MapSource};
+use crate::maps::MapSource;
+use crate::scenes::Scenes;
 use crate::settings;
 
 /// A data set, and the maps it was made of where they are at hand.
 #[derive(Debug, Clone)]
 pub struct LinkSource {
     dataset: Dataset,
-    /// The maps, and whether they were given.
-    maps: Option<(MapSource, bool)>,
+    scenes: Scenes,
     trace: Option<TraceConfig>,
 }
 
@@ -40,9 +40,8 @@ impl LinkSource {
     /// Unknown settings in the manifest.
     pub fn new(dataset: Dataset, maps: Option<MapSource>) -> Result<Self> {
         let configuration = &dataset.manifest().configuration;
-        let own = || MapSource::of_dataset(configuration).map(|maps| (maps, false));
         Ok(Self {
-            maps: maps.map(|maps| (maps, true)).or_else(own),
+            scenes: Scenes::new(configuration, dataset.manifest().seed, maps)?,
             trace: settings::tracing_of(configuration)?.map(|(_, trace)| trace),
             dataset,
         })
@@ -56,40 +55,16 @@ impl LinkSource {
     /// Loads a map and, where there are any, its paths.
     ///
     /// # Errors
-    /// A map that is not there or cannot be read, and [`MapError::OtherBuildings`] for a given one.
+    /// A map that is not there or cannot be read, and [`MapError::OtherBuildings`](crate::MapError::OtherBuildings) for a given one.
     pub fn map(&self, id: u32) -> Result<LinkMap> {
         let data = self.dataset.map(id)?;
         let stores_paths = self.dataset.manifest().layout.paths;
         Ok(LinkMap {
             stored: stores_paths.then(|| self.dataset.paths(id)).transpose()?,
-            scene: self.scene(id, &data.buildings)?,
+            scene: self.scenes.scene(id, &data.buildings)?,
             trace: self.trace.clone(),
             data,
         })
-    }
-
-    /// The map it was made of: one that was given must be it, another is used if it is.
-    fn scene(&self, id: u32, buildings: &Raster) -> Result<Option<Scene>> {
-        let Some((maps, is_given)) = &self.maps else {
-            return Ok(None);
-        };
-        let manifest = self.dataset.manifest();
-        let settings = settings::scene_of(&manifest.configuration)?;
-        let scene = match maps.load(id, manifest.seed, settings) {
-            Ok(scene) => scene,
-            Err(_) if !is_given => return Ok(None),
-            Err(error) => return Err(error),
-        };
-        let raster = maps::raster(&scene, buildings.grid())?;
-        match (raster == *buildings, is_given) {
-            (true, _) => Ok(Some(scene)),
-            (false, false) => Ok(None),
-            (false, true) => Err(MapError::OtherBuildings {
-                id,
-                maps: maps.to_string(),
-            }
-            .into()),
-        }
     }
 }
 

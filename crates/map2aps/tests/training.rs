@@ -51,11 +51,10 @@ fn training() -> Training {
     training
 }
 
-#[test]
-fn a_cancelled_training_continues_to_the_same_bytes() {
+fn continues_to_the_same_bytes(training: Training) {
     let root = tempfile::tempdir().unwrap();
     let [data, whole, parts] = ["data", "whole", "parts"].map(|name| root.path().join(name));
-    let (dataset, training) = (dataset(&data), training());
+    let dataset = dataset(&data);
     let trained = training.run(&dataset, &whole, &Control::default()).unwrap();
     let stop = Stop {
         cancel: AtomicBool::new(false),
@@ -92,6 +91,23 @@ fn a_cancelled_training_continues_to_the_same_bytes() {
         &Device::Cpu.open().unwrap(),
     );
     assert!(again.unwrap().predict(&test).unwrap() == predicted);
+}
+
+#[test]
+fn a_cancelled_training_continues_to_the_same_bytes() {
+    continues_to_the_same_bytes(training());
+}
+
+/// Fields of the scenes, mirrored, in an order in which transmitters' links are together.
+#[test]
+fn a_cancelled_training_on_fields_continues_to_the_same_bytes() {
+    let mut training = Training {
+        mirror: true,
+        ..Training::new(ModelKind::PolarReg, Preset::Small)
+    };
+    training.config.epochs = 1;
+    training.config.batch = 12;
+    continues_to_the_same_bytes(training);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::targets::{self, Target};
 use map2aps::training::{self, Device, Settings, Trained, TrainingError};
 use map2aps::{Example, Examples};
-use xtask::{PartName, note};
+use xtask::{MapsArg, PartName, TileArgs, note};
 
 use crate::choices::devices;
 
@@ -47,6 +47,12 @@ pub struct Args {
     /// Part of the data set [default: test].
     #[arg(long, value_enum, conflicts_with = "input")]
     split: Option<PartName>,
+    /// Maps that the data set was made from, for polar_reg: a folder of RadioMapSeer files, or a city in GeoJSON. Synthetic
+    /// cities need not be given.
+    #[arg(long, conflicts_with = "input")]
+    maps: Option<MapsArg>,
+    #[command(flatten)]
+    tiles: TileArgs,
     /// Condition images: .npy file.
     #[arg(long)]
     input: Option<PathBuf>,
@@ -81,14 +87,18 @@ impl Args {
             note!("weights '{}': {report}", self.weights.display());
         }
         match (&self.data, &self.input) {
-            (Some(root), _) => self.of_dataset(root, &trained),
+            (Some(root), _) => self.of_dataset(root, trained),
             (None, Some(images)) => self.of_images(images, &trained),
             (None, None) => bail!("give --data or --input"),
         }
     }
 
-    fn of_dataset(&self, root: &Path, trained: &Trained) -> Result<()> {
+    fn of_dataset(&self, root: &Path, trained: Trained) -> Result<()> {
         let dataset = training::open(root)?;
+        let configuration = &dataset.manifest().configuration;
+        let open = |maps: &MapsArg| maps.open_for(configuration, &self.tiles);
+        let trained = trained.with_maps(self.maps.as_ref().map(open).transpose()?);
+        let trained = &trained;
         let part = self.split.map_or(Part::Test, Part::from);
         let maps = dataset.manifest().split.maps(part);
         ensure!(
@@ -128,7 +138,7 @@ impl Args {
                     .chain(ends.iter().map(f64::to_string));
                 names.write_record(cells)?;
             }
-            let input = trained.input(&examples, image_size)?;
+            let input = trained.input(&examples, image_size).map_err(advised)?;
             trained.predict_batches(&*input, &examples, self.batch, |spectra| {
                 output.push(spectra)
             })?;
@@ -215,6 +225,7 @@ fn advised(error: map2aps::Error) -> Error {
         map2aps::Error::Training(TrainingError::Unnamed(_)) => {
             Error::new(error).context("give --model")
         }
+        map2aps::Error::Training(TrainingError::NoScene(_)) => Error::new(error).context("--maps"),
         _ => error.into(),
     }
 }

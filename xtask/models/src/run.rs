@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Result;
 use aps_metrics::{GroupReport, Metric};
+use aps_model::condition::InputKind;
 use aps_model::train::StepReport;
 use aps_report::numbers::duration;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -26,7 +27,7 @@ pub fn train(
         note!("initial weights: {}: {report}", plan.initial);
     }
     note!(
-        "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, images {size} x {size}, {} of {} links",
+        "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, {input}, {} of {} links",
         settings.model,
         settings.preset,
         settings.initial_weights,
@@ -39,7 +40,10 @@ pub fn train(
             (steps, _) => format!("{} steps", steps.unwrap_or_default()),
         },
         trainer.links_per_step(),
-        size = settings.image_size,
+        input = match plan.model.input() {
+            InputKind::Images => format!("images {0} x {0}", settings.image_size),
+            InputKind::Polar => "ways along rays".into(),
+        },
     );
     let bar = Bar::new(&run);
     let control = Control {

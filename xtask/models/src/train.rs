@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use anyhow::{Error, Result, ensure};
+use aps_data::Dataset;
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
 use map2aps::training::{
@@ -13,6 +14,7 @@ use map2aps::training::{
     usual_image_size,
 };
 use xtask::interrupt::interrupt_flag;
+use xtask::{MapsArg, TileArgs};
 
 use crate::choices::{devices, models};
 use crate::run;
@@ -21,7 +23,7 @@ use crate::run;
 const WHAT_IS_WRITTEN: &str = "\
 What is written into --out:
   best.safetensors   weights with the least error on the development maps, of those scored: mean absolute error for
-                     models trained on it (ms_areg, adv_mlp), mean squared error for the others
+                     models trained on it (ms_areg, adv_mlp, polar_reg), mean squared error for the others
   last.safetensors   everything needed to continue (--resume), written after each epoch, each 1000 steps, on Ctrl-C
   config.json        every setting
   steps.csv          loss, gradient norms and learning rate of each step
@@ -43,10 +45,16 @@ pub struct Args {
     /// Folder of the data set.
     #[arg(long)]
     data: PathBuf,
+    /// Maps that the data set was made from, for polar_reg, which is given outlines of buildings: a folder of RadioMapSeer files,
+    /// or a city in GeoJSON. Synthetic cities need not be given.
+    #[arg(long)]
+    maps: Option<MapsArg>,
+    #[command(flatten)]
+    tiles: TileArgs,
     /// Sizes of the model: paper, or small for a CPU.
     #[arg(long, default_value_t = Preset::Small)]
     preset: Preset,
-    /// Rows and columns of condition images [pixels; default: 256 paper, 64 small].
+    /// Rows and columns of condition images [pixels; default: 256 paper, 64 small; none for polar_reg].
     #[arg(long)]
     image_size: Option<usize>,
     /// Passes over the training links.
@@ -56,10 +64,10 @@ pub struct Args {
     /// and a run that is continued gets what is left.
     #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "epochs")]
     budget: Option<Duration>,
-    /// Links a step [default: the paper's with --preset paper, else 64].
+    /// Links a step [default: the paper's with --preset paper, else 64; 128 for polar_reg].
     #[arg(long)]
     batch: Option<usize>,
-    /// Highest learning rate [default: the paper's].
+    /// Highest learning rate [default: the paper's; 1.5e-3 for polar_reg].
     #[arg(long)]
     lr: Option<f64>,
     /// Seed of initial weights, order, dropout and --limit.
@@ -131,7 +139,7 @@ impl Args {
         let interrupted = interrupt_flag()?;
         let dataset = training::open(&self.data)?;
         let made = run::train(
-            &self.plan(),
+            &self.plan(&dataset)?,
             &dataset,
             folder.clone(),
             self.resume,
@@ -144,9 +152,12 @@ impl Args {
         run::print_scores(&run, &folder)
     }
 
-    fn plan(&self) -> Training {
+    fn plan(&self, dataset: &Dataset) -> Result<Training> {
         let usual = self.model.train_config(self.preset);
-        Training {
+        let configuration = &dataset.manifest().configuration;
+        let open = |maps: &MapsArg| maps.open_for(configuration, &self.tiles);
+        Ok(Training {
+            maps: self.maps.as_ref().map(open).transpose()?,
             model: self.model,
             preset: self.preset,
             image_size: self.image_size.unwrap_or(usual_image_size(self.preset)),
@@ -170,7 +181,7 @@ impl Args {
                 (None, Some(path)) => InitialWeights::Model(path.clone()),
                 (None, None) => InitialWeights::Random,
             },
-        }
+        })
     }
 }
 
@@ -182,6 +193,7 @@ fn advised(error: Error) -> Error {
             TrainingError::NotATrainingMap { .. } | TrainingError::NoDevelopmentMaps { .. },
         )) => error.context("--dev-maps"),
         Some(map2aps::Error::Mirror(_)) => error.context("train without --mirror"),
+        Some(map2aps::Error::Training(TrainingError::NoScene(_))) => error.context("--maps"),
         _ => error,
     }
 }

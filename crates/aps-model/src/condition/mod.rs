@@ -1,4 +1,4 @@
-//! Input of the models. Condition images show a link on its map: buildings, transmitter, receiver.
+//! Input of the models: condition images, or whatever else a [`ModelInput`] makes. Condition images show a link on its map: buildings, transmitter, receiver.
 //!
 //! Images are made where they are used. The rasters of all maps lie on the device as one tensor, and of each link there
 //! come a map number and four coordinates, not 3 x 256 x 256 pixels. A round Gaussian spot is the product of one along x
@@ -14,6 +14,7 @@
 
 mod area;
 mod mirror;
+mod shape;
 
 use std::fmt::Debug;
 
@@ -23,6 +24,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 pub use mirror::Mirror;
+pub use shape::{InputKind, InputShape, PolarShape};
 
 /// Settings of condition images.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -72,13 +74,35 @@ pub trait ModelInput: Debug + Send + Sync {
     /// Makes the input of some links: one tensor, links along the first dimension.
     ///
     /// # Errors
-    /// [`Error::Condition`] when a link names a map that is not there, or its ends are not finite.
+    /// [`Error::Condition`] when a link names a map that is not there, or its ends are not finite; [`Error::Input`] of an input
+    /// made elsewhere.
     fn batch(&self, links: &[Link]) -> Result<Tensor>;
+
+    /// Begins the input of links that will be asked for soon: called from a thread of its own, while the network computes.
+    ///
+    /// # Errors
+    /// As [`batch`](Self::batch), which finds the same error again.
+    fn prepare(&self, links: &[Link]) -> Result<()> {
+        let _ = links;
+        Ok(())
+    }
+
+    /// Returns a number that links have in common whose input is made with less work soon after each other, as those of one
+    /// transmitter; `None` where it makes no difference. Training then takes some of them at a time.
+    fn group(&self, link: &Link) -> Option<u64> {
+        let _ = link;
+        None
+    }
 
     /// Returns the device that the input is made on.
     fn device(&self) -> &Device;
 
-    /// Returns the resolution of the input, as rows and columns of an image.
+    /// Returns the shape of a link's input, which a model must be built for.
+    fn shape(&self) -> InputShape {
+        InputShape::Images
+    }
+
+    /// Returns the rows and columns of an image; 0 for input that is none.
     fn image_size(&self) -> usize;
 }
 

@@ -4,16 +4,18 @@ use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
 use super::noise::NoiseInput;
-use super::{Model, Spec, check_images, condition_images, decoder_sizes, width};
+use super::{Model, Spec, check_images, decoder_sizes, width};
+use crate::condition::InputKind;
 use crate::layers::{Mlp, ResNet18};
+use crate::loss::Loss;
 
 pub(crate) const SPEC: Spec = Spec {
     name: "adv_mlp",
     title: "Adv-MLP",
-    is_adversarial: true,
-    build: |preset, vb| Ok(Box::new(AdvMlp::new(width(preset), vb)?)),
-    input: condition_images,
-    settings: |papers| papers,
+    loss: Loss::Adversarial,
+    input: InputKind::Images,
+    build: |preset, _, vb| Ok(Box::new(AdvMlp::new(width(preset), vb)?)),
+    settings: |usual| usual,
 };
 
 /// A [`ResNet18`] (`encoder`), zeros through `noise_proj`, and a perceptron (`decoder`). Trained against a

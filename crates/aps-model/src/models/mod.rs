@@ -5,6 +5,7 @@ pub(crate) mod adv_mlp;
 pub(crate) mod ms_areg;
 pub(crate) mod ms_mlp;
 mod noise;
+pub(crate) mod polar_reg;
 pub(crate) mod radiounet;
 mod regularizer;
 pub(crate) mod resnet_conv1d;
@@ -15,10 +16,11 @@ pub use regularizer::Regularizer;
 
 use std::fmt::Debug;
 
-use candle_core::{Device, ModuleT, Result, Tensor, bail};
+use candle_core::{ModuleT, Result, Tensor, bail};
 use candle_nn::VarBuilder;
 
-use crate::condition::{ConditionConfig, ConditionImages, ModelInput, Rasters};
+use crate::condition::{InputKind, InputShape};
+use crate::loss::Loss;
 use crate::train::TrainConfig;
 use crate::{ANGLE_BINS, Preset};
 
@@ -40,27 +42,15 @@ pub(crate) struct Spec {
     pub name: &'static str,
     /// Name in tables.
     pub title: &'static str,
-    /// True if it is trained against a [`Regularizer`].
-    pub is_adversarial: bool,
-    /// Builds the model.
-    pub build: fn(Preset, VarBuilder<'_>) -> Result<Box<dyn Model>>,
-    /// Makes its input.
-    pub input: InputFn,
-    /// Changes of the paper's settings of training, which differ by `is_adversarial` alone.
+    /// Loss that its training minimises.
+    pub loss: Loss,
+    /// Kind of its input.
+    pub input: InputKind,
+    /// Builds the model for input of a shape, which must be of the kind.
+    pub build: fn(Preset, InputShape, VarBuilder<'_>) -> Result<Box<dyn Model>>,
+    /// Changes of the usual settings of training: the paper's, which differ by the loss alone, in smaller steps for a small
+    /// preset.
     pub settings: fn(TrainConfig) -> TrainConfig,
-}
-
-/// Function that makes the input of a model from the maps.
-pub(crate) type InputFn =
-    fn(Rasters<'_>, ConditionConfig, &Device) -> crate::Result<Box<dyn ModelInput>>;
-
-/// Makes condition images, the input of most models.
-fn condition_images(
-    rasters: Rasters<'_>,
-    config: ConditionConfig,
-    device: &Device,
-) -> crate::Result<Box<dyn ModelInput>> {
-    Ok(Box::new(ConditionImages::new(rasters, config, device)?))
 }
 
 /// Channels of a condition image.

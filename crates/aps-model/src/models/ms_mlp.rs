@@ -3,16 +3,18 @@
 use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
-use super::{Model, Spec, check_images, condition_images, decoder_sizes, width};
+use super::{Model, Spec, check_images, decoder_sizes, width};
+use crate::condition::InputKind;
 use crate::layers::{Mlp, MultiScaleEncoder};
+use crate::loss::Loss;
 
 pub(crate) const SPEC: Spec = Spec {
     name: "ms_mlp",
     title: "MS-MLP",
-    is_adversarial: false,
-    build: |preset, vb| Ok(Box::new(MsMlp::new(width(preset), vb)?)),
-    input: condition_images,
-    settings: |papers| papers,
+    loss: Loss::Squared,
+    input: InputKind::Images,
+    build: |preset, _, vb| Ok(Box::new(MsMlp::new(width(preset), vb)?)),
+    settings: |usual| usual,
 };
 
 /// A [`MultiScaleEncoder`] (`encoder`) and a perceptron (`decoder`).

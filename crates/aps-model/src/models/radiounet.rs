@@ -3,16 +3,19 @@
 use candle_core::{Module, ModuleT, Result, Tensor, bail};
 use candle_nn::VarBuilder;
 
-use super::{CHANNELS, Model, Spec, check_images, condition_images};
+use super::{CHANNELS, Model, Spec, check_images};
+use crate::condition::InputKind;
 use crate::layers::{ConvTranspose2x2, DoubleConv, Linear};
+use crate::loss::Loss;
 use crate::train::TrainConfig;
 use crate::{ANGLE_BINS, Preset, ops};
 
 pub(crate) const SPEC: Spec = Spec {
     name: "radiounet",
     title: "RadioUNet",
-    is_adversarial: false,
-    build: |preset, vb| {
+    loss: Loss::Squared,
+    input: InputKind::Images,
+    build: |preset, _, vb| {
         // Its first and last blocks work at full resolution.
         let width = match preset {
             Preset::Paper => 64,
@@ -20,10 +23,9 @@ pub(crate) const SPEC: Spec = Spec {
         };
         Ok(Box::new(RadioUnet::new(width, vb)?))
     },
-    input: condition_images,
-    settings: |papers| TrainConfig {
-        batch: 256,
-        ..papers
+    settings: |usual| TrainConfig {
+        batch: usual.batch.min(256),
+        ..usual
     },
 };
 

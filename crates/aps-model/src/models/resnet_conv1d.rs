@@ -3,17 +3,19 @@
 use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
-use super::{Model, Spec, check_images, condition_images, width};
+use super::{Model, Spec, check_images, width};
+use crate::condition::InputKind;
 use crate::layers::{BatchNorm, Conv1d, Film, LEAKY_SLOPE, Linear, MultiScaleEncoder};
+use crate::loss::Loss;
 use crate::{ANGLE_BINS, ops};
 
 pub(crate) const SPEC: Spec = Spec {
     name: "resnet_conv1d",
     title: "ResNet-Conv1D",
-    is_adversarial: false,
-    build: |preset, vb| Ok(Box::new(ResnetConv1d::new(width(preset), vb)?)),
-    input: condition_images,
-    settings: |papers| papers,
+    loss: Loss::Squared,
+    input: InputKind::Images,
+    build: |preset, _, vb| Ok(Box::new(ResnetConv1d::new(width(preset), vb)?)),
+    settings: |usual| usual,
 };
 
 /// A [`MultiScaleEncoder`] (`encoder`); `init_proj` makes a line of 45 elements of it, which two blocks double to 180

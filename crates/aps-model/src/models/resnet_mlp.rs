@@ -3,17 +3,19 @@
 use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
-use super::{Model, Spec, check_images, condition_images, width};
+use super::{Model, Spec, check_images, width};
+use crate::condition::InputKind;
 use crate::layers::{Dropout, Linear, ResNet18};
+use crate::loss::Loss;
 use crate::{ANGLE_BINS, ops};
 
 pub(crate) const SPEC: Spec = Spec {
     name: "resnet_mlp",
     title: "ResNet-MLP",
-    is_adversarial: false,
-    build: |preset, vb| Ok(Box::new(ResnetMlp::new(width(preset), 0.1, vb)?)),
-    input: condition_images,
-    settings: |papers| papers,
+    loss: Loss::Squared,
+    input: InputKind::Images,
+    build: |preset, _, vb| Ok(Box::new(ResnetMlp::new(width(preset), 0.1, vb)?)),
+    settings: |usual| usual,
 };
 
 /// A [`ResNet18`] (`encoder`), then `head.0`, ReLU, dropout, `head.3`.

@@ -3,8 +3,10 @@
 use candle_core::{Module, ModuleT, Result, Tensor, bail};
 use candle_nn::{Init, VarBuilder};
 
-use super::{CHANNELS, Model, Spec, check_images, condition_images};
+use super::{CHANNELS, Model, Spec, check_images};
+use crate::condition::InputKind;
 use crate::layers::{Conv2d, Dropout, EncoderBlock, LayerNorm, Linear};
+use crate::loss::Loss;
 use crate::parameters::normal;
 use crate::train::TrainConfig;
 use crate::{ANGLE_BINS, Preset, ops};
@@ -12,18 +14,18 @@ use crate::{ANGLE_BINS, Preset, ops};
 pub(crate) const SPEC: Spec = Spec {
     name: "vit_reg",
     title: "ViT-Reg",
-    is_adversarial: false,
-    build: |preset, vb| {
+    loss: Loss::Squared,
+    input: InputKind::Images,
+    build: |preset, _, vb| {
         let config = match preset {
             Preset::Paper => VitRegConfig::PAPER,
             Preset::Small => VitRegConfig::SMALL,
         };
         Ok(Box::new(VitReg::new(config, vb)?))
     },
-    input: condition_images,
-    settings: |papers| TrainConfig {
+    settings: |usual| TrainConfig {
         learning_rate: 1e-4,
-        ..papers
+        ..usual
     },
 };
 

@@ -392,3 +392,40 @@ proptest! {
         check_convolution((n, i, kh + more_h, kw + more_w, o, (kh, kw), stride, padding), false);
     }
 }
+
+#[test]
+fn gated_blocks() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(10);
+    for [n, channels, length] in [[3, 5, 180], [1, 1, 1], [2, 70, 17]] {
+        let [x, y] = [(); 2].map(|()| values(rng, &[n, channels, length]));
+        let inputs = [x, y, values(rng, &[n, channels])];
+        let fast = |t: &[Tensor]| ops::add_gated(&t[0], &t[1], &t[2]);
+        let reference = |t: &[Tensor]| portable::add_gated(&t[0], &t[1], &t[2]);
+        check(&fast, &reference, &inputs);
+        same_bits_on_any_threads(fast, &inputs);
+        let fast = |t: &[Tensor]| ops::mean_last(&t[0]);
+        check(&fast, &|t: &[Tensor]| t[0].mean(2), &inputs[..1]);
+        same_bits_on_any_threads(fast, &inputs[..1]);
+    }
+}
+
+#[test]
+fn depthwise_convolutions() {
+    let rng = &mut ChaCha8Rng::seed_from_u64(8);
+    for (n, channels, length, taps, dilation) in [
+        (3, 5, 180, 9, 4),
+        (1, 2, 16, 9, 4),
+        (4, 3, 17, 3, 1),
+        (2, 1, 31, 1, 1),
+        (2, 3, 40, 5, 7),
+    ] {
+        let inputs = [
+            values(rng, &[n, channels, length]),
+            values(rng, &[channels, 1, taps]),
+        ];
+        let fast = |t: &[Tensor]| ops::depthwise(&t[0], &t[1], dilation);
+        let reference = |t: &[Tensor]| portable::depthwise(&t[0], &t[1], dilation);
+        check(&fast, &reference, &inputs);
+        same_bits_on_any_threads(fast, &inputs);
+    }
+}

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! # use aps_model::candle_core::{DType, Device};
-//! # use aps_model::condition::{ConditionConfig, Link, Rasters};
+//! # use aps_model::condition::{ConditionConfig, ConditionImages, Link, ModelInput, Rasters};
 //! # use aps_model::data::Samples;
 //! # let device = Device::Cpu;
 //! # let rasters = Rasters { pixels: &[0.0; 1024], height: 32, width: 32, metres_per_pixel: 1.0 };
@@ -17,8 +17,9 @@
 //! use aps_model::{ModelKind, Preset, seeded};
 //!
 //! let (kind, parameters) = (ModelKind::ResnetMlp, VarMap::new());
-//! let model = kind.build(Preset::Small, seeded(&parameters, 42, DType::F32, &device))?;
-//! let input = kind.input(rasters, images, &device)?;
+//! let input = Box::new(ConditionImages::new(rasters, images, &device)?);
+//! let vb = seeded(&parameters, 42, DType::F32, &device);
+//! let model = kind.build(Preset::Small, input.shape(), vb)?;
 //! let config = TrainConfig { epochs: 2, batch: 2, ..kind.train_config(Preset::Small) };
 //! let mut trainer = Trainer::new(model, &parameters, input, examples, config)?;
 //! while let Some(report) = trainer.step()? {
@@ -30,8 +31,8 @@
 //!
 //! # One step
 //!
-//! Without a regularizer a step is: the model's input and the targets of a batch, a forward pass, the mean squared error, an
-//! update by [`AdamW`](crate::optim::AdamW). With one (the paper's equations for L_R and L_P):
+//! Without a regularizer a step is: the model's input and the targets of a batch, a forward pass, the model's
+//! [`Loss`](crate::Loss), an update by [`AdamW`](crate::optim::AdamW). With one (the paper's equations for L_R and L_P):
 //!
 //! 1. predict the spectra of the batch;
 //! 2. update the regularizer, which is trained to score true pairs of image and spectrum 1 and predicted ones 0; the

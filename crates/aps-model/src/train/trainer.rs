@@ -14,7 +14,7 @@ use super::schedule::{Budget, Schedule};
 use super::{Quantity, TrainConfig, TrainError};
 use crate::condition::ModelInput;
 use crate::data::Examples;
-use crate::loss::{bce_with_logits, l1};
+use crate::loss::{Loss, bce_with_logits};
 use crate::{ANGLE_BINS, Model, Regularizer};
 
 /// A training, driven [`step`](Self::step) by step.
@@ -24,9 +24,10 @@ use crate::{ANGLE_BINS, Model, Regularizer};
 pub struct Trainer {
     model: Box<dyn Model>,
     regularizer: Option<Regularizer>,
+    loss: Loss,
     /// Parameters and optimizer of the model, then of the regularizer if there is one.
     networks: Vec<Optimized>,
-    input: Box<dyn ModelInput>,
+    input: Arc<dyn ModelInput>,
     examples: Arc<dyn Examples>,
     config: TrainConfig,
     order: Order,
@@ -86,7 +87,7 @@ pub struct StepReport {
     pub links: usize,
     /// Learning rate.
     pub learning_rate: f64,
-    /// Error of the predictions before the step: mean squared, or mean absolute with a regularizer.
+    /// Error of the predictions before the step: the loss, or the mean absolute error with a regularizer.
     pub loss: f64,
     /// Norm of the predictor's gradients before clipping.
     pub gradient_norm: f64,
@@ -110,7 +111,8 @@ impl<E: Into<crate::Error>> From<E> for StepError {
 }
 
 impl Trainer {
-    /// Prepares a training of `model`, whose tensors are those of `parameters`, from the weights as they are.
+    /// Prepares a training of `model`, whose tensors are those of `parameters`, from the weights as they are, by the squared
+    /// error.
     ///
     /// # Errors
     /// [`TrainError::Config`], [`TrainError::NoExamples`].
@@ -134,10 +136,12 @@ impl Trainer {
         Ok(Self {
             model,
             regularizer: None,
+            loss: Loss::Squared,
             networks: vec![Optimized::new("predictor", parameters, &config)?],
-            order: Order::new(config.seed, examples.len(), config.batch),
+            order: Order::new(config.seed, examples.len(), config.batch)
+                .grouped(&examples, &*input),
             schedule: config.schedule(examples.len()),
-            input,
+            input: Arc::from(input),
             examples: Arc::new(examples),
             config,
             steps: 0,
@@ -148,7 +152,12 @@ impl Trainer {
         })
     }
 
-    /// Trains against a regularizer, whose tensors are those of `parameters`.
+    /// Trains by another loss.
+    pub fn with_loss(self, loss: Loss) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Trains by the absolute error against a regularizer, whose tensors are those of `parameters`.
     ///
     /// # Errors
     /// [`TrainError::Config`] when they hold no trainable tensors.
@@ -161,6 +170,7 @@ impl Trainer {
         let network = Optimized::new("regularizer", parameters, &self.config)?;
         self.networks.push(network);
         self.regularizer = Some(regularizer);
+        self.loss = Loss::Adversarial;
         Ok(self)
     }
 
@@ -190,7 +200,10 @@ impl Trainer {
             return Ok(None);
         }
         let (step, end) = (self.steps, self.steps_total().unwrap_or(u64::MAX));
-        let start = || Prefetch::start(Arc::clone(&self.examples), self.order.clone(), step, end);
+        let start = || {
+            let (examples, input) = (Arc::clone(&self.examples), Arc::clone(&self.input));
+            Prefetch::start(examples, input, self.order.clone(), step, end)
+        };
         let batch = self.prefetch.get_or_insert_with(start).next();
         let report = self.train_on(&batch, self.schedule.at(step, seconds));
         self.failed = report.is_err();
@@ -230,10 +243,7 @@ impl Trainer {
         targets: &Tensor,
         learning_rate: f64,
     ) -> Result<StepReport, StepError> {
-        let error = match self.regularizer {
-            None => candle_nn::loss::mse(predicted, targets)?,
-            Some(_) => l1(predicted, targets)?,
-        };
+        let error = self.loss.error(predicted, targets)?;
         let per_epoch = self.order.steps_per_epoch();
         let mut report = StepReport {
             step: self.steps,

@@ -13,12 +13,13 @@
 //! use aps_model::candle_core::{DType, Device};
 //! use aps_model::weights::{Label, load, read_label, save};
 //! use aps_model::candle_nn::VarMap;
+//! use aps_model::condition::InputShape;
 //! use aps_model::{ModelKind, Preset, seeded};
 //!
 //! let (kind, preset) = (ModelKind::MsMlp, Preset::Small);
 //! let (trained, other) = (VarMap::new(), VarMap::new());
-//! kind.build(preset, seeded(&trained, 1, DType::F32, &Device::Cpu))?;
-//! kind.build(preset, seeded(&other, 2, DType::F32, &Device::Cpu))?;
+//! kind.build(preset, InputShape::Images, seeded(&trained, 1, DType::F32, &Device::Cpu))?;
+//! kind.build(preset, InputShape::Images, seeded(&other, 2, DType::F32, &Device::Cpu))?;
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("weights.safetensors");
 //! save(&path, &trained, Some(Label { kind, preset }))?;

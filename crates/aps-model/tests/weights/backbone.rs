@@ -4,6 +4,7 @@ use std::path::Path;
 
 use aps_model::candle_core::{DType, Device, Tensor, safetensors};
 use aps_model::candle_nn::VarMap;
+use aps_model::condition::InputShape;
 use aps_model::weights::{load_pretrained, save, warm_start};
 use aps_model::{Error, Model, ModelKind, Preset, seeded};
 
@@ -147,7 +148,10 @@ fn a_warm_start_begins_with_the_other_s_answers() {
     let made = |kind: ModelKind, seed| {
         let parameters = VarMap::new();
         let vb = seeded(&parameters, seed, DType::F32, &Device::Cpu);
-        (kind.build(Preset::Small, vb).unwrap(), parameters)
+        (
+            kind.build(Preset::Small, InputShape::Images, vb).unwrap(),
+            parameters,
+        )
     };
     let saved = |parameters: &VarMap| {
         let path = folder.path().join("weights.safetensors");

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use aps_model::candle_core::{DType, Device, Tensor, Var};
 use aps_model::candle_nn::{Init, VarMap};
+use aps_model::condition::InputShape;
 use aps_model::weights::{Label, load, read_label, save};
 use aps_model::{Model, ModelKind, Preset, frozen, seeded, trainable};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +26,7 @@ fn golden(name: &str) -> PathBuf {
 fn built(kind: ModelKind, preset: Preset, seed: u64) -> VarMap {
     let parameters = VarMap::new();
     let vb = seeded(&parameters, seed, DType::F32, &Device::Cpu);
-    kind.build(preset, vb).unwrap();
+    kind.build(preset, InputShape::Images, vb).unwrap();
     parameters
 }
 
@@ -138,7 +139,10 @@ fn frozen_parameters_stay_what_they_were() {
     let path = folder.path().join("weights.safetensors");
     let (kind, preset) = (ModelKind::ResnetMlp, Preset::Small);
     let (one, other) = (built(kind, preset, 1), built(kind, preset, 2));
-    let frozen_model = || kind.build(preset, frozen(&one).unwrap()).unwrap();
+    let frozen_model = || {
+        kind.build(preset, InputShape::Images, frozen(&one).unwrap())
+            .unwrap()
+    };
     let model = frozen_model();
 
     // Several images, so that the kernel cache is used; other weights in between do not reach them.
@@ -161,7 +165,11 @@ fn a_model_of_any_builder_follows_its_weights() {
     use aps_model::candle_nn::VarBuilder;
     let (kind, preset, device) = (ModelKind::MsMlp, Preset::Small, &Device::Cpu);
     let (ours, theirs) = (built(kind, preset, 1), VarMap::new());
-    let model = kind.build(preset, VarBuilder::from_varmap(&theirs, DType::F32, device));
+    let model = kind.build(
+        preset,
+        InputShape::Images,
+        VarBuilder::from_varmap(&theirs, DType::F32, device),
+    );
     let model = model.unwrap();
     let names = |map: &VarMap| {
         sorted(map)
@@ -187,12 +195,16 @@ fn a_model_of_any_builder_follows_its_weights() {
     // From the file, as candle reads it.
     let bytes = fs::read(&path).unwrap();
     let vb = VarBuilder::from_buffered_safetensors(bytes, DType::F32, device).unwrap();
-    let from_file = kind.build(preset, vb).unwrap();
+    let from_file = kind.build(preset, InputShape::Images, vb).unwrap();
     let all = sorted(&theirs).into_iter();
     let shared = all
         .map(|(name, var)| (name, var.as_detached_tensor()))
         .collect();
-    let shared = kind.build(preset, VarBuilder::from_tensors(shared, DType::F32, device));
+    let shared = kind.build(
+        preset,
+        InputShape::Images,
+        VarBuilder::from_tensors(shared, DType::F32, device),
+    );
     let shared = shared.unwrap();
     for (found, expected) in answer(&*from_file)
         .iter()

@@ -87,8 +87,18 @@ impl PolarLink<'_> {
         }
     }
 
-    /// Writes the values (direction, value). No memory is taken.
-    fn write(&self, out: &mut [f32]) {
+    /// Writes the values (direction, value) on this thread. No memory is taken.
+    ///
+    /// # Errors
+    /// [`PolarError::Length`] unless the slice is as long as the result, [`PolarError::Foreign`].
+    pub fn write(&self, out: &mut [f32]) -> Result<(), PolarError> {
+        check_length(1, self.map.shape().values(), out.len())?;
+        self.check()?;
+        self.fill(out);
+        Ok(())
+    }
+
+    fn fill(&self, out: &mut [f32]) {
         let (fan, shape) = (self.map.fan(), self.map.shape());
         let ahead = self.transmitter.place - self.receiver.place;
         let length_m = ahead.length();
@@ -218,20 +228,25 @@ pub fn gather(links: &[PolarLink<'_>], out: &mut [f32]) -> Result<(), PolarError
         return Err(PolarError::MixedFans { link });
     }
     let values = shape.map_or(0, Shape::values);
-    let expected = links.len().saturating_mul(values);
-    if out.len() != expected {
-        return Err(PolarError::Length {
-            links: links.len(),
-            expected,
-            found: out.len(),
-        });
-    }
+    check_length(links.len(), values, out.len())?;
     links.iter().try_for_each(PolarLink::check)?;
     let all = links
         .par_iter()
         .zip(out.par_chunks_exact_mut(values.max(1)));
-    all.for_each(|(link, out)| link.write(out));
+    all.for_each(|(link, out)| link.fill(out));
     Ok(())
+}
+
+fn check_length(links: usize, one: usize, found: usize) -> Result<(), PolarError> {
+    let expected = links.saturating_mul(one);
+    match found == expected {
+        true => Ok(()),
+        false => Err(PolarError::Length {
+            links,
+            expected,
+            found,
+        }),
+    }
 }
 
 const _: () = assert!(TO_CORNER + 1 == KINDS);

@@ -15,9 +15,9 @@ use crate::scene::Scene;
 /// A scene prepared for looking at it along rays.
 #[derive(Debug, Clone)]
 pub struct PolarMap<'s> {
-    given: &'s Scene,
-    /// Scene in which everything is computed: moved by `-origin` where it lies far off.
-    local: Cow<'s, Scene>,
+    given: Cow<'s, Scene>,
+    /// Scene in which everything is computed, where that is another: moved by `-origin` where it lies far off.
+    moved: Option<Scene>,
     origin: DVec2,
     fan: Fan,
     pub(super) corners: Corners,
@@ -30,16 +30,25 @@ impl<'s> PolarMap<'s> {
     /// # Errors
     /// [`PolarError::Fan`], [`PolarError::TooManyCorners`].
     pub fn new(scene: &'s Scene, fan: Fan) -> Result<Self, PolarError> {
+        Self::of(Cow::Borrowed(scene), fan)
+    }
+
+    /// Does the same, and keeps the scene.
+    ///
+    /// # Errors
+    /// As [`PolarMap::new`].
+    pub fn owning(scene: Scene, fan: Fan) -> Result<PolarMap<'static>, PolarError> {
+        PolarMap::of(Cow::Owned(scene), fan)
+    }
+
+    fn of(given: Cow<'s, Scene>, fan: Fan) -> Result<Self, PolarError> {
         fan.check()?;
-        let origin = scene.origin();
-        let local = match origin == DVec2::ZERO {
-            true => Cow::Borrowed(scene),
-            false => Cow::Owned(scene.moved(-origin)),
-        };
+        let origin = given.origin();
+        let moved = (origin != DVec2::ZERO).then(|| given.moved(-origin));
         Ok(Self {
-            given: scene,
-            corners: Corners::new(&local)?,
-            local,
+            corners: Corners::new(moved.as_ref().unwrap_or(&given))?,
+            given,
+            moved,
             origin,
             fan,
         })
@@ -90,6 +99,6 @@ impl<'s> PolarMap<'s> {
     }
 
     pub(super) fn scene(&self) -> &Scene {
-        &self.local
+        self.moved.as_ref().unwrap_or(&self.given)
     }
 }

@@ -89,6 +89,20 @@ pub enum TrainingError {
         /// The maps.
         maps: Vec<u32>,
     },
+    /// A model that is given the geometry, and maps without it.
+    #[error(
+        "the model is given the outlines of buildings, which a data set does not keep, and the maps that map {0} was made \
+         from are not at hand: give them, or train a model on images"
+    )]
+    NoScene(u32),
+    /// Labels of an unknown array, for a model that computes with it.
+    #[error(
+        "the model computes with the response of the array, and the data set does not say which one its labels are of"
+    )]
+    NoArray(#[source] crate::SettingsError),
+    /// Images given to a model that takes other input.
+    #[error("{0} takes no condition images")]
+    NoImages(aps_model::ModelKind),
     /// A log of other columns.
     #[error("its columns are not those of this run; move it away to continue without it")]
     LogColumns,

@@ -1,12 +1,29 @@
 //! Examples as models take them: their input on a device, their targets in single precision.
 
+use std::sync::Arc;
+
 use aps_data::Raster;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ConditionConfig, Link, ModelInput, Rasters};
+use aps_model::condition::{
+    ConditionConfig, ConditionImages, InputKind, InputShape, Link, ModelInput, Rasters,
+};
 use aps_model::{ANGLE_BINS, ModelKind, data};
+use aps_raytrace::polar::PolarMap;
 
+use super::TrainingError;
+use super::polar::{self, PolarWays, polar_maps};
 use crate::error::Result;
-use crate::examples::Examples;
+use crate::examples::{ExampleMap, Examples};
+use crate::maps::MapSource;
+use crate::scenes::Scenes;
+
+/// Shape of the input that a model takes.
+pub(super) fn shape_for(kind: ModelKind) -> InputShape {
+    match kind.input() {
+        InputKind::Images => InputShape::Images,
+        InputKind::Polar => InputShape::Polar(polar::shape()),
+    }
+}
 
 impl Examples {
     /// The link of an example, on a map of [`Examples::input`].
@@ -36,18 +53,46 @@ impl Examples {
         target
     }
 
-    /// Prepares the input of a model for these links.
+    /// Prepares the input of a model for these links. A model that is given the geometry, as
+    /// [`PolarReg`](ModelKind::PolarReg), needs the maps that the data set was made from, unless they were synthetic.
     ///
     /// # Errors
-    /// An image size that the model does not take, and memory that the device does not have.
+    /// An image size that the model does not take, memory that the device does not have, and
+    /// [`TrainingError::NoScene`].
     pub fn input(
         &self,
         kind: ModelKind,
         image_size: usize,
+        maps: Option<&MapSource>,
         device: &Device,
     ) -> Result<Box<dyn ModelInput>> {
         let pixels = self.pixels();
-        Ok(kind.input(self.rasters(&pixels), images(image_size), device)?)
+        let rasters = self.rasters(&pixels);
+        match kind.input() {
+            InputKind::Images => {
+                let images = ConditionImages::new(rasters, images(image_size), device)?;
+                Ok(Box::new(images))
+            }
+            InputKind::Polar => {
+                let (maps, far_end_m) = (self.polar_maps(maps)?, rasters.far_end_m());
+                Ok(Box::new(PolarWays::new(maps, far_end_m, device.clone())))
+            }
+        }
+    }
+
+    /// Prepares the scenes of all maps, which must be at hand.
+    pub(super) fn polar_maps(
+        &self,
+        maps: Option<&MapSource>,
+    ) -> Result<Vec<Arc<PolarMap<'static>>>> {
+        let (configuration, seed) = &self.origin;
+        let scenes = Scenes::new(configuration, *seed, maps.cloned())?;
+        let scene = |map: &ExampleMap| {
+            let found = scenes.scene(map.id, &map.buildings)?;
+            let scene = found.ok_or(TrainingError::NoScene(map.id))?;
+            Ok((map.id, scene))
+        };
+        polar_maps(self.maps.iter().map(scene))
     }
 
     /// The buildings of all maps; shape (maps, height, width).
@@ -157,6 +202,19 @@ mod tests {
         writer.finish(&split).unwrap();
         let dataset = Dataset::open(root.path()).unwrap();
         (root, dataset)
+    }
+
+    #[test]
+    fn a_model_of_geometry_asks_for_the_maps() {
+        let (_root, dataset) = dataset(Precision::F16, "paper");
+        let examples = Examples::of_maps(&dataset, &[0, 1], Target::Linear, None).unwrap();
+        let asked = examples.input(ModelKind::PolarReg, 64, None, &Device::Cpu);
+        let error = asked.unwrap_err();
+        let cause = error.cause();
+        assert!(
+            matches!(cause, crate::Error::Training(TrainingError::NoScene(0))),
+            "{cause:?}"
+        );
     }
 
     /// Whatever a data set stores, a model learns what it is scored against.

@@ -3,12 +3,14 @@
 use aps_data::Dataset;
 use aps_model::ModelKind;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ModelInput, Rasters};
+use aps_model::condition::{ConditionImages, InputKind, ModelInput, Rasters};
 use aps_model::data::{self, Mirrored};
 
 use super::input::images;
+use super::polar::PolarWays;
 use crate::error::Result;
 use crate::examples::Examples;
+use crate::maps::MapSource;
 use crate::mirror::negated_bins;
 use crate::scores::ScoreError;
 
@@ -19,6 +21,7 @@ pub fn mirrored(
     train: Examples,
     development: &Examples,
     (kind, image_size): (ModelKind, usize),
+    maps: Option<&MapSource>,
     device: &Device,
 ) -> Result<(Box<dyn data::Examples>, Box<dyn ModelInput>)> {
     let manifest = dataset.manifest();
@@ -26,7 +29,16 @@ pub fn mirrored(
     let negated = negated_bins(&manifest.configuration, aps.axis)?;
     let pixels = [train.pixels(), development.pixels()].concat();
     let rasters = train.rasters(&pixels);
-    let pixels = &rasters.mirrored();
-    let input = kind.input(Rasters { pixels, ..rasters }, images(image_size), device)?;
+    let input: Box<dyn ModelInput> = match kind.input() {
+        InputKind::Images => {
+            let pixels = &rasters.mirrored();
+            let rasters = Rasters { pixels, ..rasters };
+            Box::new(ConditionImages::new(rasters, images(image_size), device)?)
+        }
+        InputKind::Polar => {
+            let maps = [train.polar_maps(maps)?, development.polar_maps(maps)?].concat();
+            Box::new(PolarWays::new(maps, rasters.far_end_m(), device.clone()))
+        }
+    };
     Ok((Box::new(Mirrored::new(train, rasters, negated)?), input))
 }

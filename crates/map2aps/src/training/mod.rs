@@ -29,6 +29,7 @@ mod maps;
 mod mirror;
 mod network;
 mod plan;
+mod polar;
 mod rows;
 mod run;
 mod score;

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use aps_model::candle_core::{DType, Device};
 use aps_model::candle_nn::VarMap;
 use aps_model::weights::{self, Label, LoadReport};
-use aps_model::{Model, Regularizer, seeded};
+use aps_model::{LabelFacts, Model, Regularizer, seeded};
 
+use super::input::shape_for;
 use crate::error::{At, Place, Result};
 
 /// Initial weights of a training.
@@ -43,15 +44,17 @@ pub struct Networks {
 }
 
 impl Networks {
-    /// Builds the networks of a training with their initial weights.
+    /// Builds the networks of a training with their initial weights and, where they compute with them, the facts of the labels.
     pub fn new(
         Label { kind, preset }: Label,
+        facts: Option<&LabelFacts>,
         seed: u64,
         initial: &InitialWeights,
         device: &Device,
     ) -> Result<Self> {
         let (parameters, of_regularizer) = (VarMap::new(), VarMap::new());
-        let model = kind.build(preset, seeded(&parameters, seed, DType::F32, device))?;
+        let vb = seeded(&parameters, seed, DType::F32, device);
+        let model = kind.build(preset, shape_for(kind), vb)?;
         let vb = seeded(&of_regularizer, seed.wrapping_add(1), DType::F32, device);
         let regularizer = kind.build_regularizer(preset, vb)?;
         let load = |path: &Path| -> Result<LoadReport> {
@@ -71,6 +74,9 @@ impl Networks {
                 Some(load(path).at(place)?)
             }
         };
+        if let Some(facts) = facts {
+            facts.set(&parameters)?;
+        }
         Ok(Self {
             model: (model, parameters),
             regularizer: regularizer.map(|network| (network, of_regularizer)),

@@ -5,16 +5,18 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use aps_data::Dataset;
-use aps_model::condition::ConditionConfig;
+use aps_label::{MeanStd, Protocol};
+use aps_model::condition::{ConditionConfig, InputKind};
 use aps_model::data;
 use aps_model::train::{TrainConfig, Trainer};
 use aps_model::weights::Label;
-use aps_model::{ModelKind, Preset};
+use aps_model::{LabelFacts, ModelKind, Preset};
 
 use super::log::Log;
 use super::maps::divide;
 use super::mirror::mirrored;
 use super::network::Networks;
+use super::polar::label_facts;
 use super::run::{Run, State};
 use super::score::Development;
 use super::{
@@ -24,10 +26,11 @@ use super::{
 use crate::control::Control;
 use crate::error::{At, Place, Result};
 use crate::examples::{Draw, Examples};
-use crate::targets;
+use crate::maps::MapSource;
+use crate::{settings, targets};
 
 /// Model, data and settings of a training.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Training {
     /// The model to train.
     pub model: ModelKind,
@@ -52,6 +55,8 @@ pub struct Training {
     pub device: Device,
     /// Initial weights.
     pub initial: InitialWeights,
+    /// Maps that the data set was made from, for a model that is given the geometry; synthetic ones need not be given.
+    pub maps: Option<MapSource>,
 }
 
 impl Training {
@@ -69,6 +74,7 @@ impl Training {
             mirror: false,
             device: Device::default(),
             initial: InitialWeights::default(),
+            maps: None,
         }
     }
 
@@ -83,7 +89,8 @@ impl Training {
         self.prepare(dataset, folder.clone(), is_begun)?
             .train(control)?;
         let (kind, preset) = (Some(self.model), Some(self.preset));
-        Trained::load(&folder.best(), kind, preset, &self.device.open()?)
+        let trained = Trained::load(&folder.best(), kind, preset, &self.device.open()?)?;
+        Ok(trained.with_maps(self.maps.clone()))
     }
 
     /// Loads the examples and builds the networks; with `resume` they continue from the folder's checkpoint. A time budget
@@ -135,28 +142,31 @@ impl Training {
             training: self.config.clone(),
         };
         let mean_target = train.mean_target();
+        let maps = self.maps.as_ref();
         let development = Development {
-            input: development.input(self.model, self.image_size, &device)?,
+            input: development.input(self.model, self.image_size, maps, &device)?,
             examples: development,
             protocol: protocol.into(),
         };
         let (train, input): (Box<dyn data::Examples>, _) = match self.mirror {
             false => {
-                let input = train.input(self.model, self.image_size, &device)?;
+                let input = train.input(self.model, self.image_size, maps, &device)?;
                 (Box::new(train), input)
             }
             true => {
                 let model = (self.model, self.image_size);
-                mirrored(dataset, train, &development.examples, model, &device)?
+                mirrored(dataset, train, &development.examples, model, maps, &device)?
             }
         };
         let label = Label {
             kind: self.model,
             preset: self.preset,
         };
-        let networks = Networks::new(label, seed, &self.initial, &device)?;
+        let facts = self.label_facts(dataset, protocol, training_statistics)?;
+        let networks = Networks::new(label, facts.as_ref(), seed, &self.initial, &device)?;
         let (model, parameters) = networks.model;
-        let mut trainer = Trainer::new(model, &parameters, input, train, self.config.clone())?;
+        let mut trainer = Trainer::new(model, &parameters, input, train, self.config.clone())?
+            .with_loss(self.model.loss());
         if let Some((regularizer, parameters)) = networks.regularizer {
             trainer = trainer.with_regularizer(regularizer, &parameters)?;
         }
@@ -191,5 +201,24 @@ impl Training {
             development,
             mean_target,
         })
+    }
+    /// What a model that computes with the labels' array is told of them; `None` for the others.
+    fn label_facts(
+        &self,
+        dataset: &Dataset,
+        protocol: Protocol,
+        statistics: MeanStd,
+    ) -> Result<Option<LabelFacts>> {
+        let manifest = dataset.manifest();
+        match (self.model.input(), manifest.layout.aps) {
+            (InputKind::Polar, Some(aps)) => {
+                let label = settings::label_of(&manifest.configuration);
+                let label = label.map_err(TrainingError::NoArray)?;
+                let angles_deg = aps.axis.values();
+                let facts = label_facts(&label, angles_deg, protocol, statistics);
+                Ok(Some(facts))
+            }
+            _ => Ok(None),
+        }
     }
 }

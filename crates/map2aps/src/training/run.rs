@@ -3,6 +3,7 @@
 use std::num::NonZeroU64;
 
 use aps_metrics::{GroupReport, Metric};
+use aps_model::Loss;
 use aps_model::train::{StepReport, Trainer};
 use aps_model::weights::{self, Label, LoadReport};
 use serde::{Deserialize, Serialize};
@@ -211,9 +212,9 @@ impl Run {
     fn evaluate(&mut self) -> Result<DevelopmentScores> {
         let seconds = self.trainer.seconds();
         let (steps, group) = (self.trainer.steps_done(), self.score()?);
-        let chosen_by = match self.label.kind.is_adversarial() {
-            true => Metric::Mae,
-            false => Metric::Mse,
+        let chosen_by = match self.label.kind.loss() {
+            Loss::Squared => Metric::Mse,
+            _ => Metric::Mae,
         };
         let error = mean(&group, chosen_by);
         let sum = f64::from_bits(std::mem::take(&mut self.state.loss_bits));

@@ -4,16 +4,18 @@ use std::path::Path;
 
 use aps_model::candle_core::{DType, Device, Tensor};
 use aps_model::candle_nn::VarMap;
-use aps_model::condition::ModelInput;
+use aps_model::condition::{InputKind, ModelInput};
 use aps_model::train::predict;
 use aps_model::weights::{self, Label, LoadReport};
 use aps_model::{
     ANGLE_BINS, Error as ModelError, Model, ModelKind, Preset, frozen, seeded, trainable,
 };
 
+use super::input::shape_for;
 use super::{Settings, TrainingError, usual_image_size};
 use crate::error::{At, Place, Result};
 use crate::examples::Examples;
+use crate::maps::MapSource;
 
 /// Links predicted at a time by [`Trained::predict`].
 const BATCH: usize = 64;
@@ -26,6 +28,7 @@ pub struct Trained {
     device: Device,
     parameters: usize,
     settings: Option<Settings>,
+    maps: Option<MapSource>,
     report: LoadReport,
 }
 
@@ -43,18 +46,26 @@ impl Trained {
     ) -> Result<Self> {
         let label = label_of(path, kind, preset)?;
         let (Label { kind, preset }, parameters) = (label, VarMap::new());
-        kind.build(preset, seeded(&parameters, 0, DType::F32, device))?;
+        let (shape, vb) = (shape_for(kind), seeded(&parameters, 0, DType::F32, device));
+        kind.build(preset, shape, vb)?;
         let place = Place::WeightsOf(path.into(), format!("{kind}, preset {preset}"));
         let report = weights::load(path, &parameters).at(place)?;
         let counts = trainable(&parameters).into_iter();
         Ok(Self {
             label,
-            model: kind.build(preset, frozen(&parameters)?)?,
+            model: kind.build(preset, shape, frozen(&parameters)?)?,
             device: device.clone(),
             parameters: counts.map(|(_, var)| var.elem_count()).sum(),
             settings: Settings::beside(path)?,
+            maps: None,
             report,
         })
+    }
+
+    /// Gives the maps that data sets were made from, which a model that is given the geometry needs unless they are synthetic.
+    #[must_use]
+    pub fn with_maps(self, maps: Option<MapSource>) -> Self {
+        Self { maps, ..self }
     }
 
     /// The model and its sizes.
@@ -94,7 +105,8 @@ impl Trained {
     /// # Errors
     /// As [`Examples::input`].
     pub fn input(&self, examples: &Examples, image_size: usize) -> Result<Box<dyn ModelInput>> {
-        examples.input(self.label.kind, image_size, &self.device)
+        let (kind, maps) = (self.label.kind, self.maps.as_ref());
+        examples.input(kind, image_size, maps, &self.device)
     }
 
     /// Predicts the normalised spectra of all examples; shape (examples, [`ANGLE_BINS`]).
@@ -144,6 +156,9 @@ impl Trained {
         batch: usize,
         mut take: impl FnMut(&[f32]) -> Result<()>,
     ) -> Result<()> {
+        if self.label.kind.input() != InputKind::Images {
+            return Err(TrainingError::NoImages(self.label.kind).into());
+        }
         // Images of no pixel are refused with the others of a wrong size.
         let image = 3_usize.saturating_mul(height).saturating_mul(width).max(1);
         let mut done = 0;

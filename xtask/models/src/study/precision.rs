@@ -3,7 +3,9 @@
 use anyhow::Result;
 use aps_model::candle_core::{DType, Device, Tensor};
 use aps_model::candle_nn::VarMap;
-use aps_model::condition::{ConditionConfig, Link, Rasters};
+use aps_model::condition::{
+    ConditionConfig, ConditionImages, InputShape, Link, ModelInput, Rasters,
+};
 use aps_model::{Model, ModelKind, Preset, frozen, seeded};
 use aps_report::numbers::small;
 use aps_report::numbers::three_digits;
@@ -144,10 +146,11 @@ impl Network {
         let parameters = VarMap::new();
         kind.build(
             Preset::Small,
+            InputShape::Images,
             seeded(&parameters, seed, dtype, &Device::Cpu),
         )?;
         Ok(Self {
-            model: kind.build(Preset::Small, frozen(&parameters)?)?,
+            model: kind.build(Preset::Small, InputShape::Images, frozen(&parameters)?)?,
             dtype,
         })
     }
@@ -200,6 +203,6 @@ fn images(batch: usize) -> Result<Tensor> {
         rx_m: [place(i, 5), place(i, 7)],
     };
     let links: Vec<Link> = (0..batch).map(link).collect();
-    let input = ModelKind::ResnetMlp.input(rasters, config, &Device::Cpu)?;
+    let input = ConditionImages::new(rasters, config, &Device::Cpu)?;
     Ok(input.batch(&links)?)
 }

@@ -21,6 +21,25 @@ pub(crate) fn gelu(x: &Tensor) -> Result<Tensor> {
     (x * 0.5)? * twice_phi
 }
 
+/// 1 / (1 + exp(-x)), with the gradient y (1 - y).
+pub(crate) fn sigmoid(x: &Tensor) -> Result<Tensor> {
+    candle_nn::ops::sigmoid(x)
+}
+
+/// `x + gate * y` for `x` and `y` (batch, channels, length) and one gate a channel.
+pub(crate) fn add_gated(x: &Tensor, y: &Tensor, gate: &Tensor) -> Result<Tensor> {
+    x + y.broadcast_mul(&gate.unsqueeze(D::Minus1)?)?
+}
+
+/// The largest value along the last dimension, which is kept with length 1. Equal ones share the gradient, as in PyTorch.
+pub(crate) fn max_last(x: &Tensor) -> Result<Tensor> {
+    // candle's own gives each of them the whole gradient.
+    let top = x.detach().max_keepdim(D::Minus1)?;
+    let is_top = x.detach().broadcast_eq(&top)?.to_dtype(x.dtype())?;
+    let share = is_top.broadcast_div(&is_top.sum_keepdim(D::Minus1)?)?;
+    (x * share)?.sum_keepdim(D::Minus1)
+}
+
 /// exp(x) over its sum, along the last dimension.
 pub(crate) fn softmax_last(x: &Tensor) -> Result<Tensor> {
     // Any constant may be subtracted: it needs no gradient.

@@ -26,6 +26,33 @@ pub(crate) fn conv2d(
     add_bias(y, bias)
 }
 
+/// Puts the other end of each row, so many values, to its left and right.
+fn wrapped(x: &Tensor, pad: usize) -> Result<Tensor> {
+    let dim = x.rank() - 1;
+    let width = x.dim(dim)?;
+    let (left, right) = (x.narrow(dim, width - pad, pad)?, x.narrow(dim, 0, pad)?);
+    Tensor::cat(&[&left, x, &right], dim)
+}
+
+/// Cross-correlation of each channel of `x` (batch, channels, length) with a kernel of its own, `weight` (channels, 1, odd), the
+/// taps `dilation` apart, circular: it keeps the length.
+pub(crate) fn depthwise(x: &Tensor, weight: &Tensor, dilation: usize) -> Result<Tensor> {
+    let weight = weight.to_dtype(x.dtype())?;
+    let (taps, length) = (weight.dim(2)?, x.dim(2)?);
+    let padded = wrapped(x, taps / 2 * dilation)?;
+    let tap = |t: usize| {
+        let factor = weight.narrow(2, t, 1)?.transpose(0, 1)?;
+        padded
+            .narrow(2, t * dilation, length)?
+            .broadcast_mul(&factor)
+    };
+    let mut sum = tap(0)?;
+    for t in 1..taps {
+        sum = (sum + tap(t)?)?;
+    }
+    Ok(sum)
+}
+
 /// Pads a dimension with zeros and cuts the end that no window reaches.
 fn pad_and_trim(
     x: &Tensor,

@@ -13,14 +13,12 @@ mod norm;
 mod pool;
 mod resize;
 
-#[cfg(test)]
-pub(crate) use activation::softmax_last;
-pub(crate) use activation::{gelu, leaky_relu, relu};
+pub(crate) use activation::{add_gated, gelu, leaky_relu, max_last, relu, sigmoid, softmax_last};
 pub(crate) use attention::self_attention;
-pub(crate) use conv::{conv_transpose2x2, conv2d};
+pub(crate) use conv::{conv_transpose2x2, conv2d, depthwise};
 pub(crate) use linear::linear;
 pub(crate) use norm::{
-    BatchNormTensors, EPSILON, MOMENTUM, batch_norm, layer_norm, values_a_channel,
+    BatchNormTensors, EPSILON, MOMENTUM, at_least_f32, batch_norm, layer_norm, values_a_channel,
 };
 pub(crate) use pool::{adaptive_avg_pool, max_pool_2x2, max_pool_3x3_s2_p1};
 pub(crate) use resize::{resize_bilinear, upsample_nearest_2x};

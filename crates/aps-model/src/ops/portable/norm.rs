@@ -95,7 +95,8 @@ pub(crate) fn layer_norm(
     y.to_dtype(dtype)
 }
 
-fn at_least_f32(x: &Tensor) -> Result<Tensor> {
+/// Widens half precision to f32.
+pub(crate) fn at_least_f32(x: &Tensor) -> Result<Tensor> {
     match x.dtype() {
         DType::F16 | DType::BF16 => x.to_dtype(DType::F32),
         _ => Ok(x.clone()),

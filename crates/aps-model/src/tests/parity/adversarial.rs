@@ -8,6 +8,7 @@ use super::golden::Golden;
 use super::optimizer::{Adam, gradients};
 use super::rule::{images, set_weights, targets};
 use super::training::{Rigour, check_after, check_gradients, check_loss, scalar, tensors};
+use crate::condition::InputShape;
 use crate::{ModelKind, Preset};
 
 /// Mean of max(z, 0) - z t + ln(1 + e^-|z|).
@@ -18,7 +19,11 @@ fn cross_entropy(logits: &Tensor, target: f64) -> Result<Tensor> {
 
 fn training_is_pytorch_s(dtype: DType, kind: ModelKind) -> Result<()> {
     let (parameters, critic_parameters) = (VarMap::new(), VarMap::new());
-    let model = kind.build(Preset::Paper, builder(&parameters, dtype, 0))?;
+    let model = kind.build(
+        Preset::Paper,
+        InputShape::Images,
+        builder(&parameters, dtype, 0),
+    )?;
     let vb = builder(&critic_parameters, dtype, 0);
     let critic = kind
         .build_regularizer(Preset::Paper, vb)?

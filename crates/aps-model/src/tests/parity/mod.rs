@@ -9,5 +9,6 @@ mod adversarial;
 mod golden;
 mod optimizer;
 mod outputs;
+mod polar;
 mod rule;
 mod training;

@@ -4,7 +4,7 @@ use candle_core::{Device, Tensor};
 use candle_nn::VarMap;
 
 use crate::ANGLE_BINS;
-use crate::parameters::{is_counter, sorted};
+use crate::parameters::sorted;
 
 pub const BATCH: usize = 2;
 
@@ -26,7 +26,7 @@ pub fn mix(name: &str, count: usize) -> impl Iterator<Item = u64> {
 }
 
 /// Uniform in [-1, 1), multiples of 2^-23.
-fn values(name: &str, count: usize) -> impl Iterator<Item = f64> {
+pub fn values(name: &str, count: usize) -> impl Iterator<Item = f64> {
     mix(name, count).map(|z| (z >> 40) as f64 / f64::from(1 << 23) - 1.0)
 }
 
@@ -49,10 +49,10 @@ fn weights(name: &str, shape: &[usize]) -> Tensor {
     Tensor::from_vec(data, shape, &Device::Cpu).unwrap()
 }
 
-/// Overwrites every tensor.
+/// Overwrites every tensor but single numbers.
 pub fn set_weights(parameters: &VarMap) {
     for (name, var) in sorted(parameters) {
-        if !is_counter(&var) {
+        if var.rank() > 0 {
             let values = weights(&name, var.dims());
             var.set(&values.to_dtype(var.dtype()).unwrap()).unwrap();
         }

@@ -1,0 +1,307 @@
+//! Polar-Reg: a perceptron for each way that arrives along a ray, and convolutions over the directions around the receiver; it
+//! is given geometry instead of an image.
+
+use candle_core::{D, DType, Device, Module, ModuleT, Result, Tensor, Var, bail};
+use candle_nn::{Init, VarBuilder};
+
+use super::{Model, Spec};
+use crate::ANGLE_BINS;
+use crate::condition::{InputKind, PolarShape};
+use crate::layers::{BatchNorm, Conv1d, Linear};
+use crate::loss::Loss;
+use crate::ops;
+use crate::parameters::{FIXED, fan_in};
+use crate::train::TrainConfig;
+
+pub(crate) const SPEC: Spec = Spec {
+    name: "polar_reg",
+    title: "Polar-Reg",
+    loss: Loss::AbsoluteAndCosine,
+    input: InputKind::Polar,
+    build: |_, shape, vb| Ok(Box::new(PolarReg::new(shape.polar()?, vb)?)),
+    settings: |usual| TrainConfig {
+        batch: 128,
+        learning_rate: 2e-3,
+        ..usual
+    },
+};
+
+/// Features within the perceptron of a way.
+const HIDDEN: usize = 48;
+
+/// Values of a way beside its strength.
+const FURTHER: usize = 8;
+
+/// Features of a direction.
+const WIDTH: usize = 64;
+
+/// Dilation of the kernels of each block.
+const DILATIONS: [usize; 3] = [1, 2, 4];
+
+/// Taps of these kernels.
+const TAPS: usize = 7;
+
+/// Factor of a way's output to the logarithm of its strength, which has to spread over 50 dB and more.
+const SPREAD: f64 = 6.0;
+
+/// Largest logarithm of a strength: its exponential is a number in f32 and bf16.
+const MAX_LOG: f64 = 60.0;
+
+/// Share of a ray that a way arrives along at least.
+const LEAST_SHARE: f64 = 0.01;
+
+/// Strength of a direction that no way arrives from.
+const LEAST_STRENGTH: f64 = 1e-6;
+
+/// Strength and further values of each way (`ways`), features of each direction (`project`, `norm`), residual blocks along the
+/// directions (`blocks`), a share of the power of each direction (`head`), and from that a spectrum (`fixed`). It maps (links,
+/// directions, values) of a [`PolarShape`] to (links, bins).
+#[derive(Debug, Clone)]
+pub(crate) struct PolarReg {
+    shape: PolarShape,
+    ways: Ways,
+    project: Linear,
+    norm: BatchNorm,
+    blocks: Vec<Block>,
+    head: Conv1d,
+    spectrum: Spectrum,
+}
+
+/// A perceptron for each way: `embed` of its features and its kind as a unit vector, `hidden`, `out`, with GELU between.
+#[derive(Debug, Clone)]
+struct Ways {
+    embed: Linear,
+    hidden: Linear,
+    out: Linear,
+}
+
+impl Ways {
+    fn new(shape: &PolarShape, vb: VarBuilder<'_>) -> Result<Self> {
+        let inputs = shape.features + shape.ways;
+        Ok(Self {
+            embed: Linear::new(inputs, HIDDEN, vb.pp("embed"))?,
+            hidden: Linear::new(HIDDEN, HIDDEN, vb.pp("hidden"))?,
+            out: Linear::new(HIDDEN, 1 + FURTHER, vb.pp("out"))?,
+        })
+    }
+
+    /// Maps (ways, features and kind) to (ways, 1 + [`FURTHER`]).
+    fn forward(&self, ways: &Tensor) -> Result<Tensor> {
+        let x = ops::gelu(&self.embed.forward(ways)?)?;
+        self.out.forward(&ops::gelu(&self.hidden.forward(&x)?)?)
+    }
+}
+
+/// The ways that there are, out of all links, directions and kinds.
+struct Found {
+    /// (ways, features and kind as a unit vector)
+    rows: Tensor,
+    /// Number of each: kind plus kinds times direction plus directions times link.
+    at: Tensor,
+    /// Number of each without the kind.
+    direction: Tensor,
+}
+
+impl Found {
+    /// Picks them out of (links, directions, values).
+    fn of(input: &Tensor, shape: &PolarShape) -> Result<Self> {
+        let PolarShape { ways, features, .. } = *shape;
+        let (links, directions, _) = input.dims3()?;
+        let device = input.device();
+        let host = input
+            .detach()
+            .to_device(&Device::Cpu)?
+            .to_dtype(DType::F32)?;
+        let is_there = host.narrow(2, 0, ways * features)?;
+        let is_there = is_there.reshape((links * directions * ways, features))?;
+        let is_there = is_there.narrow(1, 1, 1)?.flatten_all()?.to_vec1::<f32>()?;
+        let found = is_there
+            .iter()
+            .enumerate()
+            .filter(|(_, there)| **there != 0.0);
+        let mut at: Vec<u32> = found.map(|(at, _)| at as u32).collect();
+        if at.is_empty() {
+            // A batch without any way: one of zeros stands in.
+            at.push(0);
+        }
+        let unit_vectors = Tensor::eye(ways, input.dtype(), device)?;
+        let count = at.len();
+        let kind = at.iter().map(|at| at % ways as u32).collect();
+        let direction = at.iter().map(|at| at / ways as u32).collect();
+        let index = |numbers: Vec<u32>| Tensor::from_vec(numbers, count, device);
+        let (at, direction) = (index(at)?, index(direction)?);
+        let all = input.narrow(2, 0, ways * features)?.contiguous()?;
+        let all = all.reshape((links * directions * ways, features))?;
+        let rows = all.index_select(&at, 0)?;
+        let kind = unit_vectors.index_select(&index(kind)?, 0)?;
+        Ok(Self {
+            rows: Tensor::cat(&[&rows, &kind], 1)?,
+            at,
+            direction,
+        })
+    }
+}
+
+/// A depthwise circular convolution (`depthwise`), `norm`, a perceptron (`expand`, GELU, `contract`), times a `gate` that sees
+/// the mean over all directions, beside a shortcut. It keeps the shape (links, width, directions).
+#[derive(Debug, Clone)]
+struct Block {
+    depthwise: Tensor,
+    dilation: usize,
+    norm: BatchNorm,
+    expand: Conv1d,
+    contract: Conv1d,
+    gate: Linear,
+}
+
+impl Block {
+    fn new(width: usize, dilation: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let init = fan_in(TAPS);
+        let depthwise = vb.pp("depthwise");
+        Ok(Self {
+            depthwise: depthwise.get_with_hints((width, 1, TAPS), "weight", init)?,
+            dilation,
+            norm: BatchNorm::new(width, vb.pp("norm"))?,
+            expand: Conv1d::same(width, 2 * width, 1, vb.pp("expand"))?,
+            contract: Conv1d::same(2 * width, width, 1, vb.pp("contract"))?,
+            gate: Linear::new(width, width, vb.pp("gate"))?,
+        })
+    }
+}
+
+impl ModuleT for Block {
+    fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
+        let y = ops::depthwise(x, &self.depthwise, self.dilation)?;
+        let y = self.expand.forward(&self.norm.forward_t(&y, train)?)?;
+        let y = self.contract.forward(&ops::gelu(&y)?)?;
+        let gate = ops::sigmoid(&self.gate.forward(&ops::mean_last(x)?)?)?;
+        ops::add_gated(x, &y, &gate)
+    }
+}
+
+/// Makes a spectrum of shares of the power: the response of the array, divided by its maximum and standardised as the labels
+/// are. See [`LabelFacts`](crate::LabelFacts).
+#[derive(Debug, Clone)]
+struct Spectrum {
+    /// (bins, directions)
+    array: Var,
+    mean: Var,
+    deviation: Var,
+    is_by_link: Var,
+}
+
+impl Spectrum {
+    fn new(directions: usize, vb: VarBuilder<'_>) -> Result<Self> {
+        let zeros = Init::Const(0.0);
+        let get =
+            |name, value| Var::from_tensor(&vb.get_with_hints((), name, Init::Const(value))?);
+        Ok(Self {
+            array: Var::from_tensor(&vb.get_with_hints(
+                (ANGLE_BINS, directions),
+                "array",
+                zeros,
+            )?)?,
+            mean: get("mean", 0.0)?,
+            deviation: get("deviation", 1.0)?,
+            is_by_link: get("is_by_link", 0.0)?,
+        })
+    }
+}
+
+/// Keeps a spectrum without power from being divided by zero.
+const LEAST_MAXIMUM: f64 = 1e-9;
+
+/// Keeps the deviation of a link's own spectrum from being zero, as the labels do.
+const LEAST_DEVIATION: f64 = 1e-8;
+
+impl Module for Spectrum {
+    fn forward(&self, power: &Tensor) -> Result<Tensor> {
+        let fixed = |var: &Var| var.as_detached_tensor().to_dtype(power.dtype());
+        let y = power.matmul(&fixed(&self.array)?.t()?)?;
+        let y = y.broadcast_div(&(ops::max_last(&y)? + LEAST_MAXIMUM)?)?;
+        let y = y.broadcast_sub(&fixed(&self.mean)?)?;
+        let y = y.broadcast_div(&fixed(&self.deviation)?)?;
+        if self.is_by_link.to_dtype(DType::F32)?.to_scalar::<f32>()? == 0.0 {
+            return Ok(y);
+        }
+        let centred = y.broadcast_sub(&y.mean_keepdim(D::Minus1)?)?;
+        let deviation = centred.sqr()?.mean_keepdim(D::Minus1)?.sqrt()?;
+        centred.broadcast_div(&(deviation + LEAST_DEVIATION)?)
+    }
+}
+
+impl PolarReg {
+    /// Creates the model: 76,426 trainable parameters for 15 ways of 14 features and 4 numbers.
+    pub fn new(shape: PolarShape, vb: VarBuilder<'_>) -> Result<Self> {
+        let blocks = DILATIONS.into_iter().enumerate();
+        let block = |(n, dilation)| Block::new(WIDTH, dilation, vb.pp("blocks").pp(n));
+        let inputs = shape.ways * FURTHER + shape.numbers + 1;
+        Ok(Self {
+            shape,
+            ways: Ways::new(&shape, vb.pp("ways"))?,
+            project: Linear::new(inputs, WIDTH, vb.pp("project"))?,
+            norm: BatchNorm::new(WIDTH, vb.pp("norm"))?,
+            blocks: blocks.map(block).collect::<Result<_>>()?,
+            head: Conv1d::same(WIDTH, 1, 1, vb.pp("head"))?,
+            spectrum: Spectrum::new(shape.directions, vb.pp(FIXED))?,
+        })
+    }
+
+    /// Computes the share of the power by direction (links, directions).
+    pub fn power(&self, input: &Tensor, train: bool) -> Result<Tensor> {
+        let PolarShape {
+            directions,
+            ways,
+            features,
+            numbers,
+        } = self.shape;
+        let links = match input.dims() {
+            &[links, found, values] if found == directions && values == self.shape.values() => {
+                links
+            }
+            found => bail!(
+                "ways along rays must have the shape [any, {directions}, {}], not {found:?}",
+                self.shape.values()
+            ),
+        };
+        let found = Found::of(input, &self.shape)?;
+        let column = |n: usize| found.rows.narrow(1, n, 1);
+        let out = self.ways.forward(&found.rows)?;
+        let share = ops::at_least_f32(&column(0)?)?;
+        let share = ((share + LEAST_SHARE)?).log()?;
+        let log = ((ops::at_least_f32(&out.narrow(1, 0, 1)?)? * SPREAD)? + share)?;
+        let is_there = column(1)?;
+        // What stands in for no way has no strength.
+        let strength = (log.minimum(MAX_LOG)?.exp()? * is_there.to_dtype(log.dtype())?)?;
+        let sums = Tensor::zeros((links * directions, 1), strength.dtype(), input.device())?;
+        let sums = sums.index_add(&found.direction, &strength.contiguous()?, 0)?;
+        let log_sums = (sums + LEAST_STRENGTH)?.log()?;
+        let further = out.narrow(1, 1, FURTHER)?.broadcast_mul(&is_there)?;
+        let all = (links * directions * ways, FURTHER);
+        let all = Tensor::zeros(all, further.dtype(), input.device())?;
+        let further = all.index_add(&found.at, &further.contiguous()?, 0)?;
+        let further = further.reshape((links, directions, ways * FURTHER))?;
+        let numbers = input.narrow(2, ways * features, numbers)?;
+        let log_sums = log_sums.reshape((links, directions, 1))?;
+        let seen = log_sums.to_dtype(input.dtype())?;
+        let x = Tensor::cat(&[&further, &numbers, &seen], 2)?;
+        let x = self.project.forward(&x)?.transpose(1, 2)?.contiguous()?;
+        // Slope 0: the plain one, with loops of our own.
+        let mut x = ops::leaky_relu(&self.norm.forward_t(&x, train)?, 0.0)?;
+        for block in &self.blocks {
+            x = block.forward_t(&x, train)?;
+        }
+        // As normalisations, shares and the spectrum are computed in f32 at least: a maximum takes most digits away.
+        let logits = ops::at_least_f32(&self.head.forward(&x)?.squeeze(1)?)?;
+        ops::softmax(&(logits + log_sums.squeeze(2)?)?)
+    }
+}
+
+impl ModuleT for PolarReg {
+    fn forward_t(&self, input: &Tensor, train: bool) -> Result<Tensor> {
+        let spectrum = self.spectrum.forward(&self.power(input, train)?)?;
+        spectrum.to_dtype(input.dtype())
+    }
+}
+
+impl Model for PolarReg {}

@@ -1,0 +1,160 @@
+//! Polar-Reg: `tests/golden/polar_reg.py` of the repository says what is compared.
+
+use candle_core::{DType, Device, ModuleT, Result, Tensor};
+use candle_nn::VarMap;
+
+use super::super::builder;
+use super::golden::Golden;
+use super::optimizer::{Adam, gradients};
+use super::rule::{BATCH, set_weights, values};
+use super::training::{Rigour, check_after, check_gradients, check_loss, scalar, tensors};
+use crate::condition::PolarShape;
+use crate::models::polar_reg::PolarReg;
+use crate::parameters::FIXED;
+use crate::{ANGLE_BINS, LabelFacts, Loss};
+
+const SHAPE: PolarShape = PolarShape {
+    directions: 180,
+    ways: 15,
+    features: 14,
+    numbers: 4,
+};
+
+/// Power response of a half-wavelength linear array on the y axis, at most 1: bins from -180 degrees, directions from half a
+/// step.
+fn response(elements: f64) -> Vec<f64> {
+    let step = std::f64::consts::TAU / 180.0;
+    let of = |bin: usize, direction: usize| {
+        let look = bin as f64 * step - std::f64::consts::PI;
+        let half_phase =
+            0.5 * std::f64::consts::PI * (look.sin() - ((direction as f64 + 0.5) * step).sin());
+        let (one, many) = (half_phase.sin(), (elements * half_phase).sin());
+        match one.abs() < 1e-12 {
+            true => 1.0,
+            false => (many / (elements * one)).powi(2),
+        }
+    };
+    let bins = 0..ANGLE_BINS;
+    bins.flat_map(|bin| (0..SHAPE.directions).map(move |direction| of(bin, direction)))
+        .collect()
+}
+
+fn facts(elements: f64) -> LabelFacts {
+    LabelFacts {
+        array: response(elements),
+        mean: 0.125,
+        deviation: 0.25,
+        is_by_link: false,
+    }
+}
+
+fn model(dtype: DType) -> (PolarReg, VarMap) {
+    let parameters = VarMap::new();
+    let model = PolarReg::new(SHAPE, builder(&parameters, dtype, 0)).unwrap();
+    set_weights(&parameters);
+    facts(16.0).set(&parameters).unwrap();
+    (model, parameters)
+}
+
+/// Numbers between -1 and 1; features between 0 and 1, half of the ways not there and all 0, feature 1 being 1 elsewhere.
+fn ways(dtype: DType) -> Tensor {
+    let PolarShape {
+        directions,
+        ways,
+        features,
+        numbers,
+    } = SHAPE;
+    let all: Vec<f64> = values("ways", BATCH * directions * ways * features).collect();
+    let beside: Vec<f64> = values("numbers", BATCH * directions * numbers).collect();
+    let of_way = |way: &[f64]| -> Vec<f64> {
+        let is_there = f64::from(u8::from(way[1] > 0.0));
+        let feature = |(n, value): (usize, &f64)| match n {
+            1 => is_there,
+            _ => is_there * value.abs(),
+        };
+        way.iter().enumerate().map(feature).collect()
+    };
+    let of_directions = all.chunks(ways * features).zip(beside.chunks(numbers));
+    let data: Vec<f64> = of_directions
+        .flat_map(|(ways, numbers)| {
+            let ways = ways.chunks(features).flat_map(of_way);
+            ways.chain(numbers.iter().copied()).collect::<Vec<_>>()
+        })
+        .collect();
+    let shape = (BATCH, directions, SHAPE.values());
+    let ways = Tensor::from_vec(data, shape, &Device::Cpu).unwrap();
+    ways.to_dtype(dtype).unwrap()
+}
+
+/// Standardised spectra with maximum 1, most of them low.
+fn targets(dtype: DType) -> Tensor {
+    let power: Vec<f64> = values("spectra", BATCH * ANGLE_BINS)
+        .map(|u| ((u + 1.0) / 2.0).powi(4))
+        .collect();
+    let standard = |row: &[f64]| -> Vec<f64> {
+        let top = row.iter().copied().fold(0.0, f64::max);
+        row.iter().map(|p| (p / top - 0.125) / 0.25).collect()
+    };
+    let data: Vec<f64> = power.chunks(ANGLE_BINS).flat_map(standard).collect();
+    let targets = Tensor::from_vec(data, (BATCH, ANGLE_BINS), &Device::Cpu).unwrap();
+    targets.to_dtype(dtype).unwrap()
+}
+
+fn outputs_are_pytorch_s(dtype: DType, tolerance: f64) -> Result<()> {
+    let golden = Golden::of("polar_reg");
+    let (model, parameters) = model(dtype);
+    let ways = ways(dtype);
+    golden.check_absolute("power", &model.power(&ways, false)?, tolerance);
+    golden.check_absolute("eval", &model.forward_t(&ways, false)?, tolerance);
+    // Another array is another matrix.
+    facts(8.0).set(&parameters).unwrap();
+    golden.check_absolute("eval_8", &model.forward_t(&ways, false)?, tolerance);
+    Ok(())
+}
+
+fn training_is_pytorch_s(dtype: DType) -> Result<()> {
+    let (golden, rigour) = (Golden::of("polar_reg"), Rigour::of(dtype));
+    let (model, parameters) = model(dtype);
+    let array = tensors(&parameters);
+    let array = array.iter().filter(|(name, _)| name == "fixed.array");
+    let array: Vec<_> = array
+        .map(|(_, array)| ("array".to_owned(), array.clone()))
+        .collect();
+    check_gradients(&golden.rows("array", &array), &rigour);
+    let (ways, targets) = (ways(dtype), targets(dtype));
+    let mut optimizer = Adam::new(3e-4, [0.9, 0.999], 0.01);
+    for step in 0..rigour.steps {
+        let output = model.forward_t(&ways, true)?;
+        let loss = Loss::AbsoluteAndCosine.error(&output, &targets)?;
+        let store = loss.backward()?;
+        let moves = gradients(&parameters, &store);
+        if step == 0 {
+            golden.check_absolute("train", &output, rigour.output);
+            check_gradients(&golden.rows("gradients", &moves), &rigour);
+        }
+        check_loss(&golden.values("losses"), step, scalar(&loss), &rigour);
+        optimizer.step(&parameters, &moves);
+    }
+    if rigour.steps == 3 {
+        let mut all = tensors(&parameters);
+        all.retain(|(name, _)| !name.starts_with(FIXED));
+        check_after(&golden.rows("after", &all));
+    }
+    Ok(())
+}
+
+#[test]
+fn outputs_of_polar_reg() {
+    outputs_are_pytorch_s(DType::F32, 1e-4).unwrap();
+    outputs_are_pytorch_s(DType::F64, 1e-9).unwrap();
+}
+
+#[test]
+fn gradients_of_polar_reg() {
+    training_is_pytorch_s(DType::F32).unwrap();
+}
+
+#[test]
+fn three_steps_of_polar_reg() {
+    training_is_pytorch_s(DType::F64).unwrap();
+}
