@@ -63,9 +63,9 @@ pub fn table(paths: &Bound<'_, PyAny>) -> PyResult<PathTable> {
     let departure = column("departure_azimuth_rad", Kind::Real, &[count])?.values::<f64>()?;
     let arrival = column("arrival_azimuth_rad", Kind::Real, &[count])?.values::<f64>()?;
     let gain = column("gain", Kind::Complex, &[count])?.values::<Complex64>()?;
-    let kinds = column("interaction_kind", Kind::Integer, &[None])?.values::<u8>()?;
+    let kinds = column("interaction_kind", Kind::Integer, &[None])?.integers::<u8>()?;
     let events = Some(kinds.len());
-    let ids = column("interaction_id", Kind::Integer, &[events])?.values::<u32>()?;
+    let ids = column("interaction_id", Kind::Integer, &[events])?.integers::<u32>()?;
     let points = column("interaction_point_m", Kind::Real, &[events, Some(2)])?;
     let points = points.values::<f64>()?;
     let of_links = column("path_offset", Kind::Integer, &[None])?;
