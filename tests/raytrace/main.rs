@@ -7,8 +7,6 @@ mod corners;
 mod dynamic_range;
 mod enclosure;
 mod exact_wedge;
-mod field_links;
-mod fields;
 mod fuzz;
 mod laws;
 mod mirror;

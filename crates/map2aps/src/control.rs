@@ -43,7 +43,7 @@ impl Progress for () {}
 pub struct Work {
     /// Number of units to do.
     pub units: u64,
-    /// Name of the units: `links`, `files`, `maps` or `bytes`.
+    /// Name of the units: `links`, `files`, `maps`, `bytes` or `seconds`.
     pub name: &'static str,
     /// Maps that the result holds already.
     pub finished_maps: usize,

@@ -112,6 +112,15 @@ fn what_cannot_be_trained_is_told() {
         matches!(cause, Error::Training(TrainingError::NotATrainingMap { id: 2, pool }) if *pool == [0, 1]),
         "{cause:?}"
     );
+    let mut hurried = training();
+    hurried.config.budget_s = Some(1e-9);
+    let error = refused(hurried);
+    assert!(
+        matches!(error.cause(), Error::Training(TrainingError::NoStep(s)) if *s > 0.0),
+        "{}",
+        error.chain()
+    );
+    fs::remove_dir_all(&run).unwrap();
     let folder = RunFolder::create(&run).unwrap();
     let error = training().prepare(&dataset, folder, true).unwrap_err();
     assert!(matches!(

@@ -6,7 +6,7 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod bench;
-mod device;
+mod choices;
 mod predict;
 mod run;
 mod study;

@@ -14,7 +14,7 @@ use map2aps::training::{self, Device, Settings, Trained, TrainingError};
 use map2aps::{Example, Examples};
 use xtask::{PartName, note};
 
-use crate::device::devices;
+use crate::choices::devices;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\

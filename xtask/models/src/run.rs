@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Result;
 use aps_metrics::{GroupReport, Metric};
 use aps_model::train::StepReport;
+use aps_report::numbers::duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::training::{DevelopmentScores, Run, RunFolder, Training, mean};
 use map2aps::{Control, Dataset, Progress};
@@ -25,7 +26,7 @@ pub fn train(
         note!("initial weights: {}: {report}", plan.initial);
     }
     note!(
-        "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, images {size} x {size}, {} steps of {} links",
+        "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, images {size} x {size}, {} of {} links",
         settings.model,
         settings.preset,
         settings.initial_weights,
@@ -33,7 +34,10 @@ pub fn train(
         settings.train_maps.len(),
         settings.dev_links,
         settings.dev_maps.len(),
-        trainer.steps_total(),
+        match (trainer.steps_total(), trainer.config().budget_s) {
+            (None, Some(budget_s)) => format!("{} of steps", duration(budget_s)),
+            (steps, _) => format!("{} steps", steps.unwrap_or_default()),
+        },
         trainer.links_per_step(),
         size = settings.image_size,
     );
@@ -73,21 +77,20 @@ pub fn print_scores(run: &Run, folder: &RunFolder) -> Result<()> {
     Ok(())
 }
 
-/// Counts links.
+/// Shows the share of the budget that is spent.
 struct Bar(ProgressBar);
+
+/// Parts of a budget that a bar counts.
+const PARTS: f64 = 1e4;
 
 impl Bar {
     fn new(run: &Run) -> Self {
-        let style = ProgressStyle::with_template(
-            "[{bar:30}] {human_pos}/{human_len} links, {per_sec}, {eta} left, {msg}",
-        )
-        .expect("the template is well formed")
-        .progress_chars("=> ");
-        let trainer = run.trainer();
-        let links = trainer.steps_total() * trainer.links_per_step() as u64;
-        let bar = ProgressBar::new(links).with_style(style);
-        // Links of an earlier run do not count for the speed.
-        bar.set_position(run.links_seen());
+        let style = ProgressStyle::with_template("[{bar:30}] {percent} %, {eta} left, {msg}")
+            .expect("the template is well formed")
+            .progress_chars("=> ");
+        let bar = ProgressBar::new(PARTS as u64).with_style(style);
+        // What an earlier run did does not count for the speed.
+        bar.set_position((run.trainer().share() * PARTS) as u64);
         bar.reset_eta();
         Self(bar)
     }
@@ -95,12 +98,10 @@ impl Bar {
 
 impl Progress for Bar {
     fn step(&self, report: &StepReport) {
-        self.0.inc(report.links as u64);
-        let (epoch, loss) = (report.epoch + 1, report.loss);
-        self.0.set_message(match report.ends_epoch {
-            true => "scoring".into(),
-            false => format!("epoch {epoch}, loss {loss:.4}"),
-        });
+        self.0.set_position((report.share * PARTS) as u64);
+        let (step, epoch, loss) = (report.step + 1, report.epoch + 1, report.loss);
+        self.0
+            .set_message(format!("step {step}, epoch {epoch}, loss {loss:.4}"));
     }
 
     fn scored(&self, scores: &DevelopmentScores) {

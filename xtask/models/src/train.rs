@@ -3,6 +3,7 @@
 use std::num::NonZeroU64;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use anyhow::{Error, Result, ensure};
 use aps_model::train::TrainConfig;
@@ -13,7 +14,7 @@ use map2aps::training::{
 };
 use xtask::interrupt::interrupt_flag;
 
-use crate::device::devices;
+use crate::choices::{devices, models};
 use crate::run;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
@@ -24,18 +25,20 @@ What is written into --out:
   last.safetensors   everything needed to continue (--resume), written after each epoch, each 1000 steps, on Ctrl-C
   config.json        every setting
   steps.csv          loss, gradient norms and learning rate of each step
-  scores.csv         after each epoch, and --score-every steps: mean loss since the row before, and all metrics on the
-                     development maps
+  scores.csv         after each epoch, or 1/16, 1/8, 1/4, 1/2, 3/4 and all of --budget, and each --score-every steps: mean loss
+                     since the row before, and all metrics on the development maps
+  times.csv          time spent before each row of scores.csv
 
-A run that is stopped and continued writes the same bytes as one that is not, on a CPU with any number of threads.
+A run of epochs that is stopped and continued writes the same bytes as one that is not, but for times.csv, on a CPU with any
+number of threads.
 Test maps are never looked at: score them with `predict --split test` and `metrics`.";
 
 /// Train a model on a data set.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model: ms_areg, ms_mlp, adv_mlp, resnet_mlp, radiounet, vit_reg or resnet_conv1d.
-    #[arg(long)]
+    /// Model to train.
+    #[arg(long, value_parser = models())]
     model: ModelKind,
     /// Folder of the data set.
     #[arg(long)]
@@ -49,6 +52,10 @@ pub struct Args {
     /// Passes over the training links.
     #[arg(long, default_value_t = 20)]
     epochs: u64,
+    /// Time of the training instead of epochs, like 10m or 90s: loading, steps and scores count. The learning rate follows it,
+    /// and a run that is continued gets what is left.
+    #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "epochs")]
+    budget: Option<Duration>,
     /// Links a step [default: the paper's with --preset paper, else 64].
     #[arg(long)]
     batch: Option<usize>,
@@ -65,7 +72,7 @@ pub struct Args {
     /// Development links scored each time, drawn by the seed; 0 takes all.
     #[arg(long, default_value_t = 10_000)]
     dev_limit: usize,
-    /// Steps between two scores, beside that at the end of each epoch: more weights to choose the best from.
+    /// Steps between two scores, beside the usual ones: more weights to choose the best from.
     #[arg(long)]
     score_every: Option<NonZeroU64>,
     /// Links to train on, drawn by the seed from all training maps [default: all].
@@ -145,6 +152,7 @@ impl Args {
             image_size: self.image_size.unwrap_or(usual_image_size(self.preset)),
             config: TrainConfig {
                 epochs: self.epochs,
+                budget_s: self.budget.map(|budget| budget.as_secs_f64()),
                 batch: self.batch.unwrap_or(usual.batch),
                 learning_rate: self.lr.unwrap_or(usual.learning_rate),
                 seed: self.seed,

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use aps_data::npy;
+use aps_model::ModelKind;
 use aps_report::benchmark::{Entry, EntryKind, Results, ScoreTable};
 use tempfile::TempDir;
 
@@ -48,17 +49,23 @@ fn smoke_benchmark_is_whole_and_reused() {
     let first = results(&out, &[]);
     is_whole(&first, &out);
 
-    // One model made to fail, one's own predictions from outside: the other is not trained again.
+    // One model made to fail, one's own predictions and weights from outside: the other is not trained again.
     let copy = folder.path().join("own.npy");
     fs::copy(out.join("scores/resnet-mlp/prediction.npy"), &copy).unwrap();
     let config = folder.path().join("bench.toml");
     fs::write(&config, "[model.ms_areg]\nlearning_rate = -1.0\n").unwrap();
     let external = format!("own={}", copy.display());
+    let best = out.join("models/resnet_mlp/best.safetensors");
+    let weights = format!("weights={}", best.display());
     let more = [
         "--config",
         config.to_str().unwrap(),
+        "--models",
+        "resnet_mlp,ms_areg",
         "--external",
         &external,
+        "--weights",
+        &weights,
     ];
     let second = results(&out, &more);
     assert_eq!(second.profile, "custom");
@@ -68,6 +75,15 @@ fn smoke_benchmark_is_whole_and_reused() {
         table(&first, &out, "ResNet-MLP")
     );
     assert_eq!(entry(&second, "own").kind, EntryKind::External);
+    let weights = entry(&second, "weights");
+    assert_eq!(
+        (weights.kind, &weights.training),
+        (EntryKind::Shipped, &None)
+    );
+    assert_eq!(
+        table(&second, &out, "weights"),
+        table(&first, &out, "ResNet-MLP")
+    );
     let [failure] = &second.failed[..] else {
         panic!("{:?}", second.failed);
     };
@@ -104,11 +120,13 @@ fn is_whole(results: &Results, out: &Path) {
     assert_eq!(results.links.len() as u64, data.test_links);
     assert_eq!(results.examples.len(), 3);
     assert!(!results.machine.rustc.is_empty() && results.machine.memory_bytes > 0);
-    for name in ["MS-AReg", "ResNet-MLP"] {
-        let model = entry(results, name);
+    for kind in ModelKind::ALL {
+        let model = entry(results, kind.title());
         let training = model.training.as_ref().unwrap();
-        assert_eq!((training.epochs, training.curve.len()), (2, 2));
-        assert!(training.seconds > 0.0 && training.best_epoch.is_some());
+        let times: Vec<f64> = training.curve.iter().map(|p| p.seconds).collect();
+        assert!(!times.is_empty() && times.len() <= 7 && times.is_sorted());
+        assert!(training.seconds > 0.0, "{times:?}");
+        assert!(training.best_steps.is_some() && training.links_seen > 0);
         let batches: Vec<usize> = model.latency.iter().map(|l| l.batch).collect();
         assert_eq!(batches, [1, 16]);
         assert!(
@@ -120,11 +138,13 @@ fn is_whole(results: &Results, out: &Path) {
     }
     // The tracer scores better with more of the interactions that the labels are made of.
     let cosine = |name| mean_cosine(results, out, name);
-    assert!(cosine("tracer R1 D1") > cosine("tracer R0 D0"));
-    assert!(cosine("tracer R1 D1") > cosine("mean spectrum"));
+    assert!(cosine("tracer, 2 interactions") > cosine("tracer, 0 interactions"));
+    assert!(cosine("tracer, 2 interactions") > cosine("mean spectrum"));
+    // The labels' own limits.
+    assert!(cosine("tracer, 3 interactions") > 0.999_999);
     let in_sight = results.links.iter().filter(|l| l.line_of_sight).count() as u64;
     assert_eq!(
-        entry(results, "tracer R0 D0").substituted_links,
+        entry(results, "tracer, 0 interactions").substituted_links,
         data.test_links - in_sight
     );
     for file in ["report.html", "report.md", "configuration.json"] {

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::{builder, flat, on_threads};
 use crate::optim::{AdamConfig, AdamW, clip_factor, gradient_norm};
-use crate::train::Schedule;
+use crate::train::{Budget, Schedule};
 use crate::{loss, trainable};
 
 const SHAPES: [(&str, &[usize]); 2] = [("a", &[3, 5]), ("b", &[7])];
@@ -258,15 +258,30 @@ fn norm_does_not_depend_on_threads() {
 
 proptest! {
     #[test]
-    fn schedule_rises_then_falls_to_zero(warmup in 0_u64..50, more in 1_u64..200) {
-        let schedule = Schedule { peak: 2.0, warmup, total: warmup + more };
-        let rates: Vec<f64> = (0..=schedule.total).map(|s| schedule.at(s)).collect();
-        let top = warmup.saturating_sub(1) as usize;
+    fn schedule_rises_then_falls_to_zero(warmup in 0_u64..50, more in 1_u64..2000) {
+        let total = warmup + more;
+        let schedule = Schedule { peak: 2.0, warmup, budget: Budget::Steps(total) };
+        let rates: Vec<f64> = (0..=total).map(|s| schedule.at(s, 0.0)).collect();
+        let top = warmup.min(total / 10).saturating_sub(1) as usize;
         prop_assert!(rates[..=top].is_sorted());
         prop_assert!(rates[top..].is_sorted_by(|a, b| a > b));
         prop_assert!((rates[top] - 2.0).abs() < 1e-12);
-        prop_assert!(rates[..schedule.total as usize].iter().all(|&r| r > 0.0));
-        prop_assert_eq!(rates[schedule.total as usize], 0.0);
+        prop_assert!(rates[..total as usize].iter().all(|&r| r > 0.0));
+        prop_assert_eq!(rates[total as usize], 0.0);
+    }
+
+    /// Whatever the speed of the machine: some steps a tenth of the budget, or less than one.
+    #[test]
+    fn schedule_over_time_rises_within_a_tenth_and_ends_at_zero(warmup in 0_u64..50, step_s in 0.01..20.0_f64) {
+        let schedule = Schedule { peak: 2.0, warmup, budget: Budget::Seconds(60.0) };
+        let steps = (60.0 / step_s).ceil() as u64;
+        let rates: Vec<f64> = (0..steps).map(|s| schedule.at(s, s as f64 * step_s)).collect();
+        let top = rates.iter().position(|&r| r == rates.iter().copied().fold(0.0, f64::max)).unwrap();
+        prop_assert!(rates[..=top].is_sorted());
+        prop_assert!(rates[top..].is_sorted_by(|a, b| a >= b));
+        prop_assert!(top as f64 * step_s <= 6.0 + step_s, "the peak is step {top}");
+        prop_assert!(rates.iter().all(|&r| r > 0.0 && r <= 2.0));
+        prop_assert_eq!(schedule.at(steps, 60.0), 0.0);
     }
 
     #[test]

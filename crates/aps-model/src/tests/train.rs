@@ -2,6 +2,9 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use candle_core::{DType, Device, Tensor};
 use candle_nn::{Optimizer, VarMap};
@@ -424,6 +427,51 @@ fn foreign_or_damaged_checkpoint_changes_nothing() {
     assert!(matches!(nowhere, TrainError::Io { .. }));
 }
 
+/// A training of at most ten seconds; the clock moves by a second a step, and whenever the test says so.
+fn timed(clock: &Arc<AtomicU64>) -> Trainer {
+    let config = TrainConfig {
+        budget_s: Some(10.0),
+        ..regression_config()
+    };
+    let clock = Arc::clone(clock);
+    trainer(resnet_mlp(WIDTH), samples(8), config)
+        .with_clock(move || Duration::from_secs(clock.load(Ordering::Relaxed)))
+}
+
+#[test]
+fn time_ends_a_training_and_a_continued_one_gets_what_is_left() {
+    let clock = Arc::new(AtomicU64::new(1000));
+    let wait = |seconds| clock.fetch_add(seconds, Ordering::Relaxed);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("last.safetensors");
+    let mut first = timed(&clock);
+    first.spend(Duration::from_secs(2));
+    assert_eq!((first.steps_total(), first.share()), (None, 0.2));
+    wait(5);
+    assert_eq!(first.share(), 0.2, "time counts from the first step on");
+    for step in 0..3 {
+        assert_eq!(first.step().unwrap().unwrap().step, step);
+        wait(1);
+    }
+    first.save(&path, "").unwrap();
+    wait(3600);
+    assert_eq!(first.share(), 1.0);
+    assert!(first.step().unwrap().is_none(), "its time is over");
+
+    let mut second = timed(&clock);
+    second.resume(&path).unwrap();
+    assert_eq!((second.seconds(), second.share()), (5.0, 0.5));
+    let mut rates = Vec::new();
+    while let Some(report) = second.step().unwrap() {
+        rates.push(report.learning_rate);
+        wait(1);
+    }
+    assert_eq!((second.steps_done(), rates.len()), (8, 5));
+    assert!(rates.is_sorted_by(|a, b| a > b), "{rates:?}");
+    // Not even one step that would begin at the end.
+    assert!(second.step().unwrap().is_none());
+}
+
 #[test]
 fn settings_that_cannot_train_are_refused() {
     let attempt = |parameters: &VarMap, samples, config| {
@@ -441,6 +489,8 @@ fn settings_that_cannot_train_are_refused() {
     };
     assert!(refused(|c| c.epochs = 0).contains("epochs"));
     assert!(refused(|c| c.batch = 0).contains("batch"));
+    assert!(refused(|c| c.budget_s = Some(0.0)).contains("budget_s"));
+    assert!(refused(|c| c.budget_s = Some(f64::INFINITY)).contains("budget_s"));
     assert!(refused(|c| c.learning_rate = f64::NAN).contains("learning_rate"));
     assert!(refused(|c| c.clip_norm = -1.0).contains("clip_norm"));
     assert!(refused(|c| c.optimizer.beta1 = 1.0).contains("beta1"));

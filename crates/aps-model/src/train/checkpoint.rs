@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
+use std::time::Duration;
 
 use candle_core::{Device, Tensor, Var};
 use candle_nn::{Optimizer, VarMap};
@@ -30,6 +31,9 @@ const VERSION: u64 = 1;
 pub(super) struct Header {
     /// Steps made.
     pub steps: u64,
+    /// Time spent \[s\], of a training that time ends. Others hold no time, so that the same steps give the same bytes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
     pub config: TrainConfig,
     pub image_size: usize,
     /// Number of examples.
@@ -137,6 +141,10 @@ pub(super) fn load<'a>(
     if header.steps > total {
         let steps = header.steps;
         return Err(bad(format!("{steps} steps of only {total} are made")));
+    }
+    let seconds = header.seconds.unwrap_or_default();
+    if Duration::try_from_secs_f64(seconds).is_err() {
+        return Err(bad(format!("{seconds} s cannot have been spent")));
     }
     let mut tensors = candle_core::safetensors::load_buffer(&bytes, &Device::Cpu)
         .map_err(|e| bad(format!("{e}; the file is damaged")))?;

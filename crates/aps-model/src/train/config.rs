@@ -2,21 +2,25 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::schedule::Schedule;
+use super::schedule::{Budget, Schedule};
 use crate::optim::AdamConfig;
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainConfig {
-    /// Number of passes over the examples; at least 1.
+    /// Number of passes over the examples; at least 1. Not used with [`budget_s`](Self::budget_s).
     pub epochs: u64,
+    /// Wall time of the training \[s\]: everything between its first and its last step counts, what the caller does between
+    /// steps too. No step is begun after it. Such a training does not give the same bytes twice.
+    #[serde(default)]
+    pub budget_s: Option<f64>,
     /// Links of a batch; cut to the number of examples. An epoch leaves out the remainder that does not fill a batch, other
     /// links each time.
     pub batch: usize,
     /// Highest learning rate, of both networks.
     pub learning_rate: f64,
-    /// Steps on which the learning rate rises; at most a tenth of all steps are used for it.
+    /// Steps on which the learning rate rises; at most a tenth of the training is used for it.
     pub warmup_steps: u64,
     /// The optimizer, of both networks.
     pub optimizer: AdamConfig,
@@ -36,6 +40,7 @@ impl TrainConfig {
     pub fn regression() -> Self {
         Self {
             epochs: 20,
+            budget_s: None,
             batch: 512,
             learning_rate: 3e-4,
             warmup_steps: 500,
@@ -66,11 +71,13 @@ impl TrainConfig {
 
     /// Returns the schedule of the learning rate over a run on so many examples.
     pub(super) fn schedule(&self, examples: usize) -> Schedule {
-        let total = self.epochs.saturating_mul(self.steps_per_epoch(examples));
+        let steps = || self.epochs.saturating_mul(self.steps_per_epoch(examples));
         Schedule {
             peak: self.learning_rate,
-            warmup: self.warmup_steps.min(total / 10),
-            total,
+            warmup: self.warmup_steps,
+            budget: self
+                .budget_s
+                .map_or_else(|| Budget::Steps(steps()), Budget::Seconds),
         }
     }
 
@@ -89,6 +96,7 @@ impl TrainConfig {
         let at_least_one = |name, n: u64| (n == 0).then(|| format!("{name} must be at least 1"));
         at_least_one("epochs", self.epochs)
             .or_else(|| at_least_one("batch", self.batch as u64))
+            .or_else(|| self.budget_s.and_then(|s| positive("budget_s", s)))
             .or_else(|| positive("learning_rate", self.learning_rate))
             .or_else(|| {
                 let x = self.clip_norm;

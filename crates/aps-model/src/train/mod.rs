@@ -43,6 +43,9 @@
 //! predictor: the same gradients for a third of the work. Gradients of each network are clipped; the learning rate rises
 //! over the first steps and falls linearly to zero.
 //!
+//! A training ends after [`TrainConfig::epochs`], or after a time, [`TrainConfig::budget_s`]: the learning rate then follows the
+//! share of the time that is spent, and a checkpoint keeps that time, so that a continued training gets what is left.
+//!
 //! # The same bytes
 //!
 //! Order of the examples and dropout are functions of seed, epoch and step, so that there is no state of a generator to
@@ -61,5 +64,5 @@ pub use config::TrainConfig;
 pub use error::{Quantity, TrainError};
 pub use predict::predict;
 #[cfg(test)]
-pub(crate) use schedule::Schedule;
+pub(crate) use schedule::{Budget, Schedule};
 pub use trainer::{StepReport, Trainer};

@@ -3,13 +3,14 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use candle_core::{DType, Tensor};
 use candle_nn::{Optimizer, VarMap};
 
 use super::batches::{Batch, Order, Prefetch};
 use super::checkpoint::{self, Header, Optimized};
-use super::schedule::Schedule;
+use super::schedule::{Budget, Schedule};
 use super::{Quantity, TrainConfig, TrainError};
 use crate::condition::ModelInput;
 use crate::data::Examples;
@@ -32,9 +33,42 @@ pub struct Trainer {
     schedule: Schedule,
     /// Steps made.
     steps: u64,
+    clock: Clock,
     prefetch: Option<Prefetch>,
     checkpoint: Option<PathBuf>,
     failed: bool,
+}
+
+/// Time spent on a training.
+struct Clock {
+    /// Time since any moment.
+    now: Box<dyn Fn() -> Duration + Send + Sync>,
+    /// Spent before `since`.
+    before: Duration,
+    /// Time of the first step of this sitting.
+    since: Option<Duration>,
+}
+
+impl Clock {
+    fn new() -> Self {
+        let start = Instant::now();
+        Self {
+            now: Box::new(move || start.elapsed()),
+            before: Duration::ZERO,
+            since: None,
+        }
+    }
+
+    fn start(&mut self) {
+        self.since.get_or_insert_with(&self.now);
+    }
+
+    fn seconds(&self) -> f64 {
+        let sitting = self
+            .since
+            .map_or(Duration::ZERO, |since| (self.now)() - since);
+        (self.before + sitting).as_secs_f64()
+    }
 }
 
 /// Report of one training step.
@@ -46,6 +80,8 @@ pub struct StepReport {
     pub epoch: u64,
     /// True for the last step of an epoch.
     pub ends_epoch: bool,
+    /// Share of the training's budget that is spent, this step included, from 0 to 1.
+    pub share: f64,
     /// Links of the batch.
     pub links: usize,
     /// Learning rate.
@@ -105,6 +141,7 @@ impl Trainer {
             examples: Arc::new(examples),
             config,
             steps: 0,
+            clock: Clock::new(),
             prefetch: None,
             checkpoint: None,
             failed: false,
@@ -127,6 +164,18 @@ impl Trainer {
         Ok(self)
     }
 
+    /// Replaces the clock of a time budget by one that counts from any moment.
+    #[cfg(test)]
+    pub(crate) fn with_clock(mut self, now: impl Fn() -> Duration + Send + Sync + 'static) -> Self {
+        self.clock.now = Box::new(now);
+        self
+    }
+
+    /// Counts time that was spent on the training before its first step here, as on loading its examples.
+    pub fn spend(&mut self, time: Duration) {
+        self.clock.before += time;
+    }
+
     /// Makes the next step; `None` after the last.
     ///
     /// # Errors
@@ -135,21 +184,24 @@ impl Trainer {
         if self.failed {
             return Err(TrainError::Failed);
         }
-        if self.steps == self.schedule.total {
+        self.clock.start();
+        let seconds = self.seconds();
+        if self.schedule.share(self.steps, seconds) >= 1.0 {
             return Ok(None);
         }
-        let (step, total) = (self.steps, self.schedule.total);
-        let start = || Prefetch::start(Arc::clone(&self.examples), self.order.clone(), step, total);
+        let (step, end) = (self.steps, self.steps_total().unwrap_or(u64::MAX));
+        let start = || Prefetch::start(Arc::clone(&self.examples), self.order.clone(), step, end);
         let batch = self.prefetch.get_or_insert_with(start).next();
-        let report = self.train_on(&batch);
+        let report = self.train_on(&batch, self.schedule.at(step, seconds));
         self.failed = report.is_err();
         self.steps += u64::from(report.is_ok());
-        report.map(Some)
+        let share = self.share();
+        report.map(|report| Some(StepReport { share, ..report }))
     }
 
     /// Trains on a batch: input, forward pass, losses, updates. No weight changes unless every loss and gradient that would
     /// change it is finite.
-    fn train_on(&mut self, batch: &Batch) -> Result<StepReport, TrainError> {
+    fn train_on(&mut self, batch: &Batch, learning_rate: f64) -> Result<StepReport, TrainError> {
         let input = self.input.batch(&batch.links)?;
         let shape = (batch.links.len(), ANGLE_BINS);
         let targets = Tensor::from_slice(&batch.targets, shape, self.input.device());
@@ -159,7 +211,10 @@ impl Trainer {
             .model
             .forward_t(&input, true)
             .map_err(crate::Error::from)?;
-        let updated = self.update(&input, &predicted, &targets);
+        for network in &mut self.networks {
+            network.optimizer.set_learning_rate(learning_rate);
+        }
+        let updated = self.update(&input, &predicted, &targets, learning_rate);
         updated.map_err(|error| match error {
             StepError::Model(error) => error.into(),
             StepError::Diverged(quantity, value) => {
@@ -173,6 +228,7 @@ impl Trainer {
         input: &Tensor,
         predicted: &Tensor,
         targets: &Tensor,
+        learning_rate: f64,
     ) -> Result<StepReport, StepError> {
         let error = match self.regularizer {
             None => candle_nn::loss::mse(predicted, targets)?,
@@ -183,8 +239,9 @@ impl Trainer {
             step: self.steps,
             epoch: self.steps / per_epoch,
             ends_epoch: (self.steps + 1).is_multiple_of(per_epoch),
+            share: 0.0,
             links: self.order.batch(),
-            learning_rate: self.schedule.at(self.steps),
+            learning_rate,
             loss: self.value(&error, Quantity::Loss)?,
             gradient_norm: 0.0,
             regularizer_loss: None,
@@ -215,7 +272,6 @@ impl Trainer {
     /// Updates the parameters of a network by the clipped gradients of `loss`; returns the norm before clipping.
     fn descend(&mut self, network: usize, loss: &Tensor, of: Quantity) -> Result<f64, StepError> {
         let optimizer = &mut self.networks[network].optimizer;
-        optimizer.set_learning_rate(self.schedule.at(self.steps));
         let norm = optimizer.backward_step_clipped(loss, self.config.clip_norm)?;
         match norm.is_finite() {
             true => Ok(norm),
@@ -286,8 +342,14 @@ impl Trainer {
     pub fn resume(&mut self, path: impl AsRef<Path>) -> Result<String, TrainError> {
         let (path, own) = (path.as_ref(), self.header(""));
         let networks = self.networks.iter_mut();
-        let header = checkpoint::load(path, &own, self.schedule.total, networks)?;
+        let total = match self.schedule.budget {
+            Budget::Steps(total) => Some(total),
+            Budget::Seconds(_) => None,
+        };
+        let header = checkpoint::load(path, &own, total.unwrap_or(u64::MAX), networks)?;
         self.steps = header.steps;
+        self.clock.since = None;
+        self.clock.before = Duration::from_secs_f64(header.seconds.unwrap_or_default());
         self.prefetch = None;
         self.failed = false;
         self.checkpoint = Some(path.into());
@@ -297,6 +359,7 @@ impl Trainer {
     fn header(&self, notes: &str) -> Header {
         Header {
             steps: self.steps,
+            seconds: self.config.budget_s.map(|_| self.seconds()),
             config: self.config.clone(),
             image_size: self.input.image_size(),
             examples: self.examples.len(),
@@ -330,9 +393,23 @@ impl Trainer {
         self.steps
     }
 
-    /// Returns the number of steps of the whole training.
-    pub fn steps_total(&self) -> u64 {
-        self.schedule.total
+    /// Returns the number of steps of the whole training; `None` where time ends it.
+    pub fn steps_total(&self) -> Option<u64> {
+        match self.schedule.budget {
+            Budget::Steps(total) => Some(total),
+            Budget::Seconds(_) => None,
+        }
+    }
+
+    /// Returns the time since the first step, and before it what was [spent](Self::spend) \[s\]; of a training with a time
+    /// budget, in all its sittings.
+    pub fn seconds(&self) -> f64 {
+        self.clock.seconds()
+    }
+
+    /// Returns the share of the budget, of steps or of time, that is spent, from 0 to 1.
+    pub fn share(&self) -> f64 {
+        self.schedule.share(self.steps, self.seconds())
     }
 
     /// Returns the number of links in a batch.

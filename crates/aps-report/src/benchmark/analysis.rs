@@ -1,15 +1,12 @@
-//! Means, intervals and comparisons of everything that was scored.
+//! Means and intervals of everything that was scored.
 
 use std::path::Path;
 
-use aps_metrics::{Better, Bootstrap, Estimate, Metric, Resamples};
+use aps_metrics::{Bootstrap, Estimate, Metric, Resamples};
 
-use super::results::{Entry, EntryKind, Example, Latency, ProtocolScores, Results, TestLink};
+use super::results::{Entry, Example, Latency, ProtocolScores, Results, TestLink};
 use super::scores::ScoreTable;
 use crate::ReportError;
-
-/// The metrics shown where there is no room for all.
-pub const HEADLINE: [Metric; 3] = [Metric::Cosine, Metric::PleDeg, Metric::Recall4Deg];
 
 /// Results with their scores, ready to be asked.
 pub struct Analysis<'a> {
@@ -19,7 +16,6 @@ pub struct Analysis<'a> {
     pub bootstrap: Bootstrap,
     /// Scores of each entry, a protocol each.
     scored: Vec<Vec<Scored>>,
-    everything: Group,
 }
 
 /// An entry under a protocol.
@@ -34,51 +30,9 @@ struct Scored {
 pub struct Group {
     /// In words: `50 to 100 m`.
     pub name: String,
-    /// Its place on an axis.
-    pub at: f64,
     /// Places of its links in the results.
     pub links: Vec<usize>,
     resamples: Resamples,
-}
-
-/// The lead of one entry over another, link by link.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gain {
-    /// Above 0 if it is better, whichever way the metric runs.
-    pub estimate: Estimate,
-}
-
-/// The sign of a gain, as far as its interval tells it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The interval lies above 0.
-    Better,
-    /// The interval holds 0.
-    Undecided,
-    /// The interval lies below 0.
-    Worse,
-}
-
-impl Verdict {
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Better => "better",
-            Self::Undecided => "undecided",
-            Self::Worse => "worse",
-        }
-    }
-}
-
-impl Gain {
-    /// Its sign, as far as its interval tells it.
-    pub fn verdict(&self) -> Verdict {
-        match self.estimate {
-            e if e.low > 0.0 => Verdict::Better,
-            e if e.high < 0.0 => Verdict::Worse,
-            _ => Verdict::Undecided,
-        }
-    }
 }
 
 impl<'a> Analysis<'a> {
@@ -102,8 +56,7 @@ impl<'a> Analysis<'a> {
             return refuse(format!("an example shows link {link}; there are {count}"));
         }
         let bootstrap = Bootstrap::default();
-        let all = (0..count).collect();
-        let everything = group(results, bootstrap, "all".into(), 0.0, all);
+        let everything = group(results, bootstrap, "all".into(), (0..count).collect());
         let read = |entry: &Entry| -> Result<Vec<Scored>, ReportError> {
             let one = |scores: &ProtocolScores| -> Result<Scored, ReportError> {
                 let table = ScoreTable::read(folder, scores, count)?;
@@ -127,7 +80,6 @@ impl<'a> Analysis<'a> {
             results,
             bootstrap,
             scored: results.entries.iter().map(read).collect::<Result<_, _>>()?,
-            everything,
         })
     }
 
@@ -141,27 +93,6 @@ impl<'a> Analysis<'a> {
         }
         found.sort_by_key(|p| *p != self.results.data.protocol);
         found
-    }
-
-    /// The protocol of figures and claims.
-    pub fn main_protocol(&self) -> String {
-        self.protocols().into_iter().next().unwrap_or_default()
-    }
-
-    /// An entry by its name.
-    pub fn entry(&self, name: &str) -> Option<&'a Entry> {
-        self.results.entries.iter().find(|e| e.name == name)
-    }
-
-    /// Entries of some kinds, in their order.
-    pub fn of_kinds(&self, kinds: &[EntryKind]) -> Vec<&'a Entry> {
-        let is_asked = |e: &&Entry| kinds.contains(&e.kind);
-        self.results.entries.iter().filter(is_asked).collect()
-    }
-
-    /// Learned entries: models, ablations and predictions from outside.
-    pub fn learned(&self) -> Vec<&'a Entry> {
-        self.of_kinds(&[EntryKind::Model, EntryKind::Ablation, EntryKind::External])
     }
 
     /// One value a link.
@@ -194,46 +125,15 @@ impl<'a> Analysis<'a> {
         group.resamples.mean(&values).ok()?
     }
 
-    /// The lead of `entry` over `other`, on the same links.
-    pub fn gain(
-        &self,
-        entry: &Entry,
-        other: &Entry,
-        protocol: &str,
-        metric: Metric,
-    ) -> Option<Gain> {
-        let mine = self.column(entry, protocol, metric)?;
-        let theirs = self.column(other, protocol, metric)?;
-        let sign = match metric.better() {
-            Better::Higher => 1.0,
-            Better::Lower => -1.0,
-        };
-        let pairs = mine.iter().zip(theirs);
-        let values: Vec<f64> = pairs.map(|(a, b)| sign * (a - b)).collect();
-        let estimate = self.everything.resamples.mean(&values).ok()??;
-        Some(Gain { estimate })
+    /// The entries with scores, by falling mean of a metric of which more is better.
+    pub fn ranked(&self, protocol: &str, metric: Metric) -> Vec<&'a Entry> {
+        let mean = |entry: &'a Entry| Some((entry, self.mean(entry, protocol, metric)?.mean));
+        let mut entries: Vec<_> = self.results.entries.iter().filter_map(mean).collect();
+        entries.sort_by(|a, b| b.1.total_cmp(&a.1));
+        entries.into_iter().map(|(entry, _)| entry).collect()
     }
 
-    /// The entry with the best mean; the first of equals.
-    pub fn best<'e>(
-        &self,
-        entries: &[&'e Entry],
-        protocol: &str,
-        metric: Metric,
-    ) -> Option<&'e Entry> {
-        let mut best: Option<(&Entry, f64)> = None;
-        for &entry in entries {
-            let Some(mean) = self.mean(entry, protocol, metric) else {
-                continue;
-            };
-            if best.is_none_or(|(_, value)| is_better(metric, mean.mean, value)) {
-                best = Some((entry, mean.mean));
-            }
-        }
-        best.map(|b| b.0)
-    }
-
-    /// Groups links for which `of` returns the same place on an axis and name; by rising place.
+    /// Groups links for which `of` returns the same name; by rising place.
     pub fn groups(&self, of: impl Fn(&TestLink) -> (f64, String)) -> Vec<Group> {
         let mut found: Vec<(f64, String, Vec<usize>)> = Vec::new();
         for (i, link) in self.results.links.iter().enumerate() {
@@ -244,49 +144,23 @@ impl<'a> Analysis<'a> {
             }
         }
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let make = |(at, name, links)| group(self.results, self.bootstrap, name, at, links);
+        let make = |(_, name, links)| group(self.results, self.bootstrap, name, links);
         found.into_iter().map(make).collect()
     }
-
-    /// Sizes of batches that were timed, ascending.
-    pub fn batches(&self) -> Vec<usize> {
-        let timed = self.results.entries.iter().flat_map(|e| &e.latency);
-        let mut batches: Vec<usize> = timed.map(|l| l.batch).collect();
-        batches.sort_unstable();
-        batches.dedup();
-        batches
-    }
 }
 
-/// Tells if a value is strictly better than another.
-pub fn is_better(metric: Metric, value: f64, other: f64) -> bool {
-    match metric.better() {
-        Better::Higher => value > other,
-        Better::Lower => value < other,
-    }
+/// The run times of an entry, the smallest batch first.
+pub fn latencies(entry: &Entry) -> Vec<&Latency> {
+    let mut all: Vec<&Latency> = entry.latency.iter().collect();
+    all.sort_by_key(|l| l.batch);
+    all
 }
 
-/// Run time of an entry for a batch; for entries timed with one batch size alone, the time for that one.
-pub fn latency_at(entry: &Entry, batch: usize) -> Option<&Latency> {
-    let exact = entry.latency.iter().find(|l| l.batch == batch);
-    exact.or(match &entry.latency[..] {
-        [only] => Some(only),
-        _ => None,
-    })
-}
-
-fn group(
-    results: &Results,
-    bootstrap: Bootstrap,
-    name: String,
-    at: f64,
-    links: Vec<usize>,
-) -> Group {
+fn group(results: &Results, bootstrap: Bootstrap, name: String, links: Vec<usize>) -> Group {
     let cluster = |&i: &usize| (results.links[i].map, results.links[i].tx);
     let clusters: Vec<(u32, u32)> = links.iter().map(cluster).collect();
     Group {
         name,
-        at,
         links,
         resamples: bootstrap.draw(&clusters),
     }

@@ -17,8 +17,6 @@
 //! ```
 
 mod analysis;
-mod claims;
-mod examples;
 mod figures;
 pub mod paper;
 mod report;

@@ -12,11 +12,6 @@ use aps_metrics::Metric;
 pub struct Published {
     /// Name in the tables, which entries share.
     pub name: &'static str,
-    /// Multi-scale encoder, and a regularizer that is trained with it, if it is part
-    /// of the ablation.
-    pub ablation: Option<[bool; 2]>,
-    /// Time a link on a GPU \[ms\].
-    pub ms_per_link: Option<f64>,
     /// Columns MAE, PSNR, CosSim, NMSE, Angle, PLE, Hit@2, Hit@4, Rec.@2, Rec.@4; NaN if not given.
     columns: [f64; 10],
 }
@@ -27,56 +22,42 @@ const NONE: f64 = f64::NAN;
 pub const PUBLISHED: [Published; 7] = [
     Published {
         name: "MS-AReg",
-        ablation: Some([true, true]),
-        ms_per_link: Some(0.101),
         columns: [
             0.099, 37.23, 0.948, -20.03, 10.08, 1.20, 0.524, 0.541, 0.934, 0.951,
         ],
     },
     Published {
         name: "RadioUNet",
-        ablation: None,
-        ms_per_link: Some(0.933),
         columns: [
             0.182, 34.11, 0.861, -16.91, 19.10, 1.30, 0.538, 0.558, 0.865, 0.893,
         ],
     },
     Published {
         name: "ResNet-MLP",
-        ablation: Some([false, false]),
-        ms_per_link: Some(0.088),
         columns: [
             0.193, 31.51, 0.851, -14.31, 21.06, 1.69, 0.453, 0.474, 0.860, 0.890,
         ],
     },
     Published {
         name: "ViT-Reg",
-        ablation: None,
-        ms_per_link: Some(0.822),
         columns: [
             0.216, 33.70, 0.804, -16.50, 24.00, 2.06, 0.481, 0.501, 0.817, 0.847,
         ],
     },
     Published {
         name: "ResNet-Conv1D",
-        ablation: None,
-        ms_per_link: Some(0.091),
         columns: [
             0.224, 31.36, 0.802, -14.16, 25.18, 2.29, 0.457, 0.478, 0.818, 0.851,
         ],
     },
     Published {
         name: "MS-MLP",
-        ablation: Some([true, false]),
-        ms_per_link: None,
         columns: [
             NONE, 29.48, 0.870, -12.28, NONE, 1.31, 0.435, 0.457, 0.880, 0.913,
         ],
     },
     Published {
         name: "Adv-MLP",
-        ablation: Some([false, true]),
-        ms_per_link: None,
         columns: [
             NONE, 37.68, 0.853, -20.48, NONE, 1.84, 0.532, 0.546, 0.859, 0.882,
         ],

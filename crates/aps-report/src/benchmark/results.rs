@@ -1,7 +1,7 @@
 //! Results of a benchmark: `results.json`, from which a report is made again at any time.
 //!
-//! The file holds what was measured and nothing that follows from it: means, intervals, ranks and
-//! verdicts are computed when the report is written. Scores of single links are kept beside it, one
+//! The file holds what was measured and nothing that follows from it: means, intervals and ranks
+//! are computed when the report is written. Scores of single links are kept beside it, one
 //! npy file an entry and protocol, because intervals, strata and distributions need them.
 //!
 //! A later version reads the files of an earlier one: fields are only added, and those added have a
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::ReportError;
 
 /// Version of the format that this code writes and the highest it reads.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Name of the file in the folder of a benchmark.
 pub const FILE: &str = "results.json";
@@ -25,7 +25,7 @@ pub const FILE: &str = "results.json";
 pub struct Results {
     /// Version of the format: [`FORMAT`].
     pub format: u32,
-    /// `smoke`, `quick`, `standard`, `paper` or `custom`.
+    /// `smoke`, `quick`, `hour`, `night`, `paper` or `custom`.
     pub profile: String,
     /// Every setting, seeds included, as the command resolved it.
     pub configuration: serde_json::Value,
@@ -79,13 +79,13 @@ pub struct DataSummary {
     pub source: String,
     /// Maps learned from.
     pub train_maps: Vec<u32>,
-    /// Maps on which the best epoch was chosen.
+    /// Maps on which the best weights were chosen.
     pub dev_maps: Vec<u32>,
     /// Maps scored on, seen by no model before.
     pub test_maps: Vec<u32>,
     /// Number of links learned from.
     pub train_links: u64,
-    /// Number of links on which the best epoch was chosen.
+    /// Number of links on which the best weights were chosen.
     pub dev_links: u64,
     /// Number of links scored; equals the length of [`Results::links`].
     pub test_links: u64,
@@ -115,7 +115,7 @@ pub struct TestLink {
 /// Something that predicts spectra, and how well it does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
-    /// Its name in tables, unique: `MS-AReg`, `tracer R2 D1`. The models of the paper have the names
+    /// Its name in tables, unique: `MS-AReg`, `tracer, 2 interactions`. The models of the paper have the names
     /// of its tables, by which its own figures are put beside theirs ([`super::paper`]).
     pub name: String,
     /// Its kind.
@@ -137,46 +137,62 @@ pub struct Entry {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EntryKind {
-    /// One of the paper's five models.
+    /// A model that the benchmark trained.
+    #[serde(alias = "ablation")]
     Model,
-    /// A model of its ablation study only.
-    Ablation,
-    /// Something that learns nothing from maps: the mean spectrum, the line of sight.
-    Baseline,
-    /// The ray tracer with lower limits than the labels were made with.
-    Tracer,
+    /// Weights that were trained before: those that come with the project, or of any file.
+    Shipped,
     /// Predictions made elsewhere.
     External,
+    /// Something that learns nothing from maps: the mean spectrum, the line of sight.
+    Baseline,
+    /// The ray tracer, with at most the interactions that the labels were made with.
+    Tracer,
+}
+
+impl EntryKind {
+    /// True for what was learnt from data.
+    pub fn is_learned(self) -> bool {
+        matches!(self, Self::Model | Self::Shipped | Self::External)
+    }
 }
 
 /// The training of a model.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Training {
-    /// Time it took \[s\].
+    /// Time it took before its last scores, those before included \[s\].
     pub seconds: f64,
-    /// Number of epochs run.
-    pub epochs: u32,
-    /// The epoch, from 1, whose weights were kept.
-    pub best_epoch: Option<u32>,
+    /// Passes over the training links.
+    pub epochs: f64,
+    /// Steps before the scores of the weights that were kept.
+    pub best_steps: Option<u64>,
     /// Number of links seen, repeats counted.
     pub links_seen: u64,
-    /// State of training after each epoch.
+    /// Links a step.
+    pub batch: usize,
+    /// Highest learning rate.
+    pub learning_rate: f64,
+    /// Rows and columns of the images \[pixels\].
+    pub image_size: usize,
+    /// Scores of the development links while it learns.
     pub curve: Vec<CurvePoint>,
 }
 
-/// State of training after an epoch.
+/// Scores of the development links after some steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CurvePoint {
-    /// Number of the epoch, from 1.
-    pub epoch: u32,
-    /// Mean training loss in it.
+    /// Steps made.
+    pub steps: u64,
+    /// Time spent before these scores \[s\].
+    pub seconds: f64,
+    /// Mean training loss since the scores before.
     pub train_loss: f64,
-    /// Cosine similarity on the development maps; none if it was not computed or not finite.
+    /// Mean cosine similarity; none if it is not finite.
     pub dev_cosine: Option<f64>,
-    /// Mean squared error on the development maps; none as above.
-    pub dev_mse: Option<f64>,
+    /// Mean recall within 4 degrees; none if it is not finite.
+    pub dev_recall: Option<f64>,
 }
 
 /// A measured run time.
@@ -208,7 +224,7 @@ pub struct ProtocolScores {
     pub protocol: String,
     /// Keys of the columns: [`aps_metrics::Metric::key`] of each of `Metric::ALL`.
     pub metrics: Vec<String>,
-    /// The npy file, relative to the folder of `results.json`: links x metrics, f32 or f64, C order,
+    /// The npy file, relative to the folder of `results.json`: links x metrics, f64, C order,
     /// every value finite.
     pub file: PathBuf,
 }
@@ -222,16 +238,17 @@ pub struct Failure {
     pub message: String,
 }
 
-/// A link whose predictions are shown.
+/// A link whose prediction by the best of what was learnt is shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Example {
-    /// Quality of its predictions: `easy`, `median` or `worst`.
-    pub difficulty: String,
+    /// Rank of the prediction among all links: `best`, `median` or `worst`.
+    #[serde(alias = "difficulty")]
+    pub rank: String,
     /// Its place in [`Results::links`].
     pub link: usize,
     /// Its label, normalised as the models learn it.
     pub truth: Vec<f64>,
-    /// Predictions of some entries, as many bins each.
+    /// Predictions, as many bins each.
     pub predictions: Vec<Prediction>,
     /// Rings of the buildings `[x, y]` \[m\]; what lies in an odd number of them is indoors.
     pub buildings: Vec<Vec<[f64; 2]>>,

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path};
 
-use aps_data::npy::{self, Array, NpyError};
+use aps_data::npy::{self, Array};
 use aps_metrics::Metric;
 
 use super::results::ProtocolScores;
@@ -48,14 +48,7 @@ impl ScoreTable {
             let file = scores.file.display();
             return refuse(format!("'{file}' is not in the folder of the results"));
         }
-        let array: Array<f64> = match npy::read::<f32>(&path) {
-            Ok(Array { shape, data }) => Array {
-                shape,
-                data: data.into_iter().map(f64::from).collect(),
-            },
-            Err(NpyError::Dtype { .. }) => npy::read(&path).map_err(&place)?,
-            Err(error) => return Err(place(error)),
-        };
+        let array: Array<f64> = npy::read(&path).map_err(&place)?;
         let expected = [links, scores.metrics.len()];
         if array.shape != expected {
             return refuse(format!(

@@ -1,28 +1,24 @@
 //! Metrics and their values as people read them.
 
-use aps_metrics::{Estimate, Metric};
+use aps_metrics::{Better, Estimate, Metric};
 
 use crate::numbers::fixed;
 
-/// Digits after the point that mean something for a metric.
-fn decimals(metric: Metric) -> usize {
-    match metric {
+/// A value of a metric with the digits that mean something, without unit.
+pub fn value(metric: Metric, value: f64) -> String {
+    let decimals = match metric {
         Metric::PsnrDb | Metric::NmseDb | Metric::SpectralAngleDeg => 2,
         Metric::PleDeg | Metric::MirrorPleDeg => 2,
         _ => 3,
-    }
-}
-
-/// A value of a metric, without unit.
-pub fn value(metric: Metric, value: f64) -> String {
-    fixed(value, decimals(metric))
+    };
+    fixed(value, decimals)
 }
 
 /// The heading of a metric with its unit and an arrow that points to the better side.
 pub fn heading(metric: Metric) -> String {
     let arrow = match metric.better() {
-        aps_metrics::Better::Lower => '\u{2193}',
-        aps_metrics::Better::Higher => '\u{2191}',
+        Better::Lower => '\u{2193}',
+        Better::Higher => '\u{2191}',
     };
     match metric.unit() {
         "" => format!("{}\u{a0}{arrow}", metric.label()),
@@ -30,33 +26,13 @@ pub fn heading(metric: Metric) -> String {
     }
 }
 
-/// A metric with its unit, as the name of an axis.
-pub fn axis(metric: Metric) -> String {
-    match metric.unit() {
-        "" => metric.label().into(),
-        unit => format!("{} [{unit}]", metric.label()),
-    }
+/// A mean, and its interval in a line below.
+pub fn estimate(metric: Metric, of: &Estimate) -> String {
+    let [mean, low, high] = [of.mean, of.low, of.high].map(|x| value(metric, x));
+    format!("{mean}\n{low}\u{2026}{high}")
 }
 
-/// `0.931 to 0.952`: an interval.
-pub fn interval(metric: Metric, estimate: &Estimate) -> String {
-    format!(
-        "{} to {}",
-        value(metric, estimate.low),
-        value(metric, estimate.high)
-    )
-}
-
-/// `0.931…0.952`: the same for narrow columns.
-pub fn short_interval(metric: Metric, estimate: &Estimate) -> String {
-    interval(metric, estimate).replace(" to ", "…")
-}
-
-/// `0.94 (0.93 to 0.95)`: a mean and its interval.
-pub fn estimate(metric: Metric, estimate: &Estimate) -> String {
-    format!(
-        "{} ({})",
-        value(metric, estimate.mean),
-        interval(metric, estimate)
-    )
+/// A cell that says there is nothing, where there is nothing.
+pub fn or_nothing(text: Option<String>) -> String {
+    text.unwrap_or_else(|| "\u{2013}".into())
 }

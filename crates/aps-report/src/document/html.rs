@@ -9,7 +9,7 @@ use crate::numbers::stem;
 
 impl Document {
     /// The whole text of an HTML file. Sections get anchors made of their titles, numbered where two would be equal;
-    /// three or more get a table of contents.
+    /// four or more get a table of contents.
     pub fn to_html(&self) -> String {
         let ids = self.anchors();
         let sections = || self.sections.iter().zip(&ids);
@@ -26,7 +26,7 @@ impl Document {
                     main {
                         h1 { (self.title) }
                         @for text in &self.lead { p.lead { (text) } }
-                        @if self.sections.len() > 2 {
+                        @if self.sections.len() > 3 {
                             nav { ul { @for (section, id) in sections() {
                                 li { a href={ "#" (id) } { (section.title) } }
                             } } }
@@ -161,11 +161,11 @@ mod tests {
 
     #[test]
     fn sections_of_equal_names_have_different_anchors() {
-        let titles = ["A b", "a  B!", "?"];
+        let titles = ["A b", "a  B!", "?", "c"];
         let page = titles.into_iter().fold(Document::new(""), |page, title| {
             page.section(Section::new(title))
         });
-        assert_eq!(page.anchors(), ["a-b", "a-b-2", "section"]);
+        assert_eq!(page.anchors(), ["a-b", "a-b-2", "section", "c"]);
         let html = page.to_html();
         assert!(html.contains("href=\"#a-b-2\"") && html.contains("id=\"a-b-2\""));
     }

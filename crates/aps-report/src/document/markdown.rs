@@ -41,7 +41,8 @@ impl Block {
                 format!("{}: {}\n", escape(&data.caption), link(prefix, &data.file))
             }
             Self::Folded { title, text } => {
-                format!("{}:\n\n```\n{}\n```\n", escape(title), text.trim())
+                let (title, text) = (escape(title), text.trim());
+                format!("<details><summary>{title}</summary>\n\n```\n{text}\n```\n\n</details>\n")
             }
             Self::Group(_, blocks) => {
                 let blocks: Vec<String> = blocks.iter().map(|b| b.to_markdown(prefix)).collect();

@@ -35,8 +35,9 @@ tr[data-path]:hover,tr[data-path]:focus{background:var(--panel);outline:none}
 .linked [data-path]{transition:opacity .12s}
 small{font-size:.78rem;color:var(--soft)}
 .pinned td:first-child,.pinned th:first-child{position:sticky;left:0;background:var(--paper);z-index:1;white-space:nowrap}
-@media(max-width:760px){th,td{white-space:nowrap}}
+@media(max-width:760px){th,td{white-space:nowrap;padding:.35rem .4rem}.pinned td:first-child{white-space:normal;min-width:6.5rem}}
 .pinned th{white-space:normal}
+.scroll caption{position:sticky;left:0;max-width:min(72ch,calc(100vw - 2rem))}
 @media print{.beside{display:block}}
 ";
 

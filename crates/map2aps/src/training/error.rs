@@ -19,15 +19,23 @@ impl From<candle_core::Error> for Error {
 #[non_exhaustive]
 pub enum TrainingError {
     /// The training was cancelled; everything is kept.
-    #[error("interrupted after {done} of {total} steps, all of which are kept in '{}'", folder.display())]
+    #[error(
+        "interrupted after {done}{} steps, all of which are kept in '{}'",
+        total.map(|total| format!(" of {total}")).unwrap_or_default(), folder.display()
+    )]
     Interrupted {
         /// Steps made.
         done: u64,
-        /// Steps to make.
-        total: u64,
+        /// Steps to make; `None` where time ends the training.
+        total: Option<u64>,
         /// Folder of the run.
         folder: PathBuf,
     },
+    /// A time budget that ended before the first step.
+    #[error(
+        "no step was made: {0:.1} s had gone by when the first could begin; give it more time, or less to load"
+    )]
+    NoStep(f64),
     /// A run is to be continued that was not begun.
     #[error("there is no run to continue in '{}'", .0.display())]
     NoRun(PathBuf),

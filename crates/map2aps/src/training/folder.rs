@@ -103,6 +103,11 @@ impl RunFolder {
         self.0.join("scores.csv")
     }
 
+    /// The time spent before each row of the scores.
+    pub fn times(&self) -> PathBuf {
+        self.0.join("times.csv")
+    }
+
     /// Writes `config.json`.
     pub(super) fn write_settings(&self, settings: &Settings) -> Result<()> {
         let path = self.0.join("config.json");

@@ -1,5 +1,5 @@
-//! Logs of a run as CSV: one row a step, one row a score. They hold no times, so that the same run writes the same
-//! bytes, stopped and continued or not.
+//! Logs of a run as CSV: one row a step, one row a score. Times are in a log of their own, so that the same run writes the same
+//! bytes into the others, stopped and continued or not.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Write};
@@ -13,21 +13,31 @@ use crate::error::{At, Place, Result};
 pub struct Log {
     path: PathBuf,
     file: BufWriter<File>,
+    /// Last cell of the rows it was opened with.
+    last: Option<f64>,
 }
 
 impl Log {
     /// Opens a log that has `rows` rows of the run so far; what a stopped run wrote beyond its checkpoint is dropped.
     pub fn open(path: PathBuf, columns: &[String], rows: u64) -> Result<Self> {
-        let open = || -> Result<File> {
+        let open = || -> Result<(File, Option<f64>)> {
             let kept = match rows {
                 0 => columns.join(",") + "\n",
                 _ => first_lines(&path, columns, rows)?,
             };
-            fs::write(&path, kept)?;
-            Ok(OpenOptions::new().append(true).open(&path)?)
+            fs::write(&path, &kept)?;
+            let last = kept.trim_end().rsplit(',').next();
+            let last = last.and_then(|cell| cell.parse().ok());
+            Ok((OpenOptions::new().append(true).open(&path)?, last))
         };
-        let file = BufWriter::new(open().at_file(Place::Log, &path)?);
-        Ok(Self { path, file })
+        let (file, last) = open().at_file(Place::Log, &path)?;
+        let file = BufWriter::new(file);
+        Ok(Self { path, file, last })
+    }
+
+    /// The last cell of the last row that was there when it was opened, if that is a number.
+    pub fn last(&self) -> Option<f64> {
+        self.last
     }
 
     /// Appends a row.
@@ -73,6 +83,7 @@ mod tests {
         log.flush().unwrap();
         let whole = fs::read_to_string(&path).unwrap();
         let mut log = open(3).unwrap();
+        assert_eq!(log.last(), Some(0.5));
         (3..5).for_each(|step| push(&mut log, step));
         log.flush().unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), whole);

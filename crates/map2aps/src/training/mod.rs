@@ -13,10 +13,12 @@
 //! - `last.safetensors`: everything needed to continue, after each epoch, each 1000 steps, and when the run is cancelled;
 //! - `config.json`: every setting ([`Settings`]);
 //! - `steps.csv`: loss, gradient norms and learning rate of each step;
-//! - `scores.csv`: mean loss since the row before, and all metrics on the development maps.
+//! - `scores.csv`: mean loss since the row before, and all metrics on the development maps;
+//! - `times.csv`: the time spent before each row of `scores.csv`.
 //!
-//! A run that is stopped and continued writes the same bytes as one that is not, on a CPU with any number of threads. Test maps
-//! are never looked at.
+//! A run of a number of epochs that is stopped and continued writes the same bytes as one that is not, but for `times.csv`, on a
+//! CPU with any number of threads. A run of a time ([`TrainConfig::budget_s`](aps_model::train::TrainConfig::budget_s)) that is
+//! continued gets the time that is left; it is scored after fixed shares of its time. Test maps are never looked at.
 
 mod device;
 mod error;

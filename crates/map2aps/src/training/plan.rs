@@ -2,6 +2,7 @@
 
 use std::num::NonZeroU64;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use aps_data::Dataset;
 use aps_model::condition::ConditionConfig;
@@ -40,7 +41,8 @@ pub struct Training {
     pub development_maps: DevelopmentMaps,
     /// Development links scored each time, drawn by the seed; none for all.
     pub development_links: Option<usize>,
-    /// Steps between two scores of the development links, beside the one at the end of each epoch.
+    /// Steps between two scores of the development links, beside the one at the end of each epoch, or those after fixed shares of
+    /// a time budget.
     pub score_every: Option<NonZeroU64>,
     /// Links to train on, drawn by the seed; none for all.
     pub links: Option<usize>,
@@ -84,12 +86,14 @@ impl Training {
         Trained::load(&folder.best(), kind, preset, &self.device.open()?)
     }
 
-    /// Loads the examples and builds the networks; with `resume` they continue from the folder's checkpoint.
+    /// Loads the examples and builds the networks; with `resume` they continue from the folder's checkpoint. A time budget
+    /// ([`TrainConfig::budget_s`]) begins here.
     ///
     /// # Errors
     /// A data set without labels to learn, maps or links that are not there, initial weights or a checkpoint that do not fit,
     /// settings that cannot be used, files that cannot be written.
     pub fn prepare(&self, dataset: &Dataset, folder: RunFolder, resume: bool) -> Result<Run> {
+        let started = Instant::now();
         if resume && !folder.checkpoint().is_file() {
             return Err(TrainingError::NoRun(folder.path().into()).into());
         }
@@ -166,6 +170,13 @@ impl Training {
         folder.write_settings(&settings)?;
         let steps = Log::open(folder.steps(), &rows::step_columns(), trainer.steps_done())?;
         let scores = Log::open(folder.scores(), &rows::score_columns(), state.scores)?;
+        let times = Log::open(folder.times(), &rows::time_columns(), state.scores)?;
+        if self.config.budget_s.is_none() {
+            // A checkpoint keeps the time of a training that time ends.
+            let spent = times.last().unwrap_or_default();
+            trainer.spend(Duration::try_from_secs_f64(spent).unwrap_or_default());
+        }
+        trainer.spend(started.elapsed());
         Ok(Run {
             label,
             folder,
@@ -175,6 +186,7 @@ impl Training {
             state,
             steps,
             scores,
+            times,
             score_every: self.score_every,
             development,
             mean_target,

@@ -1,4 +1,4 @@
-//! Rows of the logs of a run: `steps.csv` and `scores.csv`.
+//! Rows of the logs of a run: `steps.csv`, `scores.csv` and `times.csv`.
 
 use aps_metrics::{GroupReport, Metric};
 use aps_model::train::StepReport;
@@ -55,4 +55,14 @@ pub fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> 
         .into_iter()
         .chain(metrics)
         .collect()
+}
+
+/// Names of [`time_cells`].
+pub fn time_columns() -> Vec<String> {
+    ["steps", "seconds"].map(str::to_owned).into()
+}
+
+/// Cells of the time spent before the scores after so many steps.
+pub fn time_cells(steps: u64, seconds: f64) -> [String; 2] {
+    [steps.to_string(), seconds.to_string()]
 }

@@ -16,6 +16,10 @@ use crate::error::Result;
 /// Steps between two checkpoints within an epoch.
 const STEPS_BETWEEN_CHECKPOINTS: NonZeroU64 = NonZeroU64::new(1000).unwrap();
 
+/// Shares of a time budget after which the development links are scored: few, since scores take of that time, and doubling, as
+/// curves over a logarithmic axis want them.
+const SCORED_SHARES: [f64; 6] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 3.0 / 4.0, 1.0];
+
 /// State of a run beside the training itself; kept in its checkpoints.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct State {
@@ -37,6 +41,8 @@ pub struct DevelopmentScores {
     pub steps: u64,
     /// Epochs made.
     pub epochs: f64,
+    /// Time spent on the training before these scores \[s\].
+    pub seconds: f64,
     /// Mean training loss since the scores before.
     pub loss: f64,
     /// The scores.
@@ -72,40 +78,66 @@ pub struct Run {
     pub(super) state: State,
     pub(super) steps: Log,
     pub(super) scores: Log,
+    pub(super) times: Log,
     pub(super) score_every: Option<NonZeroU64>,
     pub(super) development: Development,
     pub(super) mean_target: Vec<f64>,
 }
 
 impl Run {
-    /// Makes all steps that are left. A cancelled run saves everything first.
+    /// Makes all steps that are left, and scores the last weights: after the end of a time budget, whose time is for steps and
+    /// earlier scores. A cancelled run saves everything first.
     ///
     /// # Errors
-    /// [`TrainingError::Interrupted`], steps that cannot be made, files that cannot be written.
+    /// [`TrainingError::Interrupted`], a time budget that is spent before the first step, steps that cannot be made, files that
+    /// cannot be written.
     pub fn train(&mut self, control: &Control<'_>) -> Result<()> {
         let links = self.trainer.links_per_step() as u64;
+        let budget_s = self.trainer.config().budget_s;
+        let (units, name) = match (self.trainer.steps_total(), budget_s) {
+            (Some(steps), _) => (steps * links, "links"),
+            (None, budget_s) => (budget_s.unwrap_or_default().ceil() as u64, "seconds"),
+        };
         control.progress.begin(Work {
-            units: self.trainer.steps_total() * links,
-            name: "links",
+            units,
+            name,
             finished_maps: 0,
             maps: 0,
         });
-        control.progress.advance(self.links_seen());
+        let done_at = |share: f64| (share * units as f64).round() as u64;
+        let mut share = self.trainer.share();
+        control.progress.advance(done_at(share));
         if self.trainer.steps_done() == 0 {
             // So that a run that fails at once has something to go back to.
             self.save()?;
         }
         while let Some(report) = self.step(control)? {
             control.progress.step(&report);
-            control.progress.advance(links);
+            control
+                .progress
+                .advance(done_at(report.share) - done_at(share));
+            let passed = |&of: &f64| share < of && of <= report.share;
+            let ends_part = match budget_s {
+                None => report.ends_epoch,
+                Some(_) => SCORED_SHARES.iter().any(passed),
+            };
+            share = report.share;
             let done = self.trainer.steps_done();
             let is_due = |every: NonZeroU64| done.is_multiple_of(every.get());
-            if report.ends_epoch || self.score_every.is_some_and(is_due) {
+            if ends_part || self.score_every.is_some_and(is_due) {
                 control.progress.scored(&self.evaluate()?);
             }
-            if report.ends_epoch || is_due(STEPS_BETWEEN_CHECKPOINTS) {
+            if ends_part || is_due(STEPS_BETWEEN_CHECKPOINTS) {
                 self.save()?;
             }
+        }
+        if self.trainer.steps_done() == 0 {
+            return Err(TrainingError::NoStep(self.trainer.seconds()).into());
+        }
+        // A checkpoint, or the scores before, took the time that was left.
+        if self.state.scored_at < self.trainer.steps_done() {
+            control.progress.scored(&self.evaluate()?);
+            self.save()?;
         }
         Ok(())
     }
@@ -125,9 +157,9 @@ impl Run {
         &self.trainer
     }
 
-    /// Epochs after which the error on the development links was least.
-    pub fn best_epochs(&self) -> Option<f64> {
-        self.state.best.map(|(steps, _)| self.epochs(steps))
+    /// Steps after which the error on the development links was least.
+    pub fn best_steps(&self) -> Option<u64> {
+        self.state.best.map(|(steps, _)| steps)
     }
 
     /// Number of links trained on, repeats counted.
@@ -140,11 +172,11 @@ impl Run {
     /// # Errors
     /// [`TrainingError::NoEpoch`] when no score was made; weights that cannot be read.
     pub fn closing_scores(&self) -> Result<ClosingScores> {
-        let best_epochs = self.best_epochs().ok_or(TrainingError::NoEpoch)?;
+        let best_steps = self.best_steps().ok_or(TrainingError::NoEpoch)?;
         // The last weights are in the checkpoint.
         weights::load(&self.folder.best(), self.trainer.parameters())?;
         Ok(ClosingScores {
-            best_epochs,
+            best_epochs: self.epochs(best_steps),
             links: self.development.examples.list().len(),
             best: self.score()?,
             mean: self.development.score_constant(&self.mean_target)?,
@@ -177,6 +209,7 @@ impl Run {
 
     /// Evaluates the model on the development links and saves the weights if they are the best so far.
     fn evaluate(&mut self) -> Result<DevelopmentScores> {
+        let seconds = self.trainer.seconds();
         let (steps, group) = (self.trainer.steps_done(), self.score()?);
         let chosen_by = match self.label.kind.is_adversarial() {
             true => Metric::Mae,
@@ -189,6 +222,8 @@ impl Run {
         self.scores
             .push(&rows::score_cells(steps, epochs, loss, &group))?;
         self.scores.flush()?;
+        self.times.push(&rows::time_cells(steps, seconds))?;
+        self.times.flush()?;
         self.state.scores += 1;
         self.state.scored_at = steps;
         let best = self.state.best;
@@ -201,6 +236,7 @@ impl Run {
         Ok(DevelopmentScores {
             steps,
             epochs,
+            seconds,
             loss,
             group,
             chosen_by,

@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
+use aps_model::ModelKind;
 use map2aps::training::Device;
 use toml::{Table, Value};
 use xtask::interrupt::interrupt_flag;
 
 use super::Bench;
 use super::config::{Config, Profile};
-use crate::device::devices;
+use crate::choices::{devices, models};
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -35,39 +36,31 @@ pub struct Args {
     /// TOML file of settings that differ from the profile's.
     #[arg(long)]
     config: Option<PathBuf>,
-    /// Models, separated by commas: any of ms_areg, ms_mlp, adv_mlp, resnet_mlp, radiounet, vit_reg, resnet_conv1d.
-    #[arg(long, value_delimiter = ',')]
-    models: Option<Vec<String>>,
+    /// A setting as in such a file, like training.links=1000; one of training is for all models. May be repeated.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = pair)]
+    set: Vec<(String, String)>,
+    /// Time of each model's training, like 60s, 10m or 1h.
+    #[arg(long)]
+    budget: Option<String>,
+    /// Models, separated by commas [default: all].
+    #[arg(long, value_delimiter = ',', value_parser = models())]
+    models: Option<Vec<ModelKind>>,
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., or synthetic.
     #[arg(long)]
     maps: Option<String>,
-    /// Definition of the labels: released or paper. Scores are given by both.
-    #[arg(long)]
-    protocol: Option<String>,
-    /// Sizes of the models: small or paper.
-    #[arg(long)]
-    preset: Option<String>,
-    /// Rows and columns of condition images, of all models [pixels].
-    #[arg(long)]
-    image_size: Option<usize>,
-    /// Times each link is learnt from, by all models.
-    #[arg(long)]
-    epochs: Option<usize>,
-    /// Links to learn from, for all models.
-    #[arg(long)]
-    links: Option<usize>,
-    /// Links a step, of all models.
-    #[arg(long)]
-    batch: Option<usize>,
-    /// Test links scored, drawn by the seed.
-    #[arg(long)]
-    test_links: Option<usize>,
     /// Seed of terminals, synthetic cities, weights, order and drawn links.
     #[arg(long)]
     seed: Option<u64>,
     /// Predictions from elsewhere: .npy, (links, 180), rows as `predict --split test` writes them. May be repeated.
-    #[arg(long, value_name = "NAME=FILE", value_parser = external)]
+    #[arg(long, value_name = "NAME=FILE", value_parser = pair)]
     external: Vec<(String, String)>,
+    /// Weights trained before, scored as they are. May be repeated.
+    #[arg(long, value_name = "NAME=FILE", value_parser = pair)]
+    weights: Vec<(String, String)>,
+    /// Choose learning rate, batch, image size and warm-up of each model by trainings of this share of the budget, scored on the
+    /// development maps, and write them into the profile's file; no test map is looked at.
+    #[arg(long, value_name = "SHARE")]
+    tune: Option<f64>,
     /// Where models compute.
     #[arg(long, value_parser = devices())]
     device: Option<Device>,
@@ -82,12 +75,14 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-fn external(text: &str) -> Result<(String, String), String> {
+fn pair(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
-        Some((name, file)) if !name.is_empty() && !file.is_empty() => {
-            Ok((name.into(), file.into()))
+        Some((name, value)) if !name.is_empty() && !value.is_empty() => {
+            Ok((name.trim().into(), value.trim().into()))
         }
-        _ => Err(format!("'{text}' is not NAME=FILE")),
+        _ => Err(format!(
+            "'{text}' has no name before and no value after '='"
+        )),
     }
 }
 
@@ -107,51 +102,67 @@ impl Args {
             fresh: self.fresh,
             interrupted,
         };
-        bench.run()
+        match self.tune {
+            Some(share) => bench.tune(share, &self.profile.path()),
+            None => bench.run(),
+        }
     }
 
     /// The flags that were given, as a file would say it.
     fn flags(&self) -> Result<Table> {
-        let text = |text: &Option<String>| text.clone().map(Value::String);
-        let number = |number: Option<u64>| -> Result<Option<Value>> {
-            let number = number.map(i64::try_from).transpose();
-            Ok(number
-                .context("numbers must be below 2^63")?
-                .map(Value::Integer))
+        let mut flags = Table::new();
+        for (key, text) in &self.set {
+            // What is no number, list or quoted text is a word.
+            let parsed = format!("value = {text}").parse::<Table>().ok();
+            let value = parsed.and_then(|mut table| table.remove("value"));
+            let value = value.unwrap_or_else(|| Value::from(text.as_str()));
+            put(&mut flags, &key.split('.').collect::<Vec<_>>(), value)?;
+        }
+        let seed = self.seed.map(i64::try_from).transpose();
+        let seed = seed.context("a seed must be below 2^63")?;
+        let names = |kinds: &Vec<ModelKind>| {
+            Value::from(kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>())
         };
-        let size = |size: Option<usize>| number(size.map(|n| n as u64));
-        let device = self.device.map(Value::try_from).transpose()?;
-        let models = self.models.clone().map(Value::from);
-        let external = self.external.iter().cloned();
-        let external: Table = external
-            .map(|(name, file)| (name, Value::String(file)))
-            .collect();
-        let table = |entries: Vec<(&str, Option<Value>)>| -> Table {
-            let given = entries.into_iter();
-            given
-                .filter_map(|(key, value)| Some((key.to_owned(), value?)))
-                .collect()
-        };
-        let data = table(vec![
-            ("maps", text(&self.maps)),
-            ("protocol", text(&self.protocol)),
-            ("test_links", size(self.test_links)?),
-        ]);
-        let training = table(vec![
-            ("preset", text(&self.preset)),
-            ("image_size", size(self.image_size)?),
-            ("epochs", size(self.epochs)?),
-            ("links", size(self.links)?),
-            ("batch", size(self.batch)?),
-        ]);
-        let of = |table: Table| (!table.is_empty()).then_some(Value::Table(table));
-        Ok(table(vec![
-            ("seed", number(self.seed)?),
-            ("models", models),
-            ("device", device),
-            ("data", of(data)),
-            ("training", of(training)),
-            ("external", of(external)),
-        ]))
+        let text = |text: &Option<String>| text.clone().map(Value::from);
+        let given = [
+            (["seed"].as_slice(), seed.map(Value::from)),
+            (&["models"], self.models.as_ref().map(names)),
+            (&["device"], self.device.map(Value::try_from).transpose()?),
+            (&["data", "maps"], text(&self.maps)),
+            (&["training", "budget"], text(&self.budget)),
+        ];
+        for (key, value) in given {
+            if let Some(value) = value {
+                put(&mut flags, key, value)?;
+            }
+        }
+        for (table, pairs) in [("external", &self.external), ("weights", &self.weights)] {
+            for (name, file) in pairs {
+                put(
+                    &mut flags,
+                    &[table, name.as_str()],
+                    Value::from(file.as_str()),
+                )?;
+            }
+        }
+        Ok(flags)
     }
+}
+
+/// Sets a value in tables within tables.
+fn put(table: &mut Table, key: &[&str], value: Value) -> Result<()> {
+    let [first, rest @ ..] = key else {
+        bail!("a setting needs a name");
+    };
+    if rest.is_empty() {
+        table.insert((*first).into(), value);
+        return Ok(());
+    }
+    let inner = table.entry(*first).or_insert(Value::Table(Table::new()));
+    let inner = inner.as_table_mut();
+    put(
+        inner.with_context(|| format!("{first} is a value, not a table"))?,
+        rest,
+        value,
+    )
 }

@@ -9,11 +9,11 @@ use anyhow::{Context, Result};
 use aps_data::{Dataset, Split};
 use aps_label::{Label, Labeler, PathSample, Scratch, Status};
 use aps_model::ANGLE_BINS;
-use aps_raytrace::SPEED_OF_LIGHT_M_PER_S;
+use aps_raytrace::{SPEED_OF_LIGHT_M_PER_S, TraceConfig};
 use map2aps::DatasetPlan;
 
 use super::answer::Answer;
-use super::dataset::{self, trace};
+use super::dataset::{self, limited};
 use super::latency::{ms_per_link, of_times};
 use super::test_set::TestSet;
 
@@ -58,21 +58,30 @@ pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result
     })
 }
 
-/// The test links traced and labelled again with other limits, and none of the further diffractions by which links
-/// without a path get one. Timed a map at a time on all threads, from its buildings to the written labels; `batch` is
+/// The test links traced and labelled again with at most so many `interactions` on a path, and none of the further
+/// diffractions by which links without a path get one. Timed a map at a time on all threads, from its buildings to the written labels; `batch` is
 /// what the time is listed under.
 pub fn tracer(
     test: &TestSet,
     plan: &DatasetPlan,
-    [reflections, diffractions]: [usize; 2],
+    interactions: usize,
     mean: &[f64],
     folder: &Path,
     batch: usize,
 ) -> Result<Answer> {
-    let mut config = trace(reflections, diffractions);
-    config.max_fallback_diffractions = 0;
+    let whole = &plan.trace;
+    let [reflections, diffractions] = [whole.max_reflections, whole.max_diffractions];
+    let interactions = interactions.min(whole.max_interactions);
     let lower = DatasetPlan {
-        trace: config,
+        trace: TraceConfig {
+            max_fallback_diffractions: 0,
+            ..limited(
+                whole,
+                reflections.min(interactions),
+                diffractions.min(interactions),
+                interactions,
+            )
+        },
         ..plan.clone()
     };
     let labels = folder.join("labels");

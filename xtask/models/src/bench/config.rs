@@ -8,20 +8,22 @@ use aps_label::Protocol;
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
 use clap::ValueEnum;
-use map2aps::training::Device;
+use map2aps::training::{Device, usual_image_size};
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 /// Sizes of a benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Profile {
-    /// Under a minute: does it run?
+    /// Under two minutes: does it run?
     Smoke,
-    /// Every model, small; some minutes on two cores.
+    /// A minute a model.
     Quick,
-    /// A night on a CPU.
-    Standard,
-    /// The paper's sizes, for a GPU.
+    /// Six minutes a model.
+    Hour,
+    /// An hour a model.
+    Night,
+    /// The paper's steps and sizes, for a GPU.
     Paper,
 }
 
@@ -31,13 +33,14 @@ pub enum Profile {
 pub struct Config {
     /// Seed of terminals, synthetic cities, weights, order and drawn links.
     pub seed: u64,
-    /// Models by their names on the command line, in the order of their training.
-    pub models: Vec<String>,
+    /// Models in the order of their training; all if not given.
+    #[serde(default = "every_model")]
+    pub models: Vec<ModelKind>,
     /// Where models compute.
     pub device: Device,
     /// The data set.
     pub data: DataConfig,
-    /// Training of every model for which [`Config::model`] says nothing else.
+    /// Training of every model.
     pub training: TrainingConfig,
     /// The tracer as a baseline.
     pub tracer: TracerConfig,
@@ -49,12 +52,15 @@ pub struct Config {
     /// Weights that backbones begin with.
     #[serde(default)]
     pub pretrained: Pretrained,
+    /// Weights trained before, scored as they are, by the name they get in the tables.
+    #[serde(default)]
+    pub weights: BTreeMap<String, PathBuf>,
     /// Predictions from elsewhere, by the name they get in the tables.
     #[serde(default)]
     pub external: BTreeMap<String, PathBuf>,
 }
 
-/// Data that models learn from and are scored on.
+/// Data that models learn from and are scored on. What is not given is as `dataset` makes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataConfig {
@@ -62,7 +68,7 @@ pub struct DataConfig {
     pub maps: String,
     /// Maps to learn from.
     pub train_maps: usize,
-    /// Maps to choose the best epoch by.
+    /// Maps to choose the best weights by.
     pub develop_maps: usize,
     /// Maps to score on.
     pub test_maps: usize,
@@ -71,11 +77,14 @@ pub struct DataConfig {
     /// Receivers a map, shared by its transmitters.
     pub rx_per_map: usize,
     /// Definition of the labels.
-    pub protocol: Protocol,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub protocol: Option<Protocol>,
     /// Most reflections on a path of the labels.
-    pub max_reflections: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_reflections: Option<usize>,
     /// Most diffractions on a path of the labels.
-    pub max_diffractions: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_diffractions: Option<usize>,
     /// Test links scored, drawn by the seed; all if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub test_links: Option<usize>,
@@ -86,51 +95,48 @@ pub struct DataConfig {
 #[serde(deny_unknown_fields)]
 pub struct TrainingConfig {
     /// `paper` or `small`.
-    pub preset: String,
-    /// Rows and columns of condition images \[pixels\].
-    pub image_size: usize,
-    /// Times each link is learnt from.
-    pub epochs: u64,
-    /// Links a step; the model's own in the paper if not given.
+    pub preset: Preset,
+    /// Time of each model: `60s`, `10m`, `1h`. Without it `epochs` end a training.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub batch: Option<usize>,
+    pub budget: Option<String>,
+    /// Times each link is learnt from; the model's own in the paper if neither this nor `budget` is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub epochs: Option<u64>,
     /// Links to learn from, drawn by the seed; all if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub links: Option<usize>,
-    /// Development links scored each epoch, drawn by the seed; all if not given.
+    /// Development links scored each time, drawn by the seed; all if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub develop_links: Option<usize>,
+    /// Settings of every model for which [`Config::model`] says nothing else.
+    #[serde(flatten)]
+    pub all: ModelConfig,
 }
 
-/// Other settings for one model.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// Settings of a model; those that are not given are the paper's, and the image size that of the preset.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelConfig {
-    /// As in [`TrainingConfig`].
+    /// Rows and columns of condition images \[pixels\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image_size: Option<usize>,
-    /// As in [`TrainingConfig`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub epochs: Option<u64>,
-    /// As in [`TrainingConfig`].
+    /// Links a step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batch: Option<usize>,
-    /// As in [`TrainingConfig`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub links: Option<usize>,
-    /// Highest learning rate; the paper's if not given.
+    /// Highest learning rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learning_rate: Option<f64>,
+    /// Steps on which the learning rate rises, within a tenth of the training.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warmup_steps: Option<u64>,
 }
 
-/// Limits with which the tracer is scored against the labels: each of one list with each of the other.
+/// Settings with which the tracer is scored against the labels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TracerConfig {
-    /// Most reflections on a path.
-    pub reflections: Vec<usize>,
-    /// Most diffractions on a path.
-    pub diffractions: Vec<usize>,
+    /// Most interactions on a path, of those that the labels allow: an entry each.
+    pub interactions: Vec<usize>,
 }
 
 /// Settings of the measurement of run times.
@@ -155,31 +161,43 @@ pub struct Pretrained {
     pub vit_b_16: Option<PathBuf>,
 }
 
-/// Settings whose flags hold for every model and replace the settings of single models in a profile.
-const FOR_ALL_MODELS: [&str; 4] = ["epochs", "links", "batch", "image_size"];
+fn every_model() -> Vec<ModelKind> {
+    ModelKind::ALL.to_vec()
+}
 
 impl Profile {
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
+    /// Its name, and its file beside the sources.
+    fn files(self) -> (&'static str, &'static str) {
+        macro_rules! file {
+            ($name:literal) => {
+                (
+                    $name,
+                    include_str!(concat!("../../profiles/", $name, ".toml")),
+                )
+            };
+        }
         match self {
-            Self::Smoke => "smoke",
-            Self::Quick => "quick",
-            Self::Standard => "standard",
-            Self::Paper => "paper",
+            Self::Smoke => file!("smoke"),
+            Self::Quick => file!("quick"),
+            Self::Hour => file!("hour"),
+            Self::Night => file!("night"),
+            Self::Paper => file!("paper"),
         }
     }
 
-    fn text(self) -> &'static str {
-        match self {
-            Self::Smoke => include_str!("../../profiles/smoke.toml"),
-            Self::Quick => include_str!("../../profiles/quick.toml"),
-            Self::Standard => include_str!("../../profiles/standard.toml"),
-            Self::Paper => include_str!("../../profiles/paper.toml"),
-        }
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        self.files().0
+    }
+
+    /// Its file in the project that this program was built from.
+    pub fn path(self) -> PathBuf {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("profiles");
+        folder.join(self.name()).with_extension("toml")
     }
 
     fn table(self) -> Table {
-        self.text().parse().expect("profiles are TOML")
+        self.files().1.parse().expect("profiles are TOML")
     }
 }
 
@@ -197,22 +215,18 @@ impl Config {
                 .parse()
                 .map_err(|e| in_one_line(&e))
                 .with_context(place)?;
-            merge(&mut table, own);
+            change(&mut table, own);
             Config::of(table.clone()).with_context(place)?;
         }
+        // A flag is for all models: it replaces what a profile or file says of single ones.
         if let Some(Value::Table(training)) = flags.get("training")
             && let Some(Value::Table(models)) = table.get_mut("model")
         {
-            for (_, model) in models.iter_mut() {
-                let asked = FOR_ALL_MODELS
-                    .iter()
-                    .filter(|key| training.contains_key(**key));
-                for key in asked {
-                    model.as_table_mut().and_then(|table| table.remove(*key));
-                }
+            for model in models.iter_mut().filter_map(|(_, m)| m.as_table_mut()) {
+                model.retain(|key, _| !training.contains_key(key));
             }
         }
-        merge(&mut table, flags);
+        change(&mut table, flags);
         Config::of(table)
     }
 
@@ -223,11 +237,11 @@ impl Config {
     }
 
     fn check(&self) -> Result<()> {
-        for name in self.models.iter().chain(self.model.keys()) {
+        for name in self.model.keys() {
             name.parse::<ModelKind>()?;
         }
-        self.preset()?;
         let data = &self.data;
+        let smallest_batch = self.latency.batches.iter().copied().min();
         let counts = [
             ("data.train_maps", data.train_maps),
             ("data.develop_maps", data.develop_maps),
@@ -235,10 +249,7 @@ impl Config {
             ("data.tx_per_map", data.tx_per_map),
             ("data.rx_per_map", data.rx_per_map),
             ("data.test_links", data.test_links.unwrap_or(1)),
-            (
-                "latency.batches",
-                self.latency.batches.iter().copied().min().unwrap_or(0),
-            ),
+            ("latency.batches", smallest_batch.unwrap_or(0)),
         ];
         for (key, value) in counts {
             ensure!(value > 0, "{key} must be at least 1");
@@ -248,50 +259,61 @@ impl Config {
             seconds >= 0.0 && seconds.is_finite(),
             "latency.seconds is {seconds}: must be finite and not negative"
         );
-        Ok(())
+        ensure!(
+            self.training.epochs.is_none() || self.training.budget.is_none(),
+            "training.budget and training.epochs both end a training: give one of them"
+        );
+        self.budget_s().map(|_| ())
     }
 
     /// The models, in order, each once.
-    pub fn kinds(&self) -> Result<Vec<ModelKind>> {
+    pub fn kinds(&self) -> Vec<ModelKind> {
         let mut kinds: Vec<ModelKind> = Vec::new();
-        for name in &self.models {
-            let kind = name.parse()?;
+        for &kind in &self.models {
             if !kinds.contains(&kind) {
                 kinds.push(kind);
             }
         }
-        Ok(kinds)
+        kinds
     }
 
-    /// Sizes of the models.
-    pub fn preset(&self) -> Result<Preset> {
-        Ok(self.training.preset.parse()?)
+    /// Time of each model's training \[s\]; none where epochs end it.
+    pub fn budget_s(&self) -> Result<Option<f64>> {
+        let parse = |text: &String| -> Result<f64> {
+            let time = humantime::parse_duration(text);
+            let time = time.with_context(|| format!("training.budget '{text}'"))?;
+            Ok(time.as_secs_f64())
+        };
+        self.training.budget.as_ref().map(parse).transpose()
     }
 
-    /// Settings of one model; empty if there are none.
+    /// Settings of one model, its own before those of all.
     pub fn model(&self, kind: ModelKind) -> ModelConfig {
-        self.model.get(kind.name()).cloned().unwrap_or_default()
+        let own = self.model.get(kind.name()).copied().unwrap_or_default();
+        let all = self.training.all;
+        ModelConfig {
+            image_size: own.image_size.or(all.image_size),
+            batch: own.batch.or(all.batch),
+            learning_rate: own.learning_rate.or(all.learning_rate),
+            warmup_steps: own.warmup_steps.or(all.warmup_steps),
+        }
     }
 
     /// Size of a model's condition images \[pixels\].
     pub fn image_size(&self, kind: ModelKind) -> usize {
-        self.model(kind)
-            .image_size
-            .unwrap_or(self.training.image_size)
-    }
-
-    /// Number of links a model is trained on; none for all.
-    pub fn links(&self, kind: ModelKind) -> Option<usize> {
-        self.model(kind).links.or(self.training.links)
+        let usual = usual_image_size(self.training.preset);
+        self.model(kind).image_size.unwrap_or(usual)
     }
 
     /// Settings of a model's training.
     pub fn training(&self, kind: ModelKind) -> Result<TrainConfig> {
-        let (own, usual) = (self.model(kind), kind.train_config(self.preset()?));
+        let (own, usual) = (self.model(kind), kind.train_config(self.training.preset));
         Ok(TrainConfig {
-            epochs: own.epochs.unwrap_or(self.training.epochs),
-            batch: own.batch.or(self.training.batch).unwrap_or(usual.batch),
+            epochs: self.training.epochs.unwrap_or(usual.epochs),
+            budget_s: self.budget_s()?,
+            batch: own.batch.unwrap_or(usual.batch),
             learning_rate: own.learning_rate.unwrap_or(usual.learning_rate),
+            warmup_steps: own.warmup_steps.unwrap_or(usual.warmup_steps),
             seed: self.seed,
             ..usual
         })
@@ -304,6 +326,7 @@ impl Config {
             seed: self.seed,
             models: self.models.clone(),
             device: self.device,
+            weights: self.weights.clone(),
             external: self.external.clone(),
             pretrained: self.pretrained.clone(),
             data: DataConfig {
@@ -320,7 +343,21 @@ impl Config {
     }
 }
 
-/// Replaces values of `table` by those of `other`, table by table.
+/// Replaces values of `table` by those of `other`, table by table. Of budget and epochs, which both end a training, the later
+/// one replaces the other.
+fn change(table: &mut Table, other: Table) {
+    if let (Some(Value::Table(own)), Some(Value::Table(new))) =
+        (table.get_mut("training"), other.get("training"))
+    {
+        for [given, replaced] in [["epochs", "budget"], ["budget", "epochs"]] {
+            if new.contains_key(given) {
+                own.remove(replaced);
+            }
+        }
+    }
+    merge(table, other);
+}
+
 fn merge(table: &mut Table, other: Table) {
     for (key, value) in other {
         match (table.get_mut(&key), value) {
@@ -341,13 +378,6 @@ fn in_one_line(error: &toml::de::Error) -> anyhow::Error {
 mod tests {
     use super::*;
 
-    const ALL: [Profile; 4] = [
-        Profile::Smoke,
-        Profile::Quick,
-        Profile::Standard,
-        Profile::Paper,
-    ];
-
     fn with_file(text: &str, flags: &str) -> Result<Config> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bench.toml");
@@ -356,11 +386,21 @@ mod tests {
     }
 
     #[test]
-    fn profiles_are_valid_and_know_their_names() {
-        for profile in ALL {
+    fn profiles_are_valid_and_give_every_model_the_same_time() {
+        for (profile, budget_s) in [
+            (Profile::Smoke, Some(3.0)),
+            (Profile::Quick, Some(60.0)),
+            (Profile::Hour, Some(360.0)),
+            (Profile::Night, Some(3600.0)),
+            (Profile::Paper, None),
+        ] {
             let config = Config::resolve(profile, None, Table::new()).unwrap();
             assert_eq!(config.profile_name(profile), profile.name());
-            assert!(!config.kinds().unwrap().is_empty());
+            assert!(profile.path().is_file());
+            assert_eq!(config.kinds(), ModelKind::ALL);
+            for kind in config.kinds() {
+                assert_eq!(config.training(kind).unwrap().budget_s, budget_s);
+            }
         }
     }
 
@@ -382,16 +422,31 @@ mod tests {
 
     #[test]
     fn flag_overrides_file_and_file_overrides_profile() {
-        let file = "seed = 7\n[training]\nepochs = 9\n[model.ms_areg]\nepochs = 11\nlinks = 5";
+        let file =
+            "seed = 7\n[training]\nbatch = 9\n[model.ms_areg]\nbatch = 11\nlearning_rate = 0.5";
         let config = with_file(file, "").unwrap();
-        let epochs = |config: &Config, kind| config.training(kind).unwrap().epochs;
-        assert_eq!((config.seed, epochs(&config, ModelKind::MsMlp)), (7, 9));
-        assert_eq!(epochs(&config, ModelKind::MsAreg), 11);
-        assert_eq!(config.links(ModelKind::MsAreg), Some(5));
+        let batch = |config: &Config, kind| config.training(kind).unwrap().batch;
+        assert_eq!(config.seed, 7);
+        assert_eq!(batch(&config, ModelKind::MsAreg), 11);
         assert_eq!(config.profile_name(Profile::Quick), "custom");
-        let config = with_file(file, "training.epochs = 1").unwrap();
-        assert_eq!(epochs(&config, ModelKind::MsAreg), 1);
-        assert_eq!(config.links(ModelKind::MsAreg), Some(5));
+        let config = with_file(file, "training.batch = 1").unwrap();
+        assert!(ModelKind::ALL.iter().all(|&kind| batch(&config, kind) == 1));
+        let areg = config.training(ModelKind::MsAreg).unwrap();
+        assert_eq!(areg.learning_rate, 0.5);
+    }
+
+    #[test]
+    fn of_budget_and_epochs_the_later_ends_a_training() {
+        let ends = |file: &str, flags: &str| {
+            let config = with_file(file, flags).unwrap();
+            let training = config.training(ModelKind::MsMlp).unwrap();
+            (training.budget_s, training.epochs)
+        };
+        assert_eq!(ends("[training]\nepochs = 3", ""), (None, 3));
+        let minutes = "training.budget = '10m'";
+        assert_eq!(ends("[training]\nepochs = 3", minutes), (Some(600.0), 20));
+        let both = with_file("[training]\nepochs = 3\nbudget = '1h'", "").unwrap_err();
+        assert!(format!("{both:#}").contains("give one"), "{both:#}");
     }
 
     #[test]
@@ -407,7 +462,7 @@ mod tests {
             ("sead = 1", "sead"),
             ("[training]\nepoch = 1", "epoch"),
             ("[model.ms_areg]\nlr = 1.0", "lr"),
-            ("[model.alexnet]\nepochs = 1", "alexnet"),
+            ("[model.alexnet]\nbatch = 1", "alexnet"),
             ("models = ['lenet']", "lenet"),
         ] {
             let error = format!("{:#}", with_file(text, "").unwrap_err());
@@ -425,6 +480,7 @@ mod tests {
             ("[data]\ntest_maps = 0", "data.test_maps"),
             ("[latency]\nbatches = []", "latency.batches"),
             ("[latency]\nseconds = nan", "latency.seconds"),
+            ("[training]\nbudget = 'soon'", "training.budget"),
             ("seed = 'x'", "seed"),
         ] {
             let error = format!("{:#}", with_file(text, "").unwrap_err());

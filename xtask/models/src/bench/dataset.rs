@@ -4,11 +4,11 @@ use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Result, anyhow, ensure};
-use aps_data::{Split, Stored};
+use aps_data::Split;
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
 use map2aps::maps::TileSettings;
-use map2aps::{Control, DatasetPlan, Made, Receivers, SceneSettings};
+use map2aps::{Control, DatasetPlan, Made};
 use xtask::MapsArg;
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::Bar;
@@ -26,16 +26,24 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let asked = data.train_maps + data.develop_maps + data.test_maps;
     let maps = maps.open(TileSettings::default(), asked as u32)?;
     let split = split(&maps.ids()?, data)?;
+    let usual = DatasetPlan::default();
+    let trace = match (data.max_reflections, data.max_diffractions) {
+        (None, None) => usual.trace.clone(),
+        (reflections, diffractions) => limited(
+            &usual.trace,
+            reflections.unwrap_or(usual.trace.max_reflections),
+            diffractions.unwrap_or(usual.trace.max_diffractions),
+            usize::MAX,
+        ),
+    };
     let plan = DatasetPlan {
         maps,
-        scene: SceneSettings::default(),
         tx_per_map: data.tx_per_map,
         rx_per_map: data.rx_per_map,
-        receivers: Receivers::Reached,
-        label: LabelConfig::of(data.protocol),
-        stored: Stored::default(),
+        label: data.protocol.map_or(usual.label.clone(), LabelConfig::of),
         seed: config.seed,
-        trace: trace(data.max_reflections, data.max_diffractions),
+        trace,
+        ..usual
     };
     Ok((plan, split))
 }
@@ -53,13 +61,18 @@ pub fn make(plan: &DatasetPlan, folder: &Path, split: &Split) -> Result<Made> {
     Ok(made)
 }
 
-/// The tracer's settings with some limits.
-pub fn trace(max_reflections: usize, max_diffractions: usize) -> TraceConfig {
+/// The tracer's settings with other limits.
+pub fn limited(
+    trace: &TraceConfig,
+    max_reflections: usize,
+    max_diffractions: usize,
+    max_interactions: usize,
+) -> TraceConfig {
     TraceConfig {
         max_reflections,
         max_diffractions,
-        max_interactions: max_reflections + max_diffractions,
-        ..TraceConfig::default()
+        max_interactions: max_interactions.min(max_reflections + max_diffractions),
+        ..trace.clone()
     }
 }
 

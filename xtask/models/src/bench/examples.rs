@@ -1,70 +1,62 @@
-//! Links to look at: one that is easy, one in the middle, and the worst.
+//! Links to look at: the best, the median and the worst of the best that was learnt.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use aps_metrics::Metric;
 use aps_model::ANGLE_BINS;
-use aps_report::benchmark::{Entry, EntryKind, Example, Prediction, ScoreTable};
+use aps_report::benchmark::{Entry, Example, Prediction, ScoreTable};
 use map2aps::DatasetPlan;
 
 use super::answer;
 use super::test_set::TestSet;
 
-/// Share of the links that are predicted worse than the example.
-const DIFFICULTIES: [(&str, f64); 3] = [("easy", 0.9), ("median", 0.5), ("worst", 0.0)];
+/// Names of the shares of the links that are predicted worse.
+const RANKS: [(&str, f64); 3] = [("best", 1.0), ("median", 0.5), ("worst", 0.0)];
 
-/// Examples by the mean cosine similarity of the models, or of everything if there is no model. `folder_of` says where
-/// an entry's predictions lie.
+/// Links by the cosine similarity of the learnt entry that has the best mean, or of any if nothing was learnt. `folder_of`
+/// says where an entry's predictions lie.
 pub fn choose(
     entries: &[Entry],
     test: &TestSet,
     plan: &DatasetPlan,
     root: &Path,
-    folder_of: impl Fn(&str) -> std::path::PathBuf,
+    folder_of: impl Fn(&str) -> PathBuf,
 ) -> Result<Vec<Example>> {
-    let is_model = |e: &&Entry| matches!(e.kind, EntryKind::Model | EntryKind::Ablation);
-    let has_models = entries.iter().any(|e| is_model(&e));
-    let mut sum = vec![0.0; test.len()];
-    for entry in entries.iter().filter(|e| !has_models || is_model(e)) {
+    let mut best: Option<(&Entry, Vec<f64>)> = None;
+    let value = |of: &Option<(&Entry, Vec<f64>)>| {
+        let of = of.as_ref();
+        of.map(|(entry, cosine)| (entry.kind.is_learned(), cosine.iter().sum::<f64>()))
+    };
+    for entry in entries {
         let scores = entry.scores.first().context("an entry has no scores")?;
         let table = ScoreTable::read(root, scores, test.len())?;
         let cosine = table.column(Metric::Cosine).context("cosine is scored")?;
-        sum.iter_mut().zip(cosine).for_each(|(s, c)| *s += c);
-    }
-    let mut order: Vec<usize> = (0..test.len()).collect();
-    order.sort_by(|&a, &b| sum[a].total_cmp(&sum[b]));
-    let chosen = DIFFICULTIES.map(|(name, share)| {
-        let rank = (share * (order.len() - 1) as f64).round() as usize;
-        (name, order[rank])
-    });
-    let mut predictions: BTreeMap<usize, Vec<Prediction>> = BTreeMap::new();
-    for entry in entries {
-        let all = answer::predictions(&folder_of(&entry.name))?;
-        for (_, link) in chosen {
-            let spectrum = &all[link * ANGLE_BINS..][..ANGLE_BINS];
-            let prediction = Prediction {
-                entry: entry.name.clone(),
-                spectrum: spectrum.iter().copied().map(f64::from).collect(),
-            };
-            let of_link = predictions.entry(link).or_default();
-            if of_link.iter().all(|p| p.entry != entry.name) {
-                of_link.push(prediction);
-            }
+        let this = Some((entry, cosine.to_vec()));
+        if value(&this) > value(&best) {
+            best = this;
         }
     }
-    let example = |(name, link): (&str, usize)| {
+    let (entry, cosine) = best.context("nothing was scored")?;
+    let mut order: Vec<usize> = (0..test.len()).collect();
+    order.sort_by(|&a, &b| cosine[a].total_cmp(&cosine[b]));
+    let predictions = answer::predictions(&folder_of(&entry.name))?;
+    let example = |(rank, share): (&str, f64)| {
+        let link = order[(share * (order.len() - 1) as f64).round() as usize];
         let example = test.examples().list()[link];
+        let spectrum = &predictions[link * ANGLE_BINS..][..ANGLE_BINS];
         Ok(Example {
-            difficulty: name.into(),
+            rank: rank.into(),
             link,
             truth: test.examples().target(link).to_vec(),
-            predictions: predictions.get(&link).cloned().unwrap_or_default(),
+            predictions: vec![Prediction {
+                entry: entry.name.clone(),
+                spectrum: spectrum.iter().copied().map(f64::from).collect(),
+            }],
             buildings: plan.outlines(example.map)?,
             tx_m: example.tx_m,
             rx_m: example.rx_m,
         })
     };
-    chosen.into_iter().map(example).collect()
+    RANKS.into_iter().map(example).collect()
 }

@@ -10,6 +10,7 @@ mod latency;
 pub(crate) mod model;
 pub(crate) mod stamp;
 pub(crate) mod test_set;
+mod tune;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ use aps_model::{ModelKind, candle_core};
 use aps_report::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
 use config::Config;
 use map2aps::targets::{Target, labelled_links};
-use map2aps::training::{self, Training};
+use map2aps::training::{self, Trained, Training};
 use map2aps::{DatasetPlan, Draw, Examples};
 use serde_json::{Value, json};
 use stamp::{Part, State};
@@ -34,17 +35,19 @@ use xtask::{note, say};
 
 pub use args::Args;
 
-/// The tracer setting whose paths are the lines of sight.
-const SIGHT: [usize; 2] = [0, 0];
+/// Interactions of the tracer whose paths are the lines of sight.
+const SIGHT: usize = 0;
 
 /// Something to be scored.
 #[derive(Debug, Clone)]
 enum Job {
     Mean,
     LineOfSight,
-    /// Most reflections, most diffractions.
-    Tracer([usize; 2]),
+    /// Most interactions on a path.
+    Tracer(usize),
     Model(ModelKind),
+    /// Weights that were trained before.
+    Weights(String, PathBuf),
     External(String, PathBuf),
 }
 
@@ -53,12 +56,11 @@ impl Job {
         match self {
             Self::Mean => ("mean spectrum".into(), EntryKind::Baseline),
             Self::LineOfSight => ("line of sight".into(), EntryKind::Baseline),
-            Self::Tracer([r, d]) => (format!("tracer R{r} D{d}"), EntryKind::Tracer),
+            Self::Tracer(1) => ("tracer, 1 interaction".into(), EntryKind::Tracer),
+            Self::Tracer(most) => (format!("tracer, {most} interactions"), EntryKind::Tracer),
+            Self::Model(kind) => (kind.title().into(), EntryKind::Model),
+            Self::Weights(name, _) => (name.clone(), EntryKind::Shipped),
             Self::External(name, _) => (name.clone(), EntryKind::External),
-            &Self::Model(kind) => {
-                let (name, kind) = model::title(kind);
-                (name.into(), kind)
-            }
         }
     }
 }
@@ -150,25 +152,21 @@ impl Bench {
     }
 
     fn jobs(&self) -> Result<Vec<Job>> {
-        let tracer = &self.config.tracer;
         let mut jobs = vec![Job::Mean, Job::LineOfSight, Job::Tracer(SIGHT)];
-        for &diffractions in &tracer.diffractions {
-            for &reflections in &tracer.reflections {
-                jobs.push(Job::Tracer([reflections, diffractions]));
-            }
-        }
-        jobs.extend(self.config.kinds()?.into_iter().map(Job::Model));
+        let interactions = self.config.tracer.interactions.iter();
+        jobs.extend(interactions.copied().map(Job::Tracer));
+        jobs.extend(self.config.kinds().into_iter().map(Job::Model));
+        let weights = self.config.weights.iter();
+        jobs.extend(weights.map(|(name, file)| Job::Weights(name.clone(), file.clone())));
         let external = self.config.external.iter();
         jobs.extend(external.map(|(name, file)| Job::External(name.clone(), file.clone())));
-        // Later ones of a name are the same tracer again, or predictions named as something else here.
+        // Later ones of a name are the same tracer again, or something from elsewhere named as something else here.
         let mut unique: Vec<Job> = Vec::new();
         for job in jobs {
             let (name, _) = job.title();
             let is_taken = unique.iter().any(|one| stem(&one.title().0) == stem(&name));
-            if let (true, Job::External(name, _)) = (is_taken, &job) {
-                bail!(
-                    "the external predictions '{name}' have the name of another entry; choose another"
-                );
+            if let (true, Job::External(..) | Job::Weights(..)) = (is_taken, &job) {
+                bail!("'{name}' is the name of another entry; choose another");
             }
             if !is_taken {
                 unique.push(job);
@@ -193,7 +191,8 @@ impl Bench {
             data.finish()?;
         }
         let dataset = training::open(&folder)?;
-        let test = TestSet::load(&dataset, self.config.data.test_links, self.config.seed)?;
+        let limit = self.config.data.test_links;
+        let test = TestSet::load(&dataset, SplitPart::Test, limit, self.config.seed)?;
         let train_maps = &dataset.manifest().split.train;
         let (limit, seed) = (self.config.training.links, self.config.seed);
         let draw = limit.map(|links| Draw { links, seed });
@@ -223,7 +222,7 @@ impl Bench {
         };
         let made_of = match (job, &training) {
             (_, Some((_, part))) => json!(part.hash()),
-            (Job::External(_, file), _) => external_settings(file)?,
+            (Job::External(_, file) | Job::Weights(_, file), _) => external_settings(file)?,
             _ => json!([self.config.training.links, self.config.seed]),
         };
         let part = Part::new(
@@ -248,33 +247,39 @@ impl Bench {
         let answer = match (job, &training) {
             (Job::Mean, _) => baselines::mean(test, &context.mean),
             (Job::LineOfSight, _) => baselines::line_of_sight(test, &context.plan, &context.mean)?,
-            (Job::Tracer(limits), _) => {
+            (&Job::Tracer(interactions), _) => {
                 let batches = &self.config.latency.batches;
                 let batch = batches.iter().copied().max().unwrap_or(1);
                 let (plan, mean, folder) = (&context.plan, &context.mean, part.folder());
-                baselines::tracer(test, plan, *limits, mean, folder, batch)?
+                baselines::tracer(test, plan, interactions, mean, folder, batch)?
             }
             (Job::External(_, file), _) => Answer {
                 predictions: test.choose(&context.dataset, answer::spectra(file)?)?,
                 ..Answer::default()
             },
+            (Job::Weights(_, file), _) => {
+                let trained = Trained::load(file, None, None, &self.device)?;
+                model::ask(&trained, None, &self.question(test))?
+            }
             (Job::Model(_), Some((plan, training))) => {
-                let trained =
-                    model::train(training, plan, &context.dataset, self.fresh, interrupted)?;
-                let weights = training.folder().join("best.safetensors");
-                let asked = model::Question {
-                    test,
-                    latency: &self.config.latency,
-                    device: &self.device,
-                    interrupted,
-                };
-                model::ask(plan, trained, &weights, &asked)?
+                let made = model::train(training, plan, &context.dataset, self.fresh, interrupted)?;
+                let trained = model::trained(training, plan, &self.device)?;
+                model::ask(&trained, Some(made), &self.question(test))?
             }
             (Job::Model(_), None) => unreachable!("a model has a training"),
         };
         let entry = answer::keep(answer, (&name, kind), test, &self.out, &folder)?;
         part.finish()?;
         Ok(entry)
+    }
+
+    fn question<'a>(&'a self, test: &'a TestSet) -> model::Question<'a> {
+        model::Question {
+            test,
+            latency: &self.config.latency,
+            device: &self.device,
+            interrupted: &self.interrupted,
+        }
     }
 
     fn training(&self, kind: ModelKind, context: &BenchContext) -> Result<(Training, Part)> {
@@ -305,9 +310,7 @@ impl Bench {
             .develop_links
             .map_or(develop, |limit| limit.min(develop));
         // The tracer that found the lines of sight is in the tables if it was asked for.
-        let tracer = &self.config.tracer;
-        let is_shown =
-            tracer.reflections.contains(&SIGHT[0]) && tracer.diffractions.contains(&SIGHT[1]);
+        let is_shown = self.config.tracer.interactions.contains(&SIGHT);
         let entries: Vec<Entry> = entries
             .into_iter()
             .filter(|e| is_shown || e.name != sight)
@@ -349,9 +352,9 @@ impl Bench {
     }
 }
 
-/// Settings that decide predictions from elsewhere: the digest of their file.
+/// Settings that decide predictions or weights from elsewhere: the digest of their file.
 fn external_settings(file: &Path) -> Result<Value> {
-    let place = || format!("predictions '{}'", file.display());
+    let place = || format!("file '{}'", file.display());
     let mut digest = stamp::Digest::default();
     std::io::copy(&mut fs::File::open(file).with_context(place)?, &mut digest)
         .with_context(place)?;

@@ -1,18 +1,17 @@
 //! The models: trained, then asked for the test links.
 
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use anyhow::{Context, Result};
 use aps_metrics::Metric;
 use aps_model::candle_core;
 use aps_model::condition::Link;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
-use aps_report::benchmark::{CurvePoint, EntryKind, Training};
+use aps_report::benchmark::{CurvePoint, Training};
 use map2aps::training::{InitialWeights, RunFolder, Trained, Training as Plan};
 use map2aps::{Dataset, Error};
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::answer::Answer;
@@ -25,18 +24,9 @@ use crate::run;
 /// Links predicted at a time when no time is taken.
 const BATCH: usize = 64;
 
-/// Returns the name in the tables, by which the paper's figures are put beside it.
-pub fn title(kind: ModelKind) -> (&'static str, EntryKind) {
-    let entry = match kind {
-        ModelKind::MsMlp | ModelKind::AdvMlp => EntryKind::Ablation,
-        _ => EntryKind::Model,
-    };
-    (kind.title(), entry)
-}
-
 /// The training of a model in a benchmark.
 pub fn plan(config: &Config, kind: ModelKind) -> Result<Plan> {
-    let preset = config.preset()?;
+    let preset = config.training.preset;
     let pretrained = match (kind, preset) {
         // Weights of full width do not fit narrower models.
         (_, Preset::Small) | (ModelKind::RadioUnet, _) => None,
@@ -49,7 +39,7 @@ pub fn plan(config: &Config, kind: ModelKind) -> Result<Plan> {
         image_size: config.image_size(kind),
         config: config.training(kind)?,
         development_links: config.training.develop_links,
-        links: config.links(kind),
+        links: config.training.links,
         device: config.device,
         initial: pretrained.map_or(InitialWeights::Random, InitialWeights::Backbone),
         ..Plan::new(kind, preset)
@@ -71,12 +61,6 @@ pub fn settings(plan: &Plan, data: &str) -> Value {
     })
 }
 
-/// Time that was spent on a training, in all its sittings.
-#[derive(Debug, Default, Serialize, Deserialize)]
-struct Clock {
-    seconds: f64,
-}
-
 /// Trains a model into the part's folder, or continues the training that is there.
 pub fn train(
     part: &Part,
@@ -85,62 +69,55 @@ pub fn train(
     fresh: bool,
     interrupted: &AtomicBool,
 ) -> Result<Training> {
-    let (result, clock) = (
-        part.folder().join("training.json"),
-        part.folder().join("clock.json"),
-    );
+    let result = part.folder().join("training.json");
     let state = part.open(fresh)?;
     if state == State::Finished {
         return read_json(&result);
     }
     let folder = RunFolder::create(part.folder())?;
     let is_begun = state == State::Begun && folder.checkpoint().is_file();
-    let before = match is_begun && clock.is_file() {
-        true => read_json::<Clock>(&clock)?.seconds,
-        false => 0.0,
-    };
-    let started = Instant::now();
-    let made = run::train(plan, dataset, folder.clone(), is_begun, interrupted);
-    let seconds = before + started.elapsed().as_secs_f64();
-    write_json(&clock, &Clock { seconds })?;
-    let run = made?;
+    let run = run::train(plan, dataset, folder.clone(), is_begun, interrupted)?;
+    let curve = curve(&folder)?;
     let training = Training {
-        seconds,
-        epochs: plan.config.epochs as u32,
-        best_epoch: run.best_epochs().map(|epochs| epochs as u32),
+        seconds: curve.last().map_or(0.0, |last| last.seconds),
+        epochs: run.trainer().steps_done() as f64 / run.trainer().steps_per_epoch() as f64,
+        best_steps: run.best_steps(),
         links_seen: run.links_seen(),
-        curve: curve(&folder)?,
+        batch: run.trainer().links_per_step(),
+        learning_rate: plan.config.learning_rate,
+        image_size: plan.image_size,
+        curve,
     };
     write_json(&result, &training)?;
     part.finish()?;
     Ok(training)
 }
 
-/// The epochs as the run's log has them.
+/// The scores of the development links as the run's logs have them.
 fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
-    let path = folder.scores();
-    let place = || format!("log '{}'", path.display());
-    let mut log = csv::Reader::from_path(&path).with_context(place)?;
-    let columns = log.headers().with_context(place)?.clone();
-    let mut curve = Vec::new();
-    for row in log.records() {
-        let row = row.with_context(place)?;
-        let cell = |name: &str| -> Option<f64> {
-            let column = columns.iter().position(|c| c == name)?;
-            row.get(column)?
-                .parse()
-                .ok()
-                .filter(|x: &f64| x.is_finite())
+    let rows = |path: PathBuf| -> Result<Vec<HashMap<String, f64>>> {
+        let place = || format!("log '{}'", path.display());
+        let mut log = csv::Reader::from_path(&path).with_context(place)?;
+        log.deserialize()
+            .collect::<Result<_, _>>()
+            .with_context(place)
+    };
+    let (scores, times) = (rows(folder.scores())?, rows(folder.times())?);
+    let point = |(scores, times): (&HashMap<String, f64>, &HashMap<String, f64>)| {
+        let cell = |name: &str| scores.get(name).copied().unwrap_or_default();
+        let of = |metric: Metric| {
+            let value = scores.get(&format!("dev_{}", metric.key()));
+            value.copied().filter(|x| x.is_finite())
         };
-        let of = |metric: Metric| cell(&format!("dev_{}", metric.key()));
-        curve.push(CurvePoint {
-            epoch: cell("epochs").with_context(place)? as u32,
-            train_loss: cell("train_loss").with_context(place)?,
+        CurvePoint {
+            steps: cell("steps") as u64,
+            seconds: times.get("seconds").copied().unwrap_or_default(),
+            train_loss: cell("train_loss"),
             dev_cosine: of(Metric::Cosine),
-            dev_mse: of(Metric::Mse),
-        });
-    }
-    Ok(curve)
+            dev_recall: of(Metric::Recall4Deg),
+        }
+    };
+    Ok(scores.iter().zip(&times).map(point).collect())
 }
 
 /// Test links, device and timing by which a trained model is measured.
@@ -155,17 +132,10 @@ pub struct Question<'a> {
     pub interrupted: &'a AtomicBool,
 }
 
-/// Predicts the test links with the best weights, and measures the time that takes.
-pub fn ask(
-    plan: &Plan,
-    training: Training,
-    weights: &Path,
-    asked: &Question<'_>,
-) -> Result<Answer> {
-    let (kind, preset) = (Some(plan.model), Some(plan.preset));
-    let trained = Trained::load(weights, kind, preset, asked.device)?;
+/// Predicts the test links with trained weights, and measures the time that takes.
+pub fn ask(trained: &Trained, training: Option<Training>, asked: &Question<'_>) -> Result<Answer> {
     let examples = asked.test.examples();
-    let input = trained.input(examples, plan.image_size)?;
+    let input = trained.input(examples, trained.image_size())?;
     let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
     trained.predict_batches(&*input, examples, BATCH, |spectra| {
         if asked.interrupted.load(Ordering::Relaxed) {
@@ -175,17 +145,19 @@ pub fn ask(
         Ok(())
     })?;
     let links: Vec<Link> = examples.links().collect();
+    let (model, device) = (trained.model(), asked.device);
     Ok(Answer {
         predictions,
         parameters: Some(trained.parameters() as u64),
-        training: Some(training),
-        latency: latency::of_model(
-            trained.model(),
-            &*input,
-            &links,
-            asked.latency,
-            asked.device,
-        )?,
+        training,
+        latency: latency::of_model(model, &*input, &links, asked.latency, device)?,
         ..Answer::default()
     })
+}
+
+/// Reads the best weights of a training.
+pub fn trained(part: &Part, plan: &Plan, device: &candle_core::Device) -> Result<Trained> {
+    let weights = RunFolder::create(part.folder())?.best();
+    let (kind, preset) = (Some(plan.model), Some(plan.preset));
+    Ok(Trained::load(&weights, kind, preset, device)?)
 }

@@ -18,7 +18,7 @@ pub const PROTOCOLS: [aps_metrics::Protocol; 2] = [
     aps_metrics::Protocol::Released,
 ];
 
-/// Labelled links of the test maps.
+/// Labelled links of the test maps, or of the maps of another part.
 pub struct TestSet {
     examples: Examples,
     maps: Vec<u32>,
@@ -32,15 +32,15 @@ pub struct TestSet {
 }
 
 impl TestSet {
-    /// The test links of a data set: all, or `limit` of them drawn by `seed`.
-    pub fn load(dataset: &Dataset, limit: Option<usize>, seed: u64) -> Result<Self> {
-        let maps = dataset.manifest().split.maps(Part::Test).to_vec();
+    /// The links of a part of a data set: all, or `limit` of them drawn by `seed`.
+    pub fn load(dataset: &Dataset, part: Part, limit: Option<usize>, seed: u64) -> Result<Self> {
+        let maps = dataset.manifest().split.maps(part).to_vec();
         let (protocol, train, target) = targets::learning_target(dataset)?;
         let draw = limit.map(|links| Draw { links, seed });
         let examples = Examples::of_maps(dataset, &maps, target, draw)?;
         ensure!(
             !examples.list().is_empty(),
-            "the test maps {maps:?} have no link with a label"
+            "the maps {maps:?} have no link with a label"
         );
         let labelled = targets::labelled_links(dataset, &maps);
         let entries = dataset.manifest().maps.iter();

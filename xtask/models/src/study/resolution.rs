@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result};
+use aps_data::Part;
 use aps_metrics::{Metric, Protocol};
 use aps_model::{ModelKind, candle_core};
 use aps_report::numbers::three_digits;
@@ -16,7 +17,7 @@ use xtask::note;
 use xtask_studies::{Profile, Study};
 
 use crate::bench::config::{self, Config};
-use crate::bench::stamp::{Part, State};
+use crate::bench::stamp::{self, State};
 use crate::bench::test_set::TestSet;
 use crate::bench::{dataset, model};
 
@@ -62,27 +63,33 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     config.seed = setup.seed;
     config.data.maps.clone_from(&setup.maps);
     config.model.clear();
+    config.data.train_maps = setup.profile.choose(2, 10);
     config.training.links = Some(setup.profile.choose(64, 1500));
-    config.training.epochs = setup.profile.choose(1, 2);
+    config.training.budget = None;
+    config.training.epochs = Some(setup.profile.choose(1, 2));
+    config.training.all.batch = Some(setup.profile.choose(16, 64));
     config.data.test_links = Some(setup.profile.choose(40, 1000));
     config.latency.batches = vec![setup.profile.choose(8, 64)];
 
     let (plan, split) = dataset::plan(&config)?;
     let settings = json!({ "maps": setup.maps, "split": split, "seed": setup.seed, "settings": plan.config().configuration });
-    let part = Part::new(setup.work.join("data"), settings);
+    let part = stamp::Part::new(setup.work.join("data"), settings);
     let folder = part.folder().join("dataset");
     if part.open(false)? != State::Finished {
         dataset::make(&plan, &folder, &split)?;
         part.finish()?;
     }
     let dataset = training::open(&folder)?;
-    let test = TestSet::load(&dataset, config.data.test_links, setup.seed)?;
+    let limit = config.data.test_links;
+    let test = TestSet::load(&dataset, Part::Test, limit, setup.seed)?;
     let device = config.device.open()?;
     let mut rows = Vec::new();
     for &pixels in sizes {
-        config.training.image_size = pixels;
+        config.training.all.image_size = Some(pixels);
         note!("{MODEL} on images of {pixels} x {pixels}");
-        rows.push(row(setup, &config, &part, &dataset, &test, &device)?);
+        rows.push(row(
+            setup, &config, pixels, &part, &dataset, &test, &device,
+        )?);
     }
     describe(&config, test.len(), &rows, study)
 }
@@ -90,15 +97,15 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
 fn row(
     setup: &Setup,
     config: &Config,
-    data: &Part,
+    pixels: usize,
+    data: &stamp::Part,
     dataset: &aps_data::Dataset,
     test: &TestSet,
     device: &candle_core::Device,
 ) -> Result<Row> {
-    let pixels = config.training.image_size;
     let plan = model::plan(config, MODEL)?;
     let settings = model::settings(&plan, data.hash());
-    let part = Part::new(setup.work.join(format!("{MODEL}-{pixels}")), settings);
+    let part = stamp::Part::new(setup.work.join(format!("{MODEL}-{pixels}")), settings);
     let training = model::train(&part, &plan, dataset, false, &setup.interrupted)?;
     let train_s = training.seconds;
     let asked = model::Question {
@@ -107,12 +114,7 @@ fn row(
         device,
         interrupted: &setup.interrupted,
     };
-    let answer = model::ask(
-        &plan,
-        training,
-        &part.folder().join("best.safetensors"),
-        &asked,
-    )?;
+    let answer = model::ask(&model::trained(&part, &plan, device)?, None, &asked)?;
     let scores = test.score(&answer.predictions, Protocol::Paper)?;
     let mean = |metric: Metric| -> Result<f64> {
         let column = scores.column(metric).context("the metric was scored")?;
@@ -177,7 +179,7 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
     ];
     let caption = format!(
         "{MODEL}, small preset, {} epochs on {} links, scored on {tested} links of maps it has not seen",
-        config.training.epochs,
+        config.training.epochs.unwrap_or_default(),
         config.training.links.unwrap_or_default(),
     );
     study.table(caption, &head, rows.iter().map(cells).collect());

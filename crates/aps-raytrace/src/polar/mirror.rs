@@ -1,11 +1,11 @@
-//! Mirror images of fields: the same numbers in another order.
+//! Mirror images of a link: the same values in another order.
 
-/// Axes along which a map is mirrored, about the middle of its grid.
+/// Axes along which a map is mirrored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Mirror {
-    /// Mirrors along x: the first column changes places with the last one.
+    /// Mirrors along x: left and right change places.
     pub x: bool,
-    /// Mirrors along y: the first row changes places with the last one.
+    /// Mirrors along y: up and down change places.
     pub y: bool,
 }
 
@@ -17,17 +17,6 @@ impl Mirror {
         Self { x: false, y: true },
         Self { x: true, y: true },
     ];
-
-    /// Returns the pixel of the map whose field the mirrored map has at `pixel`, on a grid of so many columns and rows; its
-    /// own inverse.
-    #[must_use]
-    pub fn pixel(self, pixel: usize, width: usize, height: usize) -> usize {
-        let turn = |at: usize, count: usize, is_mirrored: bool| match is_mirrored {
-            true => count - 1 - at,
-            false => at,
-        };
-        turn(pixel / width, height, self.y) * width + turn(pixel % width, width, self.x)
-    }
 
     /// Returns the direction of the map's fan whose ray the mirrored map has at `direction`, out of so many; its own inverse.
     #[must_use]

@@ -1,5 +1,6 @@
-//! Devices on the command line.
+//! Devices and models on the command line.
 
+use aps_model::ModelKind;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use map2aps::training::Device;
 
@@ -14,4 +15,11 @@ pub fn devices() -> impl TypedValueParser<Value = Device> {
     };
     let parser = PossibleValuesParser::new(Device::ALL.map(value));
     parser.try_map(|name| name.parse::<Device>())
+}
+
+/// Parser of a model's name.
+pub fn models() -> impl TypedValueParser<Value = ModelKind> {
+    let value = |kind: ModelKind| PossibleValue::new(kind.name()).help(kind.title());
+    let parser = PossibleValuesParser::new(ModelKind::ALL.map(value));
+    parser.try_map(|name| name.parse::<ModelKind>())
 }

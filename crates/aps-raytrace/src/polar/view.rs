@@ -4,47 +4,32 @@
 
 use glam::DVec2;
 
-use super::canvas::HalfPlane;
 use crate::beam::{Beam, Sweep, Window, visible_walls};
 use crate::scene::{Scene, Wall};
 
 /// Rays nearer to each other than this, in k / (1 + |k|), are one: far above rounding, far below what pixels tell apart.
 const ONE_RAY: f64 = 1e-12;
 
+/// Nearer to the end of a wall than this, in parts of its length, a ray meets the end.
+const AT_END: f64 = 1e-9;
+
 /// The part of a view between two neighbouring rays, up to the wall that both meet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
-    /// The source, or its image.
-    apex: DVec2,
-    /// Ends of the right and the left ray on the near side: the source, or the window it looks through \[m\].
-    near: [DVec2; 2],
-    /// Their ends at the wall, or beyond the reach \[m\].
-    pub far: [DVec2; 2],
     /// The wall they meet.
-    pub wall: Option<u32>,
-    /// Places on the wall at which the two rays meet it: 0 at its start, 1 at its end.
-    at: [f64; 2],
+    pub wall: u32,
+    /// Places on the wall at which the right and the left ray meet it: 0 at its start, 1 at its end.
+    pub at: [f64; 2],
 }
 
 impl Piece {
-    /// Lowest and highest y of the piece \[m\].
-    pub fn heights_m(&self) -> [f64; 2] {
-        let ends = self.near.iter().chain(&self.far).map(|p| p.y);
-        let low = ends.clone().fold(f64::INFINITY, f64::min);
-        [low, ends.fold(f64::NEG_INFINITY, f64::max)]
-    }
-
-    /// The half-planes that the piece is the common part of, given the wall that the source is an image behind. Its corners
-    /// may be as near to each other as rounding is: they do not tell where its sides point.
-    pub fn sides(&self, scene: &Scene, mirror: Option<u32>) -> impl Iterator<Item = HalfPlane> {
-        let [right, left] = self.far.map(|end| end - self.apex);
-        let rays = [right, -left].map(|direction| HalfPlane {
-            point: self.apex,
-            direction,
-        });
-        let walls = [self.wall, mirror].into_iter().flatten();
-        let walls = walls.map(|id| HalfPlane::before(&scene.walls()[id as usize]));
-        rays.into_iter().chain(walls)
+    /// Ends of the wall that are ends of the piece: 0 for its start, 1 for its end.
+    pub fn ends(&self) -> impl Iterator<Item = usize> {
+        let is_end = |&end: &usize| {
+            let to_end = |at: f64| (at - end as f64).abs() <= AT_END;
+            self.at.into_iter().any(to_end)
+        };
+        [0, 1].into_iter().filter(is_end)
     }
 }
 
@@ -78,9 +63,9 @@ impl View {
     }
 
     /// The view from the image of `source` behind the wall that a piece of its view ends at, through that piece; with the
-    /// image. `None` without a wall, or where the source is on its line.
+    /// image. `None` where the source is on its line.
     pub fn reflected(scene: &Scene, source: DVec2, piece: &Piece) -> Option<(Self, DVec2)> {
-        let id = piece.wall?;
+        let id = piece.wall;
         let wall = &scene.walls()[id as usize];
         let apex = wall.mirror(source);
         // From right to left is from a wall's end to its start.
@@ -107,21 +92,8 @@ impl View {
         DVec2::new(r.dot(self.across), r.dot(self.forward))
     }
 
-    /// The point on ray k at a depth.
-    fn point(&self, k: f64, depth: f64) -> DVec2 {
-        let scale = depth / self.forward.length_squared();
-        self.apex + (self.across * k + self.forward) * scale
-    }
-
-    /// Appends the pieces of the view, from right to left. Where no wall is met they end at the farthest depth of the box
-    /// between `reach`, and are left out when all of it lies before the window.
-    pub fn pieces(
-        &self,
-        scene: &Scene,
-        reach: [DVec2; 2],
-        scratch: &mut Scratch,
-        out: &mut Vec<Piece>,
-    ) {
+    /// Appends the pieces of the view that end at walls, from right to left.
+    pub fn pieces(&self, scene: &Scene, scratch: &mut Scratch, out: &mut Vec<Piece>) {
         let Scratch {
             sweep,
             windows,
@@ -134,16 +106,11 @@ impl View {
         });
         // A wall is nearest until another is, at most up to its own end.
         nearest.dedup_by_key(|from| from.1);
-        let (middle, half) = (reach[0].midpoint(reach[1]), (reach[1] - reach[0]) * 0.5);
-        let beyond = self.project(middle).y + half.dot(self.forward.abs());
-        let mut open_from = self.lo;
         for (i, &(k, id)) in nearest.iter().enumerate() {
-            out.extend(self.open(open_from, k, beyond));
             let next = nearest.get(i + 1).map_or(self.hi, |next| next.0);
-            open_from = next.min(self.end_of(&scene.walls()[id as usize]));
-            out.extend(self.up_to(k, open_from, id, &scene.walls()[id as usize]));
+            let wall = &scene.walls()[id as usize];
+            out.extend(self.up_to(k, next.min(self.end_of(wall)), id, wall));
         }
-        out.extend(self.open(open_from, self.hi, beyond));
     }
 
     /// The ray on which a wall ends to the left, or the last one where it goes on behind the window.
@@ -163,31 +130,13 @@ impl View {
         (to - from > ONE_RAY * (1.0 + from.abs())).then_some([from, to])
     }
 
-    /// The piece between two rays that meet no wall.
-    fn open(&self, from: f64, to: f64, beyond: f64) -> Option<Piece> {
-        let rays = self.stretch(from, to)?;
-        (beyond > self.near).then(|| Piece {
-            apex: self.apex,
-            near: rays.map(|k| self.point(k, self.near)),
-            far: rays.map(|k| self.point(k, beyond)),
-            wall: None,
-            at: [0.0; 2],
-        })
-    }
-
     /// The piece between two rays that meet a wall.
     fn up_to(&self, from: f64, to: f64, id: u32, wall: &Wall) -> Option<Piece> {
         let rays = self.stretch(from, to)?;
         let (a, b) = (self.project(wall.a), self.project(wall.b));
         let d = b - a;
         let at = rays.map(|k| ((k * a.y - a.x) / (d.x - k * d.y)).clamp(0.0, 1.0));
-        Some(Piece {
-            apex: self.apex,
-            near: rays.map(|k| self.point(k, self.near)),
-            far: at.map(|at| wall.a + wall.along() * at),
-            wall: Some(id),
-            at,
-        })
+        Some(Piece { wall: id, at })
     }
 }
 

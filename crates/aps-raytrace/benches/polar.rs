@@ -1,13 +1,13 @@
-//! Benchmarks of the fields: `cargo bench -p aps-raytrace --bench fields`.
+//! Benchmarks of the polar view: `cargo bench -p aps-raytrace --bench polar`.
 //!
-//! The default synthetic city, or the RadioMapSeer map that `FIELDS_MAP` names; 256 x 256 pixels, 180 x 40 positions; one thread
-//! with `RAYON_NUM_THREADS=1`.
+//! The default synthetic city, or the RadioMapSeer map that `POLAR_MAP` names; 180 directions, two bounces; one thread with
+//! `RAYON_NUM_THREADS=1`.
 
 use std::hint::black_box;
 
 use aps_raytrace::Scene;
-use aps_raytrace::fields::{FieldConfig, FieldLink, FieldMap, Mirror, NUMBERS, PLANES, gather};
 use aps_raytrace::glam::DVec2;
+use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap, gather};
 use aps_raytrace::scene::{CityConfig, Location};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
@@ -22,17 +22,17 @@ fn outdoor(scene: &Scene, count: usize) -> Vec<DVec2> {
         .collect()
 }
 
-fn fields(c: &mut Criterion) {
-    let scene = match std::env::var("FIELDS_MAP") {
+fn polar(c: &mut Criterion) {
+    let scene = match std::env::var("POLAR_MAP") {
         Ok(path) => Scene::from_radiomapseer(&std::fs::read_to_string(path).unwrap()).unwrap(),
         Err(_) => Scene::synthetic(&CityConfig::default()).unwrap(),
     };
     let points = outdoor(&scene, 48);
-    let mut group = c.benchmark_group("fields");
+    let mut group = c.benchmark_group("polar");
     group.bench_function("map", |b| {
-        b.iter(|| FieldMap::new(black_box(&scene), FieldConfig::default()).unwrap());
+        b.iter(|| PolarMap::new(black_box(&scene), Fan::default()).unwrap());
     });
-    let map = FieldMap::new(&scene, FieldConfig::default()).unwrap();
+    let map = PolarMap::new(&scene, Fan::default()).unwrap();
     let (tx, rx) = points.split_at(16);
     group.throughput(Throughput::Elements(tx.len() as u64));
     group.bench_function("16 transmitters", |b| {
@@ -52,25 +52,24 @@ fn fields(c: &mut Criterion) {
     });
     let tx: Vec<_> = tx.iter().map(|&p| map.transmitter(p).unwrap()).collect();
     let rx: Vec<_> = rx.iter().map(|&p| map.receiver(p).unwrap()).collect();
-    let links: Vec<FieldLink<'_>> = tx[..8]
+    let links: Vec<PolarLink<'_>> = tx[..8]
         .iter()
         .flat_map(|transmitter| rx.iter().map(move |receiver| (transmitter, receiver)))
         .zip((0..4).cycle())
-        .map(|((transmitter, receiver), image)| FieldLink {
+        .map(|((transmitter, receiver), image)| PolarLink {
             map: &map,
             transmitter,
             receiver,
             mirror: Mirror::ALL[image],
         })
         .collect();
-    let mut planes = vec![0.0; links.len() * PLANES * map.fan().positions()];
-    let mut numbers = vec![0.0; links.len() * NUMBERS * map.fan().directions];
+    let mut values = vec![0.0; links.len() * map.shape().values()];
     group.throughput(Throughput::Elements(links.len() as u64));
     group.bench_function("256 links", |b| {
-        b.iter(|| gather(black_box(&links), &mut planes, &mut numbers).unwrap());
+        b.iter(|| gather(black_box(&links), &mut values).unwrap());
     });
     group.finish();
 }
 
-criterion_group!(benches, fields);
+criterion_group!(benches, polar);
 criterion_main!(benches);

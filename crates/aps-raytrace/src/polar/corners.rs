@@ -1,0 +1,220 @@
+//! Corners that ways bend around, and the shortest ways between them: done once a map.
+//!
+//! A shortest way is a tight string: at each corner that it touches it bends around the building. So of the pairs of corners
+//! that see each other only those count whose line passes the buildings at both ends.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::error::PolarError;
+use crate::images::Outlook;
+use crate::material::Material;
+use crate::predicates::orient;
+use crate::scene::Scene;
+
+/// Largest memory for the pairs of a map's corners.
+const MAX_BYTES: usize = 1 << 30;
+
+/// Marks an end of a wall without a corner.
+pub(super) const NO_CORNER: u32 = u32::MAX;
+
+/// A corner that ways bend around: more than half of the plane around it is street.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Corner {
+    pub point: DVec2,
+    /// The wall that starts here, and its far end.
+    first: (u32, DVec2),
+    /// The wall on the other side of the street, and its far end.
+    last: (u32, DVec2),
+    /// Unit vector into the building, half-way between its two walls.
+    pub inward: DVec2,
+}
+
+impl Corner {
+    /// Tells if a tight string can come from a place and bend here: it lies before, or along, one of the walls but not before
+    /// the other.
+    pub fn bends(&self, from: DVec2) -> bool {
+        let first = -orient(self.point, self.first.1, from);
+        let last = -orient(self.last.1, self.point, from);
+        (first > 0.0) != (last > 0.0) || (first == 0.0) != (last == 0.0)
+    }
+}
+
+/// The corners of a map.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Corners {
+    pub corners: Vec<Corner>,
+    /// By wall: the corners at its start and its end, or [`NO_CORNER`].
+    pub at_ends: Vec<[u32; 2]>,
+    /// Corners that a tight string may go on to from each corner, with their distance \[m\].
+    next: Vec<Vec<(u32, f64)>>,
+}
+
+impl Corners {
+    /// Finds them, spread over the threads.
+    pub fn new(scene: &Scene) -> Result<Self, PolarError> {
+        let corners = corners(scene);
+        let mut at_ends = vec![[NO_CORNER; 2]; scene.walls().len()];
+        for (c, corner) in (0..).zip(&corners) {
+            at_ends[corner.first.0 as usize][0] = c;
+            at_ends[corner.last.0 as usize][1] = c;
+        }
+        let bytes = AtomicUsize::new(0);
+        // The order of counting does not change if there is too much.
+        let take = |size: usize| bytes.fetch_add(size, Ordering::Relaxed) + size <= MAX_BYTES;
+        let next_of = |outlook: &mut Outlook, near: &Corner| {
+            outlook.look(scene, near.point);
+            let is_next = |far: &Corner| near.bends(far.point) && far.bends(near.point);
+            let next = in_sight(scene, &corners, near.point, outlook, is_next);
+            next.take_while(|_| take(size_of::<(u32, f64)>())).collect()
+        };
+        let next = corners.par_iter().map_init(Outlook::default, next_of);
+        let next = next.collect();
+        if bytes.into_inner() > MAX_BYTES {
+            return Err(PolarError::TooManyCorners { limit: MAX_BYTES });
+        }
+        Ok(Self {
+            corners,
+            at_ends,
+            next,
+        })
+    }
+
+    /// Corners in sight of a place, with their distance \[m\].
+    pub fn in_sight(&self, scene: &Scene, from: DVec2) -> Vec<(u32, f64)> {
+        let mut outlook = Outlook::default();
+        outlook.look(scene, from);
+        in_sight(scene, &self.corners, from, &outlook, |_| true).collect()
+    }
+
+    /// Those of the corners in sight of a place that a tight string from there bends at.
+    pub fn bending<'a>(
+        &'a self,
+        in_sight: &'a [(u32, f64)],
+        from: DVec2,
+    ) -> impl Iterator<Item = (u32, f64)> + 'a {
+        let bends = move |(corner, _): &(u32, f64)| self.corners[*corner as usize].bends(from);
+        in_sight.iter().copied().filter(bends)
+    }
+
+    /// The shortest tight strings from a place to the corners (Dijkstra 1959), given the corners in its sight.
+    pub fn strings(&self, in_sight: &[(u32, f64)], from: DVec2) -> Vec<TightString> {
+        let mut strings = vec![TightString::NONE; self.corners.len()];
+        let mut heap = BinaryHeap::new();
+        for (c, length_m) in self.bending(in_sight, from) {
+            strings[c as usize] = TightString {
+                length_m,
+                before: from,
+                turned_rad: 0.0,
+                corners: 1,
+            };
+            heap.push(Reverse(Entry(length_m, c)));
+        }
+        while let Some(Reverse(Entry(length_m, c))) = heap.pop() {
+            let near = strings[c as usize];
+            if length_m > near.length_m {
+                continue;
+            }
+            let here = self.corners[c as usize].point;
+            for &(to, step_m) in &self.next[c as usize] {
+                let length_m = length_m + step_m;
+                if length_m < strings[to as usize].length_m {
+                    let ahead = self.corners[to as usize].point - here;
+                    strings[to as usize] = TightString {
+                        length_m,
+                        before: here,
+                        turned_rad: near.turned_rad + (here - near.before).angle_to(ahead).abs(),
+                        corners: near.corners + 1,
+                    };
+                    heap.push(Reverse(Entry(length_m, to)));
+                }
+            }
+        }
+        strings
+    }
+}
+
+/// The shortest way from a place to a corner around the buildings.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TightString {
+    /// Infinite where there is none \[m\].
+    pub length_m: f64,
+    /// The corner before, or where it begins.
+    pub before: DVec2,
+    /// Sum of the angles by which it has turned before the corner \[rad\].
+    pub turned_rad: f64,
+    /// Corners that it touches, this one included.
+    pub corners: u32,
+}
+
+impl TightString {
+    const NONE: Self = Self {
+        length_m: f64::INFINITY,
+        before: DVec2::ZERO,
+        turned_rad: 0.0,
+        corners: 0,
+    };
+}
+
+/// The corners of a kind in sight of the place where `outlook` was taken, with their distance \[m\].
+fn in_sight(
+    scene: &Scene,
+    corners: &[Corner],
+    from: DVec2,
+    outlook: &Outlook,
+    is_of_kind: impl Fn(&Corner) -> bool,
+) -> impl Iterator<Item = (u32, f64)> {
+    let is_seen = move |to: DVec2| {
+        !scene.is_blocked_by(from, to, outlook.nearest(to - from))
+            && !scene.is_blocked(from, to, [None; 2])
+    };
+    let all = (0..).zip(corners);
+    let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner.point));
+    seen.map(move |(c, corner)| (c, from.distance(corner.point)))
+}
+
+/// A string on the heap, ordered by length.
+#[derive(Debug, PartialEq)]
+struct Entry(f64, u32);
+
+impl Eq for Entry {}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
+    }
+}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// The corners that diffract: ways bend around the same.
+fn corners(scene: &Scene) -> Vec<Corner> {
+    // The carrier and the walls' material say nothing about where corners are.
+    let reflectors = vec![Material::PerfectConductor.at(1e9); scene.walls().len()];
+    let wedges = scene.wedges(&reflectors, 1.0);
+    let walls = scene.walls();
+    let corner = |wedge: &crate::wedge::Wedge| {
+        let first = &walls[wedge.id as usize];
+        let ends_here = |&id: &u32| walls[id as usize].b == wedge.point;
+        let is_last = |&id: &u32| wedge.ray(walls[id as usize].a).angles()[1] == 0.0;
+        let all = std::iter::once(first.previous).chain(0..walls.len() as u32);
+        let last = all.filter(ends_here).find(is_last)?;
+        let along = |end: DVec2| (end - wedge.point).normalize_or_zero();
+        let last_end = walls[last as usize].a;
+        Some(Corner {
+            point: wedge.point,
+            first: (wedge.id, first.b),
+            last: (last, last_end),
+            inward: (along(first.b) + along(last_end)).normalize_or_zero(),
+        })
+    };
+    wedges.iter().filter_map(corner).collect()
+}

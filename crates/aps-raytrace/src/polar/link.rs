@@ -1,0 +1,237 @@
+//! A link as its receiver sees it: for each ray, the geometry of ways that arrive along it.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use super::error::PolarError;
+use super::map::PolarMap;
+use super::mirror::Mirror;
+use super::rays::{Passed, ReceiverRays, Segment};
+use super::shape::{FEATURES, KINDS, NUMBERS, Shape};
+use super::ways::{TO_CORNER, TransmitterWays, Way};
+
+/// Farthest shortest way that is told apart \[m\].
+const FARTHEST_M: f64 = 1200.0;
+
+/// Turns \[rad\] count as at least this in the rank of a way, and lengths as at least [`NEAREST_M`].
+const LEAST_TURN: f32 = 0.05;
+const NEAREST_M: f32 = 0.1;
+
+/// A link and the mirror image in which it is seen.
+///
+/// # Features
+/// For each ray, kind of way and number of bounces, of one way along the ray; all 0 if there is none. L is the way's length, s1
+/// its part from the receiver to the corner and s2 the rest, d the distance of transmitter and receiver, at least 1 m.
+///
+/// | feature | value |
+/// |---|---|
+/// | 0 | 1 less the angle between the ray and the way, over that between neighbouring rays |
+/// | 1 | 1 |
+/// | 2 | half of that angle, over that between neighbouring rays; positive counter-clockwise |
+/// | 3 | ln(L / d), between -0.1 and 3 |
+/// | 4 | sum of the angles by which the way turns at corners, over pi |
+/// | 5 | 0.3 ln(angle \[rad\] by which it turns at the last corner + 0.03) |
+/// | 6 | 0.3 ln(s1 s2 / (s1 + s2) \[m\]) |
+/// | 7 | number of corners, at most 4, over 4 |
+/// | 8, 9 | sum of the cosines of incidence at the walls between the receiver and the corner, and that of the wall next to the corner |
+/// | 10 | sum of the cosines of incidence at the walls between the corner and the transmitter |
+/// | 11 | 0.3 ln(L \[m\]) - 1 |
+/// | 12, 13 | cosines of the angles between the corner's bisector, pointing into the building, and the ways to and from the corner |
+///
+/// A straight way has 0 for 4 to 7, 10, 12 and 13. Of several ways of a kind, the one that is kept has the least (c + 0.05)^2 s1 s2
+/// (s1 + s2) e^(2 t + i), c the chord of the last turn, t the sum of the turns before, i feature 10: ways that turn little are kept
+/// rather than short ones.
+///
+/// # Numbers
+/// For each direction: cosine and sine of the angle from the transmitter's bearing to it, ln(d) / 3 - 1, ln(g) / 3 - 1, g the length
+/// of the shortest way around the buildings, at most 1200 m, which stands for a receiver that no way leads to.
+#[derive(Debug, Clone, Copy)]
+pub struct PolarLink<'a> {
+    /// The map that made both.
+    pub map: &'a PolarMap<'a>,
+    /// Ways of the transmitter.
+    pub transmitter: &'a TransmitterWays,
+    /// Rays of the receiver.
+    pub receiver: &'a ReceiverRays,
+    /// Image of the map in which the link is seen: directions in another order.
+    pub mirror: Mirror,
+}
+
+impl PolarLink<'_> {
+    /// Length of the shortest way from transmitter to receiver around the buildings \[m\], exact; infinite if there is none.
+    #[must_use]
+    pub fn geodesic_m(&self) -> f64 {
+        let (tx, rx) = (self.transmitter, self.receiver);
+        if tx.place == rx.place || !self.map.scene().is_blocked(tx.place, rx.place, [None; 2]) {
+            return tx.place.distance(rx.place);
+        }
+        let over = |&(corner, distance_m): &(u32, f64)| tx.shortest_m[corner as usize] + distance_m;
+        rx.bending.iter().map(over).fold(f64::INFINITY, f64::min)
+    }
+
+    fn check(&self) -> Result<(), PolarError> {
+        let corners = self.map.corner_count();
+        let (tx, rx) = (self.transmitter, self.receiver);
+        let is_near = |&(corner, _): &(u32, f64)| (corner as usize) < corners;
+        if tx.shortest_m.len() != corners {
+            Err(PolarError::Foreign {
+                terminal: "transmitter",
+            })
+        } else if rx.segments.len() != self.map.fan().pieces() || !rx.bending.iter().all(is_near) {
+            Err(PolarError::Foreign {
+                terminal: "receiver",
+            })
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Writes the values (direction, value). No memory is taken.
+    fn write(&self, out: &mut [f32]) {
+        let (fan, shape) = (self.map.fan(), self.map.shape());
+        let ahead = self.transmitter.place - self.receiver.place;
+        let length_m = ahead.length();
+        let bearing_rad = ahead.y.atan2(ahead.x);
+        let log = |length_m: f64| (length_m.clamp(1.0, FARTHEST_M).ln() / 3.0 - 1.0) as f32;
+        let logs = [log(length_m), log(self.geodesic_m())];
+        let seen = Seen {
+            link: self,
+            beam_rad: fan.step_rad() as f32,
+            distance_m: length_m.max(1.0) as f32,
+        };
+        out.fill(0.0);
+        for (i, out) in out.chunks_exact_mut(shape.per_direction()).enumerate() {
+            let direction = self.mirror.direction(i, fan.directions);
+            let (ways, numbers) = out.split_at_mut(shape.per_direction() - NUMBERS);
+            let angle_rad = fan.angle_rad(direction) - bearing_rad;
+            let (sin, cos) = (angle_rad % TAU).sin_cos();
+            let sin = sin * self.mirror.turn();
+            numbers.copy_from_slice(&[cos as f32, sin as f32, logs[0], logs[1]]);
+            for bounces in 0..=fan.max_bounces {
+                let segment = bounces * fan.directions + direction;
+                let way = |kind: usize| (kind * (fan.max_bounces + 1) + bounces) * FEATURES;
+                if let Some(features) = seen.straight(segment, bounces) {
+                    ways[way(0)..][..FEATURES].copy_from_slice(&features);
+                }
+                let passed = self.receiver.passed(segment);
+                if passed.is_empty() {
+                    continue;
+                }
+                for kind in 1..KINDS {
+                    if let Some(features) = seen.over_corner(segment, bounces, kind - 1) {
+                        ways[way(kind)..][..FEATURES].copy_from_slice(&features);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A link, and lengths that its features are relative to.
+struct Seen<'a> {
+    link: &'a PolarLink<'a>,
+    beam_rad: f32,
+    distance_m: f32,
+}
+
+impl Seen<'_> {
+    /// Features of the straight way along a segment; `None` if the segment does not pass the transmitter.
+    fn straight(&self, segment: usize, bounces: usize) -> Option<[f32; FEATURES]> {
+        let segment = &self.link.receiver.segments[segment];
+        let (scene, place) = (self.link.map.scene(), self.link.transmitter.place);
+        let passed = segment.passes(scene, place, self.link.map.fan().step_rad())?;
+        let [foot_m, offset_rad] = passed.map(|x| x as f32);
+        let mut features = self.along(segment, bounces, offset_rad);
+        features[3] = self.excess(foot_m);
+        features[11] = 0.3 * foot_m.max(NEAREST_M).ln() - 1.0;
+        Some(features)
+    }
+
+    /// Features of the way of a kind along a segment that ranks first.
+    fn over_corner(&self, segment: usize, bounces: usize, kind: usize) -> Option<[f32; FEATURES]> {
+        let (tx, rx) = (self.link.transmitter, self.link.receiver);
+        let passed = rx.passed(segment);
+        let segment = &rx.segments[segment];
+        let unit = segment.unit.as_vec2();
+        let mut best: Option<(f32, &Passed, &Way, f32)> = None;
+        for corner in passed {
+            let back = -(unit + unit.perp() * corner.offset_rad);
+            for way in tx.to(corner.corner, kind) {
+                // The chord of an angle: exact for small ones.
+                let (x, y) = (back.x - way.unit[0], back.y - way.unit[1]);
+                let chord = (x * x + y * y).sqrt();
+                let (s1, s2) = (corner.range_m, way.length_m);
+                let turn = chord + LEAST_TURN;
+                let rank = turn * turn * s1 * s2 * (s1 + s2) * way.weight;
+                if best.is_none_or(|best| rank < best.0) {
+                    best = Some((rank, corner, way, chord));
+                }
+            }
+        }
+        let (_, corner, way, chord) = best?;
+        let (s1, s2) = (corner.range_m, way.length_m);
+        let turn_rad = 2.0 * (0.5 * chord).min(1.0).asin();
+        let inward = self.link.map.corners.corners[corner.corner as usize].inward;
+        let inward = inward.as_vec2();
+        let ahead = unit + unit.perp() * corner.offset_rad;
+        let mut features = self.along(segment, bounces, corner.offset_rad);
+        features[3] = self.excess(s1 + s2);
+        features[4] = (way.turned_rad + turn_rad) / std::f32::consts::PI;
+        features[5] = 0.3 * (turn_rad + 0.03).ln();
+        features[6] = 0.3 * (s1 * s2 / (s1 + s2).max(NEAREST_M)).max(NEAREST_M).ln();
+        features[7] = 0.25 * way.corners.min(4.0);
+        features[10] = way.cos_sum;
+        features[11] = 0.3 * (s1 + s2).max(NEAREST_M).ln() - 1.0;
+        features[12] = way.unit[0] * inward.x + way.unit[1] * inward.y;
+        features[13] = -ahead.dot(inward);
+        Some(features)
+    }
+
+    /// Features that depend on the segment and the angle from the ray alone.
+    fn along(&self, segment: &Segment, bounces: usize, offset_rad: f32) -> [f32; FEATURES] {
+        // Each bounce changes left and right, as each mirror does.
+        let turn = if bounces.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let offset = offset_rad / self.beam_rad;
+        let mut features = [0.0; FEATURES];
+        features[0] = (1.0 - offset.abs()).max(0.0);
+        features[1] = 1.0;
+        features[2] = 0.5 * offset * turn * self.link.mirror.turn() as f32;
+        [features[8], features[9]] = segment.cosines;
+        features
+    }
+
+    fn excess(&self, length_m: f32) -> f32 {
+        (length_m / self.distance_m).max(1e-6).ln().clamp(-0.1, 3.0)
+    }
+}
+
+/// Writes the values of many links, (link, direction, value) with the last axis fastest, spread over the threads; links may be of
+/// different maps with fans of one size.
+///
+/// # Errors
+/// [`PolarError::Length`] unless the slice is as long as the result, [`PolarError::MixedFans`], [`PolarError::Foreign`].
+pub fn gather(links: &[PolarLink<'_>], out: &mut [f32]) -> Result<(), PolarError> {
+    let shape = links.first().map(|link| link.map.shape());
+    let is_other = |link: &PolarLink<'_>| Some(link.map.shape()) != shape;
+    if let Some(link) = links.iter().position(is_other) {
+        return Err(PolarError::MixedFans { link });
+    }
+    let values = shape.map_or(0, Shape::values);
+    let expected = links.len().saturating_mul(values);
+    if out.len() != expected {
+        return Err(PolarError::Length {
+            links: links.len(),
+            expected,
+            found: out.len(),
+        });
+    }
+    links.iter().try_for_each(PolarLink::check)?;
+    let all = links
+        .par_iter()
+        .zip(out.par_chunks_exact_mut(values.max(1)));
+    all.for_each(|(link, out)| link.write(out));
+    Ok(())
+}
+
+const _: () = assert!(TO_CORNER + 1 == KINDS);

@@ -1,0 +1,95 @@
+//! The polar view of one scene: the work done once for all terminals.
+
+use std::borrow::Cow;
+
+use glam::DVec2;
+
+use super::corners::Corners;
+use super::error::PolarError;
+use super::fan::Fan;
+use super::rays::ReceiverRays;
+use super::shape::Shape;
+use super::ways::TransmitterWays;
+use crate::scene::Scene;
+
+/// A scene prepared for looking at it along rays.
+#[derive(Debug, Clone)]
+pub struct PolarMap<'s> {
+    given: &'s Scene,
+    /// Scene in which everything is computed: moved by `-origin` where it lies far off.
+    local: Cow<'s, Scene>,
+    origin: DVec2,
+    fan: Fan,
+    pub(super) corners: Corners,
+}
+
+impl<'s> PolarMap<'s> {
+    /// Prepares a scene: work done once a map, spread over the threads. Costs a visibility test for each pair of corners before
+    /// whose walls the other one lies on one side.
+    ///
+    /// # Errors
+    /// [`PolarError::Fan`], [`PolarError::TooManyCorners`].
+    pub fn new(scene: &'s Scene, fan: Fan) -> Result<Self, PolarError> {
+        fan.check()?;
+        let origin = scene.origin();
+        let local = match origin == DVec2::ZERO {
+            true => Cow::Borrowed(scene),
+            false => Cow::Owned(scene.moved(-origin)),
+        };
+        Ok(Self {
+            given: scene,
+            corners: Corners::new(&local)?,
+            local,
+            origin,
+            fan,
+        })
+    }
+
+    /// Finds the ways of a transmitter to the corners.
+    ///
+    /// # Errors
+    /// [`PolarError::Terminal`] where none can stand, [`PolarError::TooManyWays`].
+    pub fn transmitter(&self, position: DVec2) -> Result<TransmitterWays, PolarError> {
+        TransmitterWays::new(self, self.place(position)?)
+    }
+
+    /// Follows the rays of a receiver.
+    ///
+    /// # Errors
+    /// [`PolarError::Terminal`] where none can stand.
+    pub fn receiver(&self, position: DVec2) -> Result<ReceiverRays, PolarError> {
+        Ok(ReceiverRays::new(self, self.place(position)?))
+    }
+
+    /// Returns the place of a terminal in the local scene.
+    fn place(&self, position: DVec2) -> Result<DVec2, PolarError> {
+        let checked = self.given.check_terminal(position);
+        checked.map_err(PolarError::Terminal)?;
+        Ok(position - self.origin)
+    }
+
+    /// The rays.
+    #[must_use]
+    pub fn fan(&self) -> Fan {
+        self.fan
+    }
+
+    /// Number of values of a link.
+    #[must_use]
+    pub fn shape(&self) -> Shape {
+        Shape {
+            directions: self.fan.directions,
+            bounces: self.fan.max_bounces,
+        }
+    }
+
+    /// Number of corners that ways bend around.
+    #[must_use]
+    pub fn corner_count(&self) -> usize {
+        self.corners.corners.len()
+    }
+
+    pub(super) fn scene(&self) -> &Scene {
+        &self.local
+    }
+}

@@ -1,0 +1,49 @@
+//! The city as a receiver sees it along rays: input of a model that predicts from where power arrives.
+//!
+//! - Once a map: [`PolarMap`], its corners and the shortest ways between them.
+//! - Once a transmitter, for all its receivers: [`PolarMap::transmitter`]. Over which ways its waves reach each corner: straight,
+//!   after one and after two specular reflections, and around other corners.
+//! - Once a receiver: [`PolarMap::receiver`]. A fan of rays that go on behind each wall along the reflected ray, and the corners
+//!   that each ray passes.
+//! - For each link: [`gather()`]. For each ray, and each kind of way, the geometry of one way that arrives along it: lengths,
+//!   angles, cosines of incidence ([`PolarLink`]). None of this need be stored: making it costs less than reading it.
+//!
+//! No field strength, power, loss or delay is computed, and nothing is said of materials or the carrier. Ways are found along the
+//! rays of a fan, not by search for paths: what lies between two rays is missed, and of ways of one kind along one ray all but
+//! one are left out.
+//!
+//! ```
+//! use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap, gather};
+//! use aps_raytrace::{Scene, glam::DVec2};
+//!
+//! let scene = Scene::from_radiomapseer("[[[40, 40], [60, 40], [60, 60], [40, 60]]]")?;
+//! let map = PolarMap::new(&scene, Fan::default())?;
+//! let transmitter = map.transmitter(DVec2::new(20.0, 70.0))?;
+//! let receiver = map.receiver(DVec2::new(70.0, 30.0))?;
+//! let link = PolarLink { map: &map, transmitter: &transmitter, receiver: &receiver, mirror: Mirror::default() };
+//! // Over the house's lower left corner, or its upper right one: the same here.
+//! assert!((link.geodesic_m() - (DVec2::new(20.0, 30.0).length() + DVec2::new(30.0, 10.0).length())).abs() < 1e-9);
+//! let mut values = vec![0.0; map.shape().values()];
+//! gather(&[link], &mut values)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod corners;
+mod error;
+mod fan;
+mod link;
+mod map;
+mod mirror;
+mod rays;
+mod shape;
+mod view;
+mod ways;
+
+pub use error::PolarError;
+pub use fan::Fan;
+pub use link::{PolarLink, gather};
+pub use map::PolarMap;
+pub use mirror::Mirror;
+pub use rays::ReceiverRays;
+pub use shape::{FEATURES, KINDS, NUMBERS, Shape};
+pub use ways::TransmitterWays;

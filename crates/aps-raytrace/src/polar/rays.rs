@@ -1,0 +1,199 @@
+//! The rays of a receiver: where they go, and which corners they pass.
+
+use std::cell::Cell;
+
+use glam::DVec2;
+
+use super::map::PolarMap;
+use crate::scene::Scene;
+
+/// A wall is met though the ray begins this far behind it \[m\]: points of reflection are rounded.
+const BEHIND_M: f64 = 1e-9;
+
+/// By this part of itself a stretch of a ray is shortened where it may end on a wall: far above rounding.
+const SHORTER: f64 = 1e-9;
+
+/// A straight piece of a ray.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Segment {
+    pub from: DVec2,
+    pub unit: DVec2,
+    /// Unfolded distance from the receiver at which it begins \[m\].
+    pub start_m: f64,
+    /// Length \[m\]: zero if the ray has ended before, infinite if it meets no wall.
+    pub length_m: f64,
+    /// Sum of the cosines of incidence at the walls before, and the last of them.
+    pub cosines: [f32; 2],
+}
+
+impl Segment {
+    /// Where a place lies beside the segment: unfolded distance of its foot \[m\], and the angle from the ray to it, as the
+    /// receiver sees it, counter-clockwise on this segment \[rad\]. `None` if it lies farther off than `beam_rad`, before the
+    /// segment's beginning or behind its end, or something stands between it and its foot.
+    pub fn passes(&self, scene: &Scene, place: DVec2, beam_rad: f64) -> Option<[f64; 2]> {
+        let r = place - self.from;
+        let (along, across) = (r.dot(self.unit), self.unit.perp_dot(r));
+        let foot_m = self.start_m + along;
+        if !(along > 0.0 && along <= self.length_m && across.abs() < beam_rad * foot_m) {
+            return None;
+        }
+        // The foot may lie on the wall that the segment ends at.
+        let foot = self.from + self.unit * (along * (1.0 - SHORTER));
+        let is_free = foot == place || !scene.is_blocked(foot, place, [None; 2]);
+        is_free.then_some([foot_m, across / foot_m])
+    }
+}
+
+/// A corner that a ray passes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passed {
+    pub corner: u32,
+    /// Unfolded distance \[m\].
+    pub range_m: f32,
+    /// Angle from the ray to it: see [`Segment::passes`] \[rad\].
+    pub offset_rad: f32,
+}
+
+/// The rays of one receiver, and the corners that they pass.
+///
+/// A ray goes straight, and behind a wall along the reflected ray, up to the number of bounces of its [`super::Fan`]. Which wall
+/// it meets is decided in floating point: a ray through a corner takes either side.
+#[derive(Debug, Clone)]
+pub struct ReceiverRays {
+    /// In the local scene.
+    pub(super) place: DVec2,
+    /// Corners in sight that a tight string bends at, with their distance \[m\].
+    pub(super) bending: Vec<(u32, f64)>,
+    /// In the order of bounces, then directions.
+    pub(super) segments: Vec<Segment>,
+    /// By segment: the first of its corners in `passed`, and the end.
+    first: Vec<u32>,
+    passed: Vec<Passed>,
+}
+
+impl ReceiverRays {
+    pub(super) fn new(map: &PolarMap<'_>, place: DVec2) -> Self {
+        let (fan, scene, corners) = (map.fan(), map.scene(), &map.corners);
+        let mut segments = vec![Segment::default(); fan.pieces()];
+        for (direction, unit) in fan.unit_vectors().into_iter().enumerate() {
+            let mut ray = Ray {
+                from: place,
+                unit,
+                start_m: 0.0,
+                wall: None,
+            };
+            let mut cosines = [0.0; 2];
+            for bounces in 0..=fan.max_bounces {
+                let next = ray.next_wall(scene);
+                segments[bounces * fan.directions + direction] = Segment {
+                    from: ray.from,
+                    unit: ray.unit,
+                    start_m: ray.start_m,
+                    length_m: next.map_or(f64::INFINITY, |next| next.0),
+                    cosines,
+                };
+                let Some((distance_m, wall)) = next else {
+                    break;
+                };
+                let outward = scene.walls()[wall as usize].outward().normalize();
+                let cosine = -ray.unit.dot(outward) as f32;
+                cosines = [cosines[0] + cosine, cosine];
+                ray.reflect(scene, distance_m, wall);
+            }
+        }
+        let mut first = Vec::with_capacity(segments.len() + 1);
+        let mut passed = Vec::new();
+        for segment in &segments {
+            first.push(passed.len() as u32);
+            if segment.length_m <= 0.0 {
+                continue;
+            }
+            for (corner, found) in (0..).zip(&corners.corners) {
+                let offset = segment.passes(scene, found.point, fan.step_rad());
+                passed.extend(offset.map(|[foot_m, offset_rad]| Passed {
+                    corner,
+                    range_m: (foot_m * offset_rad.hypot(1.0)) as f32,
+                    offset_rad: offset_rad as f32,
+                }));
+            }
+        }
+        first.push(passed.len() as u32);
+        let in_sight = corners.in_sight(scene, place);
+        Self {
+            place,
+            bending: corners.bending(&in_sight, place).collect(),
+            segments,
+            first,
+            passed,
+        }
+    }
+
+    /// The corners that a segment passes.
+    #[inline]
+    pub(super) fn passed(&self, segment: usize) -> &[Passed] {
+        &self.passed[self.first[segment] as usize..self.first[segment + 1] as usize]
+    }
+
+    /// Memory they take.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let lists = size_of_val(&*self.segments) + size_of_val(&*self.first);
+        lists + size_of_val(&*self.passed) + size_of_val(&*self.bending)
+    }
+}
+
+/// A ray on its way.
+struct Ray {
+    from: DVec2,
+    unit: DVec2,
+    /// Unfolded distance at which it begins \[m\].
+    start_m: f64,
+    /// The wall it was reflected at.
+    wall: Option<u32>,
+}
+
+impl Ray {
+    /// The first wall that the ray meets from the street, and the distance to it \[m\].
+    fn next_wall(&self, scene: &Scene) -> Option<(f64, u32)> {
+        let nearest = Cell::new((f64::INFINITY, u32::MAX));
+        let (normal, inverse) = (self.unit.perp(), self.unit.recip());
+        let meets_box = |centre: DVec2, extent: DVec2| {
+            let r = centre - self.from;
+            // Where the ray is between the box's sides, along each axis: -infinity to infinity if it runs along them.
+            let (middle, half) = (r * inverse, (extent * inverse).abs());
+            let from = (middle - half).max_element();
+            let to = (middle + half).min_element();
+            normal.dot(r).abs() <= normal.abs().dot(extent)
+                && to >= -BEHIND_M
+                && from <= nearest.get().0
+        };
+        scene.index().for_each(meets_box, |id| {
+            let wall = &scene.walls()[id as usize];
+            let (along, outward) = (wall.along(), wall.outward());
+            let towards = -self.unit.dot(outward);
+            if self.wall == Some(id) || towards <= 0.0 {
+                return true;
+            }
+            let r = self.from - wall.a;
+            let distance_m = r.dot(outward) / towards;
+            let at = (r + self.unit * distance_m).dot(along);
+            if distance_m >= -BEHIND_M && at >= 0.0 && at <= along.length_squared() {
+                let met = (distance_m.max(0.0), id);
+                if met < nearest.get() {
+                    nearest.set(met);
+                }
+            }
+            true
+        });
+        let (distance_m, id) = nearest.get();
+        (id != u32::MAX).then_some((distance_m, id))
+    }
+
+    fn reflect(&mut self, scene: &Scene, distance_m: f64, wall: u32) {
+        let normal = scene.walls()[wall as usize].outward();
+        self.from += self.unit * distance_m;
+        self.unit -= normal * (2.0 * self.unit.dot(normal) / normal.length_squared());
+        self.start_m += distance_m;
+        self.wall = Some(wall);
+    }
+}
