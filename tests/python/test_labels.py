@@ -80,6 +80,7 @@ def test_columns_of_paths_that_do_not_fit_are_named() -> None:
         ("path_offset", np.array([1, 0, 1]), "ascend"),
         ("path_offset", np.array([], np.int64), "ascend"),
         ("interaction_offset", np.array([0, 1]), "ascend"),
+        ("interaction_kind", np.array([300]), "interaction_kind: .*300 is out of range"),
         ("interaction_point_m", np.zeros((1, 2)), "interaction_point_m"),
     ]:
         with pytest.raises(ValueError, match=told):

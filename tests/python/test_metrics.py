@@ -61,7 +61,7 @@ def test_shapes_and_types_that_do_not_fit_are_named(spectra: tuple[np.ndarray, n
         (lambda: map2aps.metrics(truth.astype(complex), prediction), r"truth: .*complex128"),
         (lambda: map2aps.metrics(truth, prediction.astype(str)), r"prediction: .*<U"),
         (lambda: map2aps.metrics(truth, prediction, map_ids=[1, 2]), r"map_ids: .*shape \(2,\)"),
-        (lambda: map2aps.metrics(truth, prediction, map_ids=np.full(20, -1)), "map id is 0 to"),
+        (lambda: map2aps.metrics(truth, prediction, map_ids=np.full(20, -1)), "-1 is out of range"),
         (lambda: map2aps.metrics(truth, prediction, map_ids=np.zeros(20)), "integers"),
         (lambda: map2aps.metrics(truth, prediction, data_range=0.0), "data range"),
         (lambda: map2aps.metrics(truth, prediction, "both"), "`both`"),

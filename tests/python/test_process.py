@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import map2aps
+from shapes import gains
 
 MANY = (
     "import map2aps, numpy as np\n"
@@ -18,8 +19,8 @@ MANY = (
     "tracer = map2aps.Tracer(scene, max_reflections=6, max_diffractions=2, max_interactions=8, dynamic_range_db=None)\n"
     "grid = np.stack(np.meshgrid(np.arange(1.0, 255.0), np.arange(1.0, 255.0)), -1).reshape(-1, 2)\n"
     "rx = grid[scene.is_outdoor(grid)]\n"
-    "print('ready', flush=True)\n"
     "try:\n"
+    "    print('ready', flush=True)\n"
     "    tracer.trace(rx[:500], rx[1000:])\n"
     "except KeyboardInterrupt:\n"
     "    print('interrupted', flush=True)\n"
@@ -66,13 +67,6 @@ def test_the_number_of_threads_changes_no_bit() -> None:
         for threads in ("1", "3")
     }
     assert len(found) == 1
-
-
-def gains(seed: int) -> np.ndarray:
-    scene = map2aps.Scene.synthetic(seed)
-    grid = np.stack(np.meshgrid(np.arange(1.0, 256.0, 16.0), np.arange(1.0, 256.0, 16.0)), -1).reshape(-1, 2)
-    rx = grid[scene.is_outdoor(grid)]
-    return map2aps.Tracer(scene).trace(rx[0], rx[5:]).gain
 
 
 @pytest.mark.parametrize("start", [name for name in ("fork", "spawn") if name in multiprocessing.get_all_start_methods()])

@@ -42,10 +42,10 @@ pub struct Argument<'py> {
 }
 
 impl<'py> Argument<'py> {
-    /// Makes an array of an argument. A list without elements has no type to refuse.
+    /// Makes an array of an argument; None in `shape` is any length.
     ///
     /// # Errors
-    /// `ValueError` with shape and type for numbers of another kind or shape; `expected` describes it, and None in `shape` is any length.
+    /// `ValueError` that names type and shape, of what is expected and of what was given.
     pub fn new(
         value: &Bound<'py, PyAny>,
         name: &'static str,
@@ -99,6 +99,18 @@ impl<'py> Argument<'py> {
     /// Tells if the array is of this type already.
     pub fn has_type<T: Element>(&self) -> bool {
         self.array.cast::<PyArrayDyn<T>>().is_ok()
+    }
+
+    /// Copies integers into a type.
+    ///
+    /// # Errors
+    /// `ValueError` for one that the type does not hold.
+    pub fn integers<T: TryFrom<i64>>(&self) -> PyResult<Vec<T>> {
+        let convert = |value: i64| {
+            let out_of_range = |_| self.refuse(format_args!(": {value} is out of range"));
+            T::try_from(value).map_err(out_of_range)
+        };
+        self.values::<i64>()?.into_iter().map(convert).collect()
     }
 
     /// Copies the values, row by row, into a type.

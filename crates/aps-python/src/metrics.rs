@@ -50,10 +50,7 @@ pub fn metrics<'py>(
     }
     let map_ids = map_ids.map(|ids| {
         let ids = Argument::new(ids, "map_ids", Kind::Integer, &[Some(shape.samples)])?;
-        let refuse = |_| ids.refuse(": a map id is 0 to 4294967295");
-        let values = ids.values::<i64>()?.into_iter();
-        let ids: Result<Vec<u32>, _> = values.map(u32::try_from).collect();
-        ids.map_err(refuse)
+        ids.integers::<u32>()
     });
     let map_ids = map_ids.transpose()?;
     let definition = Protocol::from(protocol(protocol_name)?);

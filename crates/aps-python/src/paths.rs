@@ -63,9 +63,9 @@ pub fn table(paths: &Bound<'_, PyAny>) -> PyResult<PathTable> {
     let departure = column("departure_azimuth_rad", Kind::Real, &[count])?.values::<f64>()?;
     let arrival = column("arrival_azimuth_rad", Kind::Real, &[count])?.values::<f64>()?;
     let gain = column("gain", Kind::Complex, &[count])?.values::<Complex64>()?;
-    let kinds = column("interaction_kind", Kind::Integer, &[None])?.values::<u8>()?;
+    let kinds = column("interaction_kind", Kind::Integer, &[None])?.integers::<u8>()?;
     let events = Some(kinds.len());
-    let ids = column("interaction_id", Kind::Integer, &[events])?.values::<u32>()?;
+    let ids = column("interaction_id", Kind::Integer, &[events])?.integers::<u32>()?;
     let points = column("interaction_point_m", Kind::Real, &[events, Some(2)])?;
     let points = points.values::<f64>()?;
     let of_links = column("path_offset", Kind::Integer, &[None])?;
@@ -73,28 +73,28 @@ pub fn table(paths: &Bound<'_, PyAny>) -> PyResult<PathTable> {
     let of_paths = column("interaction_offset", Kind::Integer, &[count.map(|n| n + 1)])?;
     let of_paths = ends(&of_paths, kinds.len())?;
 
+    let gain = gain.into_iter().map(|gain| [gain.re, gain.im]);
+    let (points, _) = points.as_chunks();
     let mut table = PathTable::default();
+    table.departure_azimuth_rad = departure;
+    table.arrival_azimuth_rad = arrival;
+    table.gain = gain.collect();
     let (mut path, mut event) = (0, 0);
     for end in of_links {
-        while path < end {
-            table.delay_s.push(delay_s[path]);
-            table.departure_azimuth_rad.push(departure[path]);
-            table.arrival_azimuth_rad.push(arrival[path]);
-            table.gain.push([gain[path].re, gain[path].im]);
-            let of_path = event..of_paths[path];
-            for i in of_path.clone() {
-                table
-                    .interaction_kind
-                    .push(InteractionKind::from_code(kinds[i]));
-                table.interaction_id.push(ids[i]);
-                table
-                    .interaction_point_m
-                    .push([points[2 * i], points[2 * i + 1]]);
-            }
-            event = of_path.end;
+        // The ends of paths and links are taken from how far their columns have grown.
+        for &last in &of_paths[path..end] {
+            let events = event..last;
+            let kinds = kinds[events.clone()].iter().copied();
+            table
+                .interaction_kind
+                .extend(kinds.map(InteractionKind::from_code));
+            table.interaction_id.extend_from_slice(&ids[events.clone()]);
+            table.interaction_point_m.extend_from_slice(&points[events]);
+            event = last;
             table.end_path();
-            path += 1;
         }
+        table.delay_s.extend_from_slice(&delay_s[path..end]);
+        path = end;
         table.end_link();
     }
     Ok(table)

@@ -39,6 +39,7 @@
 //! # Features
 //!
 //! - `geojson` (on by default): maps cut from a city in GeoJSON.
+//! - `parquet`: export as Parquet files with a card for hubs of data sets.
 //! - `models`: training and prediction with the models of `aps-model`, in candle; `cuda` and `metal`: these on a GPU.
 #![forbid(unsafe_code)]
 

@@ -5,8 +5,10 @@ import subprocess
 from pathlib import Path
 
 import datasets
+import mlcroissant
 import numpy as np
 import pandas as pd
+import polars as pl
 import pytest
 
 import map2aps
@@ -43,6 +45,12 @@ def test_pandas_reads_the_links_of_a_map(data: Path, tables: Path) -> None:
     assert np.array_equal(pixels, dataset[2]["buildings"])
 
 
+def test_polars_reads_all_maps_at_once(data: Path, tables: Path) -> None:
+    table = pl.read_parquet(tables / "data" / "*" / "*.parquet")
+    assert len(table) == map2aps.Dataset(data).links
+    assert table["map"].unique().sort().to_list() == list(range(6))
+
+
 def test_datasets_loads_files_and_the_folder_with_its_card(data: Path, tables: Path, tmp_path: Path) -> None:
     dataset = map2aps.Dataset(data)
     files = {"train": str(tables / "data" / "train" / "*.parquet"), "test": str(tables / "data" / "test" / "*.parquet")}
@@ -58,9 +66,14 @@ def test_datasets_loads_files_and_the_folder_with_its_card(data: Path, tables: P
     assert np.array_equal(np.array(first["aps_db"], np.float32), rows_of(dataset, first["map"])[first["link"]])
 
 
-def test_the_description_names_every_file_and_column(tables: Path) -> None:
+def test_the_description_names_every_file_and_column_and_is_read(data: Path, tables: Path) -> None:
     croissant = json.loads((tables / "croissant.json").read_text())
     files = {entry["contentUrl"] for entry in croissant["distribution"] if entry["@type"] == "cr:FileObject"}
     assert files == {str(file.relative_to(tables)) for file in tables.rglob("*.parquet")}
     columns = {field["source"]["extract"]["column"] for records in croissant["recordSet"] for field in records["field"]}
+    records = list(mlcroissant.Dataset(tables / "croissant.json").records("links-test"))
+    dataset = map2aps.Dataset(data)
+    assert len(records) == 12 * len(dataset.split("test"))
+    first = {name.rpartition("/")[2]: value for name, value in records[0].items()}
+    assert np.array_equal(np.array(first["aps_db"], np.float32), rows_of(dataset, first["map"])[first["link"]])
     assert columns == set(pd.read_parquet(next((tables / "data" / "train").glob("*.parquet"))).columns)

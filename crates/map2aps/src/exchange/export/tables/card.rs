@@ -105,8 +105,8 @@ impl About<'_> {
         let _ = write!(
             text,
             " Values of a link whose `status` is not `valid` mean nothing. `buildings.parquet` has the image of each map's buildings \
-             under its number.\n\n## How it was made\n\nMaps: {}. Carrier: {} Hz. Limits: {} reflections, {} diffractions, {} \
-             interactions. Labels: protocol {}, array {}. Seed: {}. All settings:\n\n```json\n{}\n```\n\n## Licence\n\n\
+             under its number.\n\n## How it was made\n\nMaps: {}. Carrier: {} Hz. At most {} reflections, {} of diffraction and {} \
+             interactions on a path. Labels: protocol {}, array {}. Seed: {}. All settings:\n\n```json\n{}\n```\n\n## Licence\n\n\
              The spectra follow from the maps: whoever passes them on needs the maps' licence, and names it in the header above. \
              Synthetic maps have none.\n\n## Citation\n\nName the authors of the maps, and map2aps {} with the settings above.\n",
             setting("/maps"),

@@ -21,12 +21,9 @@ pub fn description(about: &About<'_>, buildings: &Written) -> Value {
     let files = about.written.iter().chain([buildings]).map(object);
     let sets = about.parts().map(|part| {
         let (id, folder) = (split_of(part), folder_of(Some(part)));
-        let files = about.written.iter().filter(|file| file.part == Some(part));
-        let contained: Vec<Value> = files.map(|file| json!({ "@id": file.name })).collect();
         json!({
             "@type": "cr:FileSet",
             "@id": id,
-            "containedIn": contained,
             "encodingFormat": "application/x-parquet",
             "includes": format!("data/{folder}/*.parquet"),
         })
