@@ -92,7 +92,7 @@ impl Ways {
     }
 }
 
-/// The ways that there are, out of all links, directions and kinds.
+/// The ways that there are, out of all links, directions and kinds. They are data: no gradient is followed through them.
 struct Found {
     /// (ways, features and kind as a unit vector)
     rows: Tensor,
@@ -105,39 +105,29 @@ struct Found {
 impl Found {
     /// Picks them out of (links, directions, values).
     fn of(input: &Tensor, shape: &PolarShape) -> Result<Self> {
-        let PolarShape { ways, features, .. } = *shape;
-        let (links, directions, _) = input.dims3()?;
-        let device = input.device();
-        let host = input
-            .detach()
-            .to_device(&Device::Cpu)?
-            .to_dtype(DType::F32)?;
-        let is_there = host.narrow(2, 0, ways * features)?;
-        let is_there = is_there.reshape((links * directions * ways, features))?;
-        let is_there = is_there.narrow(1, 1, 1)?.flatten_all()?.to_vec1::<f32>()?;
-        let found = is_there
-            .iter()
-            .enumerate()
-            .filter(|(_, there)| **there != 0.0);
-        let mut at: Vec<u32> = found.map(|(at, _)| at as u32).collect();
-        if at.is_empty() {
-            // A batch without any way: one of zeros stands in.
-            at.push(0);
+        let &PolarShape { ways, features, .. } = shape;
+        let host = input.detach().to_device(&Device::Cpu)?;
+        let host = host.to_dtype(DType::F32)?.flatten_all()?.to_vec1::<f32>()?;
+        let (mut rows, mut at) = (Vec::new(), Vec::new());
+        for (direction, values) in host.chunks_exact(shape.values()).enumerate() {
+            let all = values[..ways * features].chunks_exact(features);
+            for (kind, way) in all.enumerate() {
+                // In a batch without any way the last one, all zeros, stands in.
+                let is_last_chance = at.is_empty() && direction + 1 == host.len() / shape.values();
+                if way[1] != 0.0 || (is_last_chance && kind + 1 == ways) {
+                    at.push((direction * ways + kind) as u32);
+                    rows.extend_from_slice(way);
+                    rows.extend((0..ways).map(|other| f32::from(u8::from(other == kind))));
+                }
+            }
         }
-        let unit_vectors = Tensor::eye(ways, input.dtype(), device)?;
-        let count = at.len();
-        let kind = at.iter().map(|at| at % ways as u32).collect();
-        let direction = at.iter().map(|at| at / ways as u32).collect();
-        let index = |numbers: Vec<u32>| Tensor::from_vec(numbers, count, device);
-        let (at, direction) = (index(at)?, index(direction)?);
-        let all = input.narrow(2, 0, ways * features)?.contiguous()?;
-        let all = all.reshape((links * directions * ways, features))?;
-        let rows = all.index_select(&at, 0)?;
-        let kind = unit_vectors.index_select(&index(kind)?, 0)?;
+        let (count, device) = (at.len(), input.device());
+        let direction = at.iter().map(|at| at / ways as u32).collect::<Vec<_>>();
+        let rows = Tensor::from_vec(rows, (count, features + ways), device)?;
         Ok(Self {
-            rows: Tensor::cat(&[&rows, &kind], 1)?,
-            at,
-            direction,
+            rows: rows.to_dtype(input.dtype())?,
+            at: Tensor::from_vec(at, count, device)?,
+            direction: Tensor::from_vec(direction, count, device)?,
         })
     }
 }
