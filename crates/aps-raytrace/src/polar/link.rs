@@ -60,6 +60,9 @@ pub struct PolarLink<'a> {
 
 impl PolarLink<'_> {
     /// Length of the shortest way from transmitter to receiver around the buildings \[m\], exact; infinite if there is none.
+    ///
+    /// # Panics
+    /// If a terminal was prepared on a map with more corners.
     #[must_use]
     pub fn geodesic_m(&self) -> f64 {
         let (tx, rx) = (self.transmitter, self.receiver);
@@ -73,12 +76,11 @@ impl PolarLink<'_> {
     fn check(&self) -> Result<(), PolarError> {
         let corners = self.map.corner_count();
         let (tx, rx) = (self.transmitter, self.receiver);
-        let is_near = |&(corner, _): &(u32, f64)| (corner as usize) < corners;
         if tx.shortest_m.len() != corners {
             Err(PolarError::Foreign {
                 terminal: "transmitter",
             })
-        } else if rx.segments.len() != self.map.fan().pieces() || !rx.bending.iter().all(is_near) {
+        } else if rx.corners != corners || rx.fan != self.map.fan() {
             Err(PolarError::Foreign {
                 terminal: "receiver",
             })

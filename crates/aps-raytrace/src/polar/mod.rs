@@ -36,6 +36,8 @@ mod map;
 mod mirror;
 mod rays;
 mod shape;
+#[cfg(test)]
+mod tests;
 mod view;
 mod ways;
 

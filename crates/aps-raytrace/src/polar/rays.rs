@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use glam::DVec2;
 
+use super::fan::Fan;
 use super::map::PolarMap;
 use crate::scene::Scene;
 
@@ -60,6 +61,10 @@ pub(super) struct Passed {
 /// it meets is decided in floating point: a ray through a corner takes either side.
 #[derive(Debug, Clone)]
 pub struct ReceiverRays {
+    /// The rays' directions and bounces.
+    pub(super) fan: Fan,
+    /// Number of corners of the map.
+    pub(super) corners: usize,
     /// In the local scene.
     pub(super) place: DVec2,
     /// Corners in sight that a tight string bends at, with their distance \[m\].
@@ -120,6 +125,8 @@ impl ReceiverRays {
         first.push(passed.len() as u32);
         let in_sight = corners.in_sight(scene, place);
         Self {
+            fan,
+            corners: corners.corners.len(),
             place,
             bending: corners.bending(&in_sight, place).collect(),
             segments,
