@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 
 use super::fan::Fan;
 use super::map::PolarMap;
@@ -28,9 +28,9 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Where a place lies beside the segment: unfolded distance of its foot \[m\], and the angle from the ray to it, as the
-    /// receiver sees it, counter-clockwise on this segment \[rad\]. `None` if it lies farther off than `beam_rad`, before the
-    /// segment's beginning or behind its end, or something stands between it and its foot.
+    /// Where a place lies beside the segment: its unfolded distance \[m\], and the tangent of the angle from the ray to it, as the
+    /// receiver sees it, counter-clockwise on this segment. `None` if the tangent is not below `beam_rad`, if the place lies before
+    /// the segment's beginning or behind its end, or if something stands between it and its foot.
     pub fn passes(&self, scene: &Scene, place: DVec2, beam_rad: f64) -> Option<[f64; 2]> {
         let r = place - self.from;
         let (along, across) = (r.dot(self.unit), self.unit.perp_dot(r));
@@ -41,7 +41,14 @@ impl Segment {
         // The foot may lie on the wall that the segment ends at.
         let foot = self.from + self.unit * (along * (1.0 - SHORTER));
         let is_free = foot == place || !scene.is_blocked(foot, place, [None; 2]);
-        is_free.then_some([foot_m, across / foot_m])
+        is_free.then_some([foot_m.hypot(across), across / foot_m])
+    }
+
+    /// Unit vector to a place beside it from the receiver, or from its image behind the walls before.
+    fn towards(&self, tangent: f64) -> Vec2 {
+        (self.unit + self.unit.perp() * tangent)
+            .normalize()
+            .as_vec2()
     }
 }
 
@@ -51,8 +58,10 @@ pub(super) struct Passed {
     pub corner: u32,
     /// Unfolded distance \[m\].
     pub range_m: f32,
-    /// Angle from the ray to it: see [`Segment::passes`] \[rad\].
-    pub offset_rad: f32,
+    /// Tangent of the angle from the ray to it: see [`Segment::passes`].
+    pub tangent: f32,
+    /// Unit vector to it from the receiver, or from its image where the ray was reflected.
+    pub ahead: Vec2,
 }
 
 /// The rays of one receiver, and the corners that they pass.
@@ -114,11 +123,12 @@ impl ReceiverRays {
                 continue;
             }
             for (corner, found) in (0..).zip(&corners.corners) {
-                let offset = segment.passes(scene, found.point, fan.step_rad());
-                passed.extend(offset.map(|[foot_m, offset_rad]| Passed {
+                let place = segment.passes(scene, found.point, fan.step_rad());
+                passed.extend(place.map(|[range_m, tangent]| Passed {
                     corner,
-                    range_m: (foot_m * offset_rad.hypot(1.0)) as f32,
-                    offset_rad: offset_rad as f32,
+                    range_m: range_m as f32,
+                    tangent: tangent as f32,
+                    ahead: segment.towards(tangent),
                 }));
             }
         }

@@ -196,7 +196,7 @@ proptest! {
                     };
                     prop_assert!(expected.obstacle_m < CLOSE_M, "{segment} passes {}", corner.point);
                     prop_assert!((f64::from(passed.range_m) - expected.range_m).abs() < 1e-4);
-                    prop_assert!((f64::from(passed.offset_rad) - expected.tangent).abs() < 1e-5);
+                    prop_assert!((f64::from(passed.tangent) - expected.tangent).abs() < 1e-5);
                     found += 1;
                 }
                 prop_assert_eq!(found, passed.len());
