@@ -13,6 +13,7 @@ mod mirror;
 mod mixed_sequences;
 mod omission;
 mod one_city;
+mod polar;
 mod reciprocity;
 mod slits;
 mod ties;
