@@ -14,6 +14,7 @@ mod mixed_sequences;
 mod omission;
 mod one_city;
 mod polar;
+mod polar_paths;
 mod reciprocity;
 mod slits;
 mod ties;
