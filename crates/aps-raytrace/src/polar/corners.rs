@@ -47,6 +47,8 @@ impl Corner {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Corners {
     pub corners: Vec<Corner>,
+    /// Their coordinates, x and y \[m\], so that one instruction takes several of them.
+    columns: [Vec<f64>; 2],
     /// By wall: the corners at its start and its end, or [`NO_CORNER`].
     pub at_ends: Vec<[u32; 2]>,
     /// Corners that a tight string may go on to from each corner, with their distance \[m\].
@@ -76,11 +78,18 @@ impl Corners {
         if bytes.into_inner() > MAX_BYTES {
             return Err(PolarError::TooManyCorners { limit: MAX_BYTES });
         }
+        let column = |axis: usize| corners.iter().map(|c| c.point[axis]).collect();
         Ok(Self {
+            columns: [column(0), column(1)],
             corners,
             at_ends,
             next,
         })
+    }
+
+    /// Coordinates of the corners by axis \[m\].
+    pub fn columns(&self) -> [&[f64]; 2] {
+        self.columns.each_ref().map(Vec::as_slice)
     }
 
     /// Corners in sight of a place, with their distance \[m\].

@@ -1,7 +1,6 @@
 //! A link as its receiver sees it: for each ray, the geometry of ways that arrive along it.
 
-use std::f64::consts::TAU;
-
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::error::PolarError;
@@ -97,7 +96,7 @@ impl PolarLink<'_> {
         let (fan, shape) = (self.map.fan(), self.map.shape());
         let ahead = self.transmitter.place - self.receiver.place;
         let length_m = ahead.length();
-        let bearing_rad = ahead.y.atan2(ahead.x);
+        let bearing = ahead.try_normalize().unwrap_or(DVec2::X);
         let log = |length_m: f64| (length_m.clamp(1.0, FARTHEST_M).ln() / 3.0 - 1.0) as f32;
         let logs = [log(length_m), log(self.geodesic_m())];
         let seen = Seen {
@@ -105,14 +104,14 @@ impl PolarLink<'_> {
             beam_rad: fan.step_rad() as f32,
             distance_m: length_m.max(1.0) as f32,
         };
-        out.fill(0.0);
         for (i, out) in out.chunks_exact_mut(shape.per_direction()).enumerate() {
+            // Most values stay zero: direction by direction, while the cache has them.
+            out.iter_mut().for_each(|value| *value = 0.0);
             let direction = self.mirror.direction(i, fan.directions);
             let (ways, numbers) = out.split_at_mut(shape.per_direction() - NUMBERS);
-            let angle_rad = fan.angle_rad(direction) - bearing_rad;
-            let (sin, cos) = (angle_rad % TAU).sin_cos();
-            let sin = sin * self.mirror.turn();
-            numbers.copy_from_slice(&[cos as f32, sin as f32, logs[0], logs[1]]);
+            let unit = self.receiver.segments[direction].unit;
+            let sin = bearing.perp_dot(unit) * self.mirror.turn();
+            numbers.copy_from_slice(&[bearing.dot(unit) as f32, sin as f32, logs[0], logs[1]]);
             for bounces in 0..=fan.max_bounces {
                 let segment = bounces * fan.directions + direction;
                 let way = |kind: usize| (kind * (fan.max_bounces + 1) + bounces) * FEATURES;
@@ -145,7 +144,7 @@ impl Seen<'_> {
     fn straight(&self, segment: usize, bounces: usize) -> Option<[f32; FEATURES]> {
         let segment = &self.link.receiver.segments[segment];
         let (scene, place) = (self.link.map.scene(), self.link.transmitter.place);
-        let passed = segment.passes(scene, place, self.link.map.fan().step_rad())?;
+        let passed = segment.passes(scene, place, self.link.map.fan().step_rad(), &[])?;
         let [range_m, tangent] = passed.map(|x| x as f32);
         let mut features = self.along(segment, bounces, tangent);
         features[3] = self.excess(range_m);
