@@ -50,10 +50,9 @@ fn values(map: &PolarMap<'_>, points: &[DVec2], mirror: Mirror) -> Vec<f32> {
 fn differing(p: &[f32], q: &[f32], tolerance: f32) -> usize {
     assert_eq!(p.len(), q.len());
     let pairs = p.iter().zip(q);
+    let is_same = |p: f32, q: f32| (p - q).abs() <= tolerance;
     // NaN differs from all.
-    pairs
-        .filter(|(p, q)| !((*p - *q).abs() <= tolerance))
-        .count()
+    pairs.filter(|&(&p, &q)| !is_same(p, q)).count()
 }
 
 #[test]

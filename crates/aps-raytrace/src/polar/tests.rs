@@ -150,7 +150,7 @@ proptest! {
         let from = place(&scene, SIDE_M, at);
         let ways = map.transmitter(from).unwrap();
         let mut counts = [0; 3];
-        for order in 0..3 {
+        for (order, count) in counts.iter_mut().enumerate() {
             let sequences = sequences(scene.walls().len(), order);
             for (c, corner) in (0..).zip(&map.corners.corners) {
                 let to_corner = |walls: &Vec<usize>| candidate(&scene, from, walls, corner.point);
@@ -165,7 +165,7 @@ proptest! {
                     prop_assert!(is_found, "{order} reflections, {} m to {}", e.length_m, corner.point);
                 }
                 prop_assert!(found.len() <= expected.len());
-                counts[order] += sure.len();
+                *count += sure.len();
             }
         }
         // From a courtyard perhaps no corner is seen.
