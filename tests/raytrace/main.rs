@@ -13,6 +13,8 @@ mod mirror;
 mod mixed_sequences;
 mod omission;
 mod one_city;
+mod polar;
+mod polar_paths;
 mod reciprocity;
 mod slits;
 mod ties;

@@ -205,7 +205,7 @@ impl Scene {
     /// The wall on the other side of the street at the start of wall `id`: its predecessor,
     /// unless another building touches the corner. `None` where the open angle between the two
     /// is not above pi: nothing goes around such a corner.
-    fn other_face(&self, id: u32) -> Option<u32> {
+    pub(crate) fn other_face(&self, id: u32) -> Option<u32> {
         let wall = &self.walls()[id as usize];
         let corner = wall.a;
         let mut last = wall.previous;

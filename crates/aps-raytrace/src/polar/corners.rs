@@ -12,7 +12,6 @@ use rayon::prelude::*;
 
 use super::error::PolarError;
 use crate::images::Outlook;
-use crate::material::Material;
 use crate::predicates::orient;
 use crate::scene::Scene;
 
@@ -48,6 +47,8 @@ impl Corner {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Corners {
     pub corners: Vec<Corner>,
+    /// Their coordinates, x and y \[m\], so that one instruction takes several of them.
+    columns: [Vec<f64>; 2],
     /// By wall: the corners at its start and its end, or [`NO_CORNER`].
     pub at_ends: Vec<[u32; 2]>,
     /// Corners that a tight string may go on to from each corner, with their distance \[m\].
@@ -77,11 +78,18 @@ impl Corners {
         if bytes.into_inner() > MAX_BYTES {
             return Err(PolarError::TooManyCorners { limit: MAX_BYTES });
         }
+        let column = |axis: usize| corners.iter().map(|c| c.point[axis]).collect();
         Ok(Self {
+            columns: [column(0), column(1)],
             corners,
             at_ends,
             next,
         })
+    }
+
+    /// Coordinates of the corners by axis \[m\].
+    pub fn columns(&self) -> [&[f64]; 2] {
+        self.columns.each_ref().map(Vec::as_slice)
     }
 
     /// Corners in sight of a place, with their distance \[m\].
@@ -197,24 +205,18 @@ impl PartialOrd for Entry {
 
 /// The corners that diffract: ways bend around the same.
 fn corners(scene: &Scene) -> Vec<Corner> {
-    // The carrier and the walls' material say nothing about where corners are.
-    let reflectors = vec![Material::PerfectConductor.at(1e9); scene.walls().len()];
-    let wedges = scene.wedges(&reflectors, 1.0);
     let walls = scene.walls();
-    let corner = |wedge: &crate::wedge::Wedge| {
-        let first = &walls[wedge.id as usize];
-        let ends_here = |&id: &u32| walls[id as usize].b == wedge.point;
-        let is_last = |&id: &u32| wedge.ray(walls[id as usize].a).angles()[1] == 0.0;
-        let all = std::iter::once(first.previous).chain(0..walls.len() as u32);
-        let last = all.filter(ends_here).find(is_last)?;
-        let along = |end: DVec2| (end - wedge.point).normalize_or_zero();
-        let last_end = walls[last as usize].a;
+    let corner = |id: u32| {
+        let last = scene.other_face(id)?;
+        let point = walls[id as usize].a;
+        let ends = [walls[id as usize].b, walls[last as usize].a];
+        let [first_along, last_along] = ends.map(|end| (end - point).normalize_or_zero());
         Some(Corner {
-            point: wedge.point,
-            first: (wedge.id, first.b),
-            last: (last, last_end),
-            inward: (along(first.b) + along(last_end)).normalize_or_zero(),
+            point,
+            first: (id, ends[0]),
+            last: (last, ends[1]),
+            inward: (first_along + last_along).normalize_or_zero(),
         })
     };
-    wedges.iter().filter_map(corner).collect()
+    (0..walls.len() as u32).filter_map(corner).collect()
 }

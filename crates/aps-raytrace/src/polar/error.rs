@@ -53,7 +53,7 @@ pub enum PolarError {
         /// Index of the link.
         link: usize,
     },
-    /// A terminal that was prepared with another fan, or on another map.
+    /// A terminal that was prepared with another fan, or on a map with another number of corners.
     #[error("the {terminal} was not prepared on this map")]
     Foreign {
         /// The terminal.

@@ -1,7 +1,6 @@
 //! A link as its receiver sees it: for each ray, the geometry of ways that arrive along it.
 
-use std::f64::consts::TAU;
-
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::error::PolarError;
@@ -14,21 +13,24 @@ use super::ways::{TO_CORNER, TransmitterWays, Way};
 /// Farthest shortest way that is told apart \[m\].
 const FARTHEST_M: f64 = 1200.0;
 
-/// Turns \[rad\] count as at least this in the rank of a way, and lengths as at least [`NEAREST_M`].
+/// Added to a chord in the rank of a way: without it a way that goes straight on would come first, however long.
 const LEAST_TURN: f32 = 0.05;
+
+/// Least length in a logarithm \[m\].
 const NEAREST_M: f32 = 0.1;
 
 /// A link and the mirror image in which it is seen.
 ///
 /// # Features
 /// For each ray, kind of way and number of bounces, of one way along the ray; all 0 if there is none. L is the way's length, s1
-/// its part from the receiver to the corner and s2 the rest, d the distance of transmitter and receiver, at least 1 m.
+/// its part from the receiver to the corner and s2 the rest, d the distance of transmitter and receiver, at least 1 m. A way is
+/// along a ray where the tangent of the angle between them is below the angle between neighbouring rays.
 ///
 /// | feature | value |
 /// |---|---|
-/// | 0 | 1 less the angle between the ray and the way, over that between neighbouring rays |
+/// | 0 | 1 less the tangent of the angle between the ray and the way, over the angle between neighbouring rays |
 /// | 1 | 1 |
-/// | 2 | half of that angle, over that between neighbouring rays; positive counter-clockwise |
+/// | 2 | half of that tangent, over the angle between neighbouring rays; positive counter-clockwise |
 /// | 3 | ln(L / d), between -0.1 and 3 |
 /// | 4 | sum of the angles by which the way turns at corners, over pi |
 /// | 5 | 0.3 ln(angle \[rad\] by which it turns at the last corner + 0.03) |
@@ -45,7 +47,7 @@ const NEAREST_M: f32 = 0.1;
 ///
 /// # Numbers
 /// For each direction: cosine and sine of the angle from the transmitter's bearing to it, ln(d) / 3 - 1, ln(g) / 3 - 1, g the length
-/// of the shortest way around the buildings, at most 1200 m, which stands for a receiver that no way leads to.
+/// of the shortest way around the buildings, at least 1 m. Both d and g count as 1200 m at most, as does g without any way.
 #[derive(Debug, Clone, Copy)]
 pub struct PolarLink<'a> {
     /// The map that made both.
@@ -60,6 +62,9 @@ pub struct PolarLink<'a> {
 
 impl PolarLink<'_> {
     /// Length of the shortest way from transmitter to receiver around the buildings \[m\], exact; infinite if there is none.
+    ///
+    /// # Panics
+    /// If a terminal was prepared on a map with more corners.
     #[must_use]
     pub fn geodesic_m(&self) -> f64 {
         let (tx, rx) = (self.transmitter, self.receiver);
@@ -73,12 +78,11 @@ impl PolarLink<'_> {
     fn check(&self) -> Result<(), PolarError> {
         let corners = self.map.corner_count();
         let (tx, rx) = (self.transmitter, self.receiver);
-        let is_near = |&(corner, _): &(u32, f64)| (corner as usize) < corners;
         if tx.shortest_m.len() != corners {
             Err(PolarError::Foreign {
                 terminal: "transmitter",
             })
-        } else if rx.segments.len() != self.map.fan().pieces() || !rx.bending.iter().all(is_near) {
+        } else if rx.corners != corners || rx.fan != self.map.fan() {
             Err(PolarError::Foreign {
                 terminal: "receiver",
             })
@@ -102,7 +106,7 @@ impl PolarLink<'_> {
         let (fan, shape) = (self.map.fan(), self.map.shape());
         let ahead = self.transmitter.place - self.receiver.place;
         let length_m = ahead.length();
-        let bearing_rad = ahead.y.atan2(ahead.x);
+        let bearing = ahead.try_normalize().unwrap_or(DVec2::X);
         let log = |length_m: f64| (length_m.clamp(1.0, FARTHEST_M).ln() / 3.0 - 1.0) as f32;
         let logs = [log(length_m), log(self.geodesic_m())];
         let seen = Seen {
@@ -110,14 +114,14 @@ impl PolarLink<'_> {
             beam_rad: fan.step_rad() as f32,
             distance_m: length_m.max(1.0) as f32,
         };
-        out.fill(0.0);
         for (i, out) in out.chunks_exact_mut(shape.per_direction()).enumerate() {
+            // Most values stay zero: direction by direction, while the cache has them.
+            out.iter_mut().for_each(|value| *value = 0.0);
             let direction = self.mirror.direction(i, fan.directions);
             let (ways, numbers) = out.split_at_mut(shape.per_direction() - NUMBERS);
-            let angle_rad = fan.angle_rad(direction) - bearing_rad;
-            let (sin, cos) = (angle_rad % TAU).sin_cos();
-            let sin = sin * self.mirror.turn();
-            numbers.copy_from_slice(&[cos as f32, sin as f32, logs[0], logs[1]]);
+            let unit = self.receiver.segments[direction].unit;
+            let sin = bearing.perp_dot(unit) * self.mirror.turn();
+            numbers.copy_from_slice(&[bearing.dot(unit) as f32, sin as f32, logs[0], logs[1]]);
             for bounces in 0..=fan.max_bounces {
                 let segment = bounces * fan.directions + direction;
                 let way = |kind: usize| (kind * (fan.max_bounces + 1) + bounces) * FEATURES;
@@ -150,11 +154,11 @@ impl Seen<'_> {
     fn straight(&self, segment: usize, bounces: usize) -> Option<[f32; FEATURES]> {
         let segment = &self.link.receiver.segments[segment];
         let (scene, place) = (self.link.map.scene(), self.link.transmitter.place);
-        let passed = segment.passes(scene, place, self.link.map.fan().step_rad())?;
-        let [foot_m, offset_rad] = passed.map(|x| x as f32);
-        let mut features = self.along(segment, bounces, offset_rad);
-        features[3] = self.excess(foot_m);
-        features[11] = 0.3 * foot_m.max(NEAREST_M).ln() - 1.0;
+        let passed = segment.passes(scene, place, self.link.map.fan().step_rad(), &[])?;
+        let [range_m, tangent] = passed.map(|x| x as f32);
+        let mut features = self.along(segment, bounces, tangent);
+        features[3] = self.excess(range_m);
+        features[11] = 0.3 * range_m.max(NEAREST_M).ln() - 1.0;
         Some(features)
     }
 
@@ -163,13 +167,11 @@ impl Seen<'_> {
         let (tx, rx) = (self.link.transmitter, self.link.receiver);
         let passed = rx.passed(segment);
         let segment = &rx.segments[segment];
-        let unit = segment.unit.as_vec2();
         let mut best: Option<(f32, &Passed, &Way, f32)> = None;
         for corner in passed {
-            let back = -(unit + unit.perp() * corner.offset_rad);
             for way in tx.to(corner.corner, kind) {
                 // The chord of an angle: exact for small ones.
-                let (x, y) = (back.x - way.unit[0], back.y - way.unit[1]);
+                let (x, y) = (corner.ahead.x + way.unit[0], corner.ahead.y + way.unit[1]);
                 let chord = (x * x + y * y).sqrt();
                 let (s1, s2) = (corner.range_m, way.length_m);
                 let turn = chord + LEAST_TURN;
@@ -184,8 +186,7 @@ impl Seen<'_> {
         let turn_rad = 2.0 * (0.5 * chord).min(1.0).asin();
         let inward = self.link.map.corners.corners[corner.corner as usize].inward;
         let inward = inward.as_vec2();
-        let ahead = unit + unit.perp() * corner.offset_rad;
-        let mut features = self.along(segment, bounces, corner.offset_rad);
+        let mut features = self.along(segment, bounces, corner.tangent);
         features[3] = self.excess(s1 + s2);
         features[4] = (way.turned_rad + turn_rad) / std::f32::consts::PI;
         features[5] = 0.3 * (turn_rad + 0.03).ln();
@@ -194,15 +195,15 @@ impl Seen<'_> {
         features[10] = way.cos_sum;
         features[11] = 0.3 * (s1 + s2).max(NEAREST_M).ln() - 1.0;
         features[12] = way.unit[0] * inward.x + way.unit[1] * inward.y;
-        features[13] = -ahead.dot(inward);
+        features[13] = -corner.ahead.dot(inward);
         Some(features)
     }
 
     /// Features that depend on the segment and the angle from the ray alone.
-    fn along(&self, segment: &Segment, bounces: usize, offset_rad: f32) -> [f32; FEATURES] {
+    fn along(&self, segment: &Segment, bounces: usize, tangent: f32) -> [f32; FEATURES] {
         // Each bounce changes left and right, as each mirror does.
         let turn = if bounces.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let offset = offset_rad / self.beam_rad;
+        let offset = tangent / self.beam_rad;
         let mut features = [0.0; FEATURES];
         features[0] = (1.0 - offset.abs()).max(0.0);
         features[1] = 1.0;

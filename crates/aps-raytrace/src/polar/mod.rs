@@ -6,11 +6,13 @@
 //! - Once a receiver: [`PolarMap::receiver`]. A fan of rays that go on behind each wall along the reflected ray, and the corners
 //!   that each ray passes.
 //! - For each link: [`gather()`]. For each ray, and each kind of way, the geometry of one way that arrives along it: lengths,
-//!   angles, cosines of incidence ([`PolarLink`]). None of this need be stored: making it costs less than reading it.
+//!   angles, cosines of incidence ([`PolarLink`]). None of this need be stored.
 //!
 //! No field strength, power, loss or delay is computed, and nothing is said of materials or the carrier. Ways are found along the
 //! rays of a fan, not by search for paths: what lies between two rays is missed, and of ways of one kind along one ray all but
-//! one are left out.
+//! one are left out. With the default fan 2 to 8 % of the paths of up to two reflections and one diffraction that no other way of
+//! their kind hides are missed, on dense maps one in six of the strongest of a link: seen through slits, by small walls, or over a
+//! corner at the end of a wall that the ray beside it meets before it is abreast of the corner.
 //!
 //! ```
 //! use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap, gather};
@@ -36,6 +38,8 @@ mod map;
 mod mirror;
 mod rays;
 mod shape;
+#[cfg(test)]
+mod tests;
 mod view;
 mod ways;
 

@@ -2,8 +2,10 @@
 
 use std::cell::Cell;
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
+use multiversion::multiversion;
 
+use super::fan::Fan;
 use super::map::PolarMap;
 use crate::scene::Scene;
 
@@ -27,20 +29,52 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Where a place lies beside the segment: unfolded distance of its foot \[m\], and the angle from the ray to it, as the
-    /// receiver sees it, counter-clockwise on this segment \[rad\]. `None` if it lies farther off than `beam_rad`, before the
-    /// segment's beginning or behind its end, or something stands between it and its foot.
-    pub fn passes(&self, scene: &Scene, place: DVec2, beam_rad: f64) -> Option<[f64; 2]> {
-        let r = place - self.from;
-        let (along, across) = (r.dot(self.unit), self.unit.perp_dot(r));
-        let foot_m = self.start_m + along;
-        if !(along > 0.0 && along <= self.length_m && across.abs() < beam_rad * foot_m) {
+    /// Where a place lies beside the segment: its unfolded distance \[m\], and the tangent of the angle from the ray to it, as the
+    /// receiver sees it, counter-clockwise on this segment. `None` if the tangent is not below `beam_rad`, if the place lies before
+    /// the segment's beginning or behind its end, or if something stands between it and its foot.
+    ///
+    /// Walls of `hiding` are tried first: they change the time that it takes, not the result.
+    pub fn passes(
+        &self,
+        scene: &Scene,
+        place: DVec2,
+        beam_rad: f64,
+        hiding: &[Option<u32>],
+    ) -> Option<[f64; 2]> {
+        if !self.is_beside(place, beam_rad) {
             return None;
         }
+        let [along, across] = self.project(place);
+        let foot_m = self.start_m + along;
         // The foot may lie on the wall that the segment ends at.
         let foot = self.from + self.unit * (along * (1.0 - SHORTER));
-        let is_free = foot == place || !scene.is_blocked(foot, place, [None; 2]);
-        is_free.then_some([foot_m, across / foot_m])
+        let is_hiding = |&wall: &Option<u32>| scene.is_blocked_by(foot, place, wall);
+        let is_blocked =
+            || hiding.iter().any(is_hiding) || scene.is_blocked(foot, place, [None; 2]);
+        let is_free = foot == place || !is_blocked();
+        is_free.then_some([foot_m.hypot(across), across / foot_m])
+    }
+
+    /// Where a place lies along the segment and to its left \[m\].
+    #[inline(always)]
+    fn project(&self, place: DVec2) -> [f64; 2] {
+        let r = place - self.from;
+        [r.dot(self.unit), self.unit.perp_dot(r)]
+    }
+
+    /// Tells if a place lies beside the segment, whatever stands between.
+    #[inline(always)]
+    fn is_beside(&self, place: DVec2, beam_rad: f64) -> bool {
+        let [along, across] = self.project(place);
+        let widest = beam_rad * (self.start_m + along);
+        (along > 0.0) & (along <= self.length_m) & (across.abs() < widest)
+    }
+
+    /// Unit vector to a place beside it from the receiver, or from its image behind the walls before.
+    fn towards(&self, tangent: f64) -> Vec2 {
+        (self.unit + self.unit.perp() * tangent)
+            .normalize()
+            .as_vec2()
     }
 }
 
@@ -50,8 +84,10 @@ pub(super) struct Passed {
     pub corner: u32,
     /// Unfolded distance \[m\].
     pub range_m: f32,
-    /// Angle from the ray to it: see [`Segment::passes`] \[rad\].
-    pub offset_rad: f32,
+    /// Tangent of the angle from the ray to it: see [`Segment::passes`].
+    pub tangent: f32,
+    /// Unit vector to it from the receiver, or from its image where the ray was reflected.
+    pub ahead: Vec2,
 }
 
 /// The rays of one receiver, and the corners that they pass.
@@ -60,6 +96,10 @@ pub(super) struct Passed {
 /// it meets is decided in floating point: a ray through a corner takes either side.
 #[derive(Debug, Clone)]
 pub struct ReceiverRays {
+    /// The rays' directions and bounces.
+    pub(super) fan: Fan,
+    /// Number of corners of the map.
+    pub(super) corners: usize,
     /// In the local scene.
     pub(super) place: DVec2,
     /// Corners in sight that a tight string bends at, with their distance \[m\].
@@ -75,6 +115,8 @@ impl ReceiverRays {
     pub(super) fn new(map: &PolarMap<'_>, place: DVec2) -> Self {
         let (fan, scene, corners) = (map.fan(), map.scene(), &map.corners);
         let mut segments = vec![Segment::default(); fan.pieces()];
+        // By segment: the wall that it ends at.
+        let mut walls = vec![None; fan.pieces()];
         for (direction, unit) in fan.unit_vectors().into_iter().enumerate() {
             let mut ray = Ray {
                 from: place,
@@ -95,6 +137,7 @@ impl ReceiverRays {
                 let Some((distance_m, wall)) = next else {
                     break;
                 };
+                walls[bounces * fan.directions + direction] = Some(wall);
                 let outward = scene.walls()[wall as usize].outward().normalize();
                 let cosine = -ray.unit.dot(outward) as f32;
                 cosines = [cosines[0] + cosine, cosine];
@@ -103,23 +146,32 @@ impl ReceiverRays {
         }
         let mut first = Vec::with_capacity(segments.len() + 1);
         let mut passed = Vec::new();
-        for segment in &segments {
+        let mut near = vec![false; corners.corners.len()];
+        for (i, segment) in segments.iter().enumerate() {
             first.push(passed.len() as u32);
             if segment.length_m <= 0.0 {
                 continue;
             }
-            for (corner, found) in (0..).zip(&corners.corners) {
-                let offset = segment.passes(scene, found.point, fan.step_rad());
-                passed.extend(offset.map(|[foot_m, offset_rad]| Passed {
+            are_near(segment, corners.columns(), fan.step_rad(), &mut near);
+            let places = (0..).zip(&near).filter(|(_, is_near)| **is_near);
+            for (corner, _) in places {
+                let at = corners.corners[corner as usize].point;
+                // A wall that this ray or its neighbour meets often hides it.
+                let hiding = neighbours(i, fan).map(|j| walls[j]);
+                let place = segment.passes(scene, at, fan.step_rad(), &hiding);
+                passed.extend(place.map(|[range_m, tangent]| Passed {
                     corner,
-                    range_m: (foot_m * offset_rad.hypot(1.0)) as f32,
-                    offset_rad: offset_rad as f32,
+                    range_m: range_m as f32,
+                    tangent: tangent as f32,
+                    ahead: segment.towards(tangent),
                 }));
             }
         }
         first.push(passed.len() as u32);
         let in_sight = corners.in_sight(scene, place);
         Self {
+            fan,
+            corners: corners.corners.len(),
             place,
             bending: corners.bending(&in_sight, place).collect(),
             segments,
@@ -140,6 +192,22 @@ impl ReceiverRays {
         let lists = size_of_val(&*self.segments) + size_of_val(&*self.first);
         lists + size_of_val(&*self.passed) + size_of_val(&*self.bending)
     }
+}
+
+/// Tells which places, by their columns, lie beside a segment.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn are_near(segment: &Segment, [x, y]: [&[f64]; 2], beam_rad: f64, out: &mut [bool]) {
+    let (x, y) = (&x[..out.len()], &y[..out.len()]);
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = segment.is_beside(DVec2::new(x[i], y[i]), beam_rad);
+    }
+}
+
+/// A segment, and those of the neighbouring directions after as many bounces.
+fn neighbours(segment: usize, fan: Fan) -> [usize; 3] {
+    let n = fan.directions;
+    let (start, direction) = (segment / n * n, segment % n);
+    [0, 1, n - 1].map(|turn| start + (direction + turn) % n)
 }
 
 /// A ray on its way.

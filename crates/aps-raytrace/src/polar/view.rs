@@ -7,7 +7,7 @@ use glam::DVec2;
 use crate::beam::{Beam, Sweep, Window, visible_walls};
 use crate::scene::{Scene, Wall};
 
-/// Rays nearer to each other than this, in k / (1 + |k|), are one: far above rounding, far below what pixels tell apart.
+/// Rays nearer to each other than this, in k / (1 + |k|), are one: far above rounding.
 const ONE_RAY: f64 = 1e-12;
 
 /// Nearer to the end of a wall than this, in parts of its length, a ray meets the end.

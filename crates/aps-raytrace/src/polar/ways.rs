@@ -53,7 +53,7 @@ impl Way {
 pub struct TransmitterWays {
     /// In the local scene.
     pub(super) place: DVec2,
-    /// Length of the shortest way around the buildings to each corner \[m\].
+    /// Length of the shortest way around the buildings that bends at each corner \[m\]; infinite without one.
     pub(super) shortest_m: Vec<f64>,
     /// By kind: for each corner the first of its ways in `list`, and the end.
     first: [Vec<u32>; TO_CORNER],
