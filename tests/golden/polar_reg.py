@@ -48,21 +48,20 @@ import math
 
 import numpy as np
 import torch
-import torch.nn.functional as F
 from torch import nn
 
-from models import BATCH, BINS, OUT, gradients, row, save, set_weights, tensors, values
+from models import BATCH, BINS, OUT, definitions, gradients, row, save, set_weights, values
 
-KINDS, BOUNCES, FEATURES, NUMBERS, DIRECTIONS = 5, 2, 14, 4, 180
-WAYS = KINDS * (BOUNCES + 1)
-HIDDEN, FURTHER, WIDTH, BLOCKS, SIZE = 48, 8, 64, 3, 7
+package = definitions()
+WAYS, FEATURES = package.POLAR_WAYS, package.POLAR_FEATURES
+NUMBERS, DIRECTIONS = package.POLAR_NUMBERS, package.POLAR_DIRECTIONS
 MEAN, DEVIATION = 0.125, 0.25
 
 
 def array_response(elements, bins=BINS, directions=DIRECTIONS):
     """Power response of a half-wavelength linear array on the y axis, at most 1: (bin, direction).
 
-    Bins point to -180 degrees and on, directions to half a step and on: rays of the fan that the fields are taken along.
+    Bins point to -180 degrees and on, directions to half a step and on: rays of the fan.
     """
     looks = -math.pi + torch.arange(bins).double() * (2 * math.pi / bins)
     arrives = (torch.arange(directions).double() + 0.5) * (2 * math.pi / directions)
@@ -70,67 +69,6 @@ def array_response(elements, bins=BINS, directions=DIRECTIONS):
     one = torch.sin(half_phase)
     many = torch.sin(elements * half_phase)
     return torch.where(one.abs() < 1e-12, 1.0, many / (elements * one)) ** 2
-
-
-class Ways(nn.Module):
-    """Logarithm of the strength and further values of each way: (..., way, feature) to (..., way, 1 + FURTHER)."""
-
-    def __init__(self):
-        super().__init__()
-        self.embed = nn.Linear(FEATURES + WAYS, HIDDEN)
-        self.hidden = nn.Linear(HIDDEN, HIDDEN)
-        self.out = nn.Linear(HIDDEN, 1 + FURTHER)
-
-    def forward(self, x):
-        kinds = torch.eye(WAYS, dtype=x.dtype).expand(*x.shape[:-1], WAYS)
-        x = F.gelu(self.embed(torch.cat([x, kinds], -1)))
-        return self.out(F.gelu(self.hidden(x)))
-
-
-class Block(nn.Module):
-    def __init__(self, dilation):
-        super().__init__()
-        self.reach = dilation * (SIZE // 2)
-        self.depthwise = nn.Conv1d(WIDTH, WIDTH, SIZE, dilation=dilation, groups=WIDTH, bias=False)
-        self.norm = nn.BatchNorm1d(WIDTH)
-        self.expand = nn.Conv1d(WIDTH, 2 * WIDTH, 1)
-        self.contract = nn.Conv1d(2 * WIDTH, WIDTH, 1)
-        self.gate = nn.Linear(WIDTH, WIDTH)
-
-    def forward(self, x):
-        y = self.norm(self.depthwise(F.pad(x, (self.reach, self.reach), mode="circular")))
-        y = self.contract(F.gelu(self.expand(y)))
-        return x + y * torch.sigmoid(self.gate(x.mean(2)))[:, :, None]
-
-
-class PolarReg(nn.Module):
-    def __init__(self, response):
-        super().__init__()
-        self.ways = Ways()
-        self.project = nn.Linear(WAYS * FURTHER + NUMBERS + 1, WIDTH)
-        self.norm = nn.BatchNorm1d(WIDTH)
-        self.blocks = nn.ModuleList([Block(1 << n) for n in range(BLOCKS)])
-        self.head = nn.Conv1d(WIDTH, 1, 1)
-        # Follows from the array's description.
-        self.register_buffer("array", response, persistent=False)
-
-    def power(self, x):
-        """Share of the power by direction (link, direction)."""
-        ways, numbers = x[..., : WAYS * FEATURES].unflatten(2, (WAYS, FEATURES)), x[..., WAYS * FEATURES :]
-        found, is_there = self.ways(ways), ways[..., 1:2]
-        log = torch.clamp(6 * found[..., 0] + torch.log(ways[..., 0] + 0.01), max=60)
-        strength = torch.log((torch.exp(log) * is_there[..., 0]).sum(2, keepdim=True) + 1e-6)
-        further = (found[..., 1:] * is_there).flatten(2)
-        y = self.project(torch.cat([further, numbers, strength], 2)).transpose(1, 2)
-        y = F.relu(self.norm(y))
-        for block in self.blocks:
-            y = block(y)
-        return torch.softmax(strength[..., 0] + self.head(y)[:, 0], 1)
-
-    def forward(self, x):
-        spectrum = self.power(x) @ self.array.T
-        spectrum = spectrum / (spectrum.amax(1, keepdim=True) + 1e-9)
-        return (spectrum - MEAN) / DEVIATION
 
 
 def loss_of(y, a):
@@ -168,21 +106,25 @@ def train(net, x, a):
         nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimizer.step()
         out["losses"].append(loss.item())
-    out["after"] = tensors(net)
+    out["after"] = np.array([row(name, t) for name, t in sorted(net.state_dict().items()) if not name.startswith("fixed.")])
     return out
 
 
 def main():
     OUT.mkdir(exist_ok=True)
-    net = set_weights(PolarReg(array_response(16)))
+    net = package.PolarReg()
+    fixed, net.fixed = net.fixed.double(), nn.Identity()
+    net = set_weights(net)
+    net.fixed = fixed
+    fixed.array, fixed.mean, fixed.deviation = array_response(16), torch.tensor(MEAN).double(), torch.tensor(DEVIATION).double()
     x = inputs()
-    out = {"array": np.array([row("array", net.array)])}
+    out = {"array": np.array([row("array", fixed.array)])}
     net.eval()
     with torch.no_grad():
         out["power"], out["eval"] = net.power(x).numpy(), net(x).numpy()
-        of_16, net.array = net.array, array_response(8)
+        of_16, fixed.array = fixed.array, array_response(8)
         out["eval_8"] = net(x).numpy()
-        net.array = of_16
+        fixed.array = of_16
     out |= train(net, x, targets())
     save(OUT / "polar_reg.safetensors", out)
     count = sum(p.numel() for p in net.parameters())

@@ -1,7 +1,7 @@
 """The models of the benchmark in PyTorch, with the names and shapes of parameters that the files of ``cargo xtask train`` have.
 
-Each takes condition images of shape (batch, 3, height, width) and gives spectra of shape (batch, 180) in the data set's normalised
-domain. All sizes but the spectrum's follow from ``width``, the channels of the first stage: 64 in the paper, 32 in the preset
+Each but Polar-Reg, whose input the package does not make yet, takes condition images of shape (batch, 3, height, width), and gives spectra of shape (batch, 180) in the data set's
+normalised domain. All sizes but the spectrum's follow from ``width``, the channels of the first stage: 64 in the paper, 32 in the preset
 "small" for CPUs (16 of RadioUNet; a smaller transformer).
 """
 
@@ -19,6 +19,9 @@ from torchvision.models.resnet import BasicBlock, ResNet
 
 BINS = 180
 DROPOUT = 0.1
+# Polar-Reg: directions; ways a direction (5 kinds, 0 to 2 bounces), their features, and numbers beside them; sizes of its layers.
+POLAR_DIRECTIONS, POLAR_WAYS, POLAR_FEATURES, POLAR_NUMBERS = 180, 15, 14, 4
+POLAR_HIDDEN, POLAR_FURTHER, POLAR_WIDTH, POLAR_DILATIONS, POLAR_TAPS = 48, 8, 64, (1, 2, 4), 7
 Preset: TypeAlias = Literal["paper", "small"]
 
 
@@ -254,6 +257,97 @@ class ResnetConv1d(nn.Module):
         return spectrum
 
 
+class PolarWays(nn.Module):
+    """Logarithm of the strength and further values of each way: (..., way, feature) to (..., way, 1 + POLAR_FURTHER)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.embed = nn.Linear(POLAR_FEATURES + POLAR_WAYS, POLAR_HIDDEN)
+        self.hidden = nn.Linear(POLAR_HIDDEN, POLAR_HIDDEN)
+        self.out = nn.Linear(POLAR_HIDDEN, 1 + POLAR_FURTHER)
+
+    def forward(self, x: Tensor) -> Tensor:
+        kinds = torch.eye(POLAR_WAYS, dtype=x.dtype, device=x.device).expand(*x.shape[:-1], POLAR_WAYS)
+        x = F.gelu(self.embed(torch.cat([x, kinds], -1)))
+        out: Tensor = self.out(F.gelu(self.hidden(x)))
+        return out
+
+
+class PolarBlock(nn.Module):
+    """Mixes directions: (link, channel, direction), the shape is kept."""
+
+    def __init__(self, dilation: int) -> None:
+        super().__init__()
+        self.reach = dilation * (POLAR_TAPS // 2)
+        self.depthwise = nn.Conv1d(POLAR_WIDTH, POLAR_WIDTH, POLAR_TAPS, dilation=dilation, groups=POLAR_WIDTH, bias=False)
+        self.norm = nn.BatchNorm1d(POLAR_WIDTH)
+        self.expand = nn.Conv1d(POLAR_WIDTH, 2 * POLAR_WIDTH, 1)
+        self.contract = nn.Conv1d(2 * POLAR_WIDTH, POLAR_WIDTH, 1)
+        self.gate = nn.Linear(POLAR_WIDTH, POLAR_WIDTH)
+
+    def forward(self, x: Tensor) -> Tensor:
+        y = self.norm(self.depthwise(F.pad(x, (self.reach, self.reach), mode="circular")))
+        y = self.contract(F.gelu(self.expand(y)))
+        out: Tensor = x + y * torch.sigmoid(self.gate(x.mean(2)))[:, :, None]
+        return out
+
+
+class PolarSpectrum(nn.Module):
+    """What is known of the labels, and not learnt: the array's response, and how spectra are normalised."""
+
+    array: Tensor
+    mean: Tensor
+    deviation: Tensor
+    is_by_link: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.register_buffer("array", torch.zeros(BINS, POLAR_DIRECTIONS))
+        self.register_buffer("mean", torch.tensor(0.0))
+        self.register_buffer("deviation", torch.tensor(1.0))
+        self.register_buffer("is_by_link", torch.tensor(0.0))
+
+    def forward(self, power: Tensor) -> Tensor:
+        y = power @ self.array.T
+        y = (y / (y.amax(1, keepdim=True) + 1e-9) - self.mean) / self.deviation
+        if self.is_by_link == 0:
+            return y
+        y = y - y.mean(1, keepdim=True)
+        return y / (y.square().mean(1, keepdim=True).sqrt() + 1e-8)
+
+
+class PolarReg(nn.Module):
+    """Polar-Reg: given the geometry of ways along rays around the receiver, it maps (link, direction, value) to (link, bin)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ways = PolarWays()
+        self.project = nn.Linear(POLAR_WAYS * POLAR_FURTHER + POLAR_NUMBERS + 1, POLAR_WIDTH)
+        self.norm = nn.BatchNorm1d(POLAR_WIDTH)
+        self.blocks = nn.ModuleList([PolarBlock(dilation) for dilation in POLAR_DILATIONS])
+        self.head = nn.Conv1d(POLAR_WIDTH, 1, 1)
+        self.fixed = PolarSpectrum()
+
+    def power(self, x: Tensor) -> Tensor:
+        """Share of the power by direction: (link, direction)."""
+        split = POLAR_WAYS * POLAR_FEATURES
+        ways = x[..., :split].reshape(*x.shape[:2], POLAR_WAYS, POLAR_FEATURES)
+        numbers = x[..., split:]
+        found, is_there = self.ways(ways), ways[..., 1:2]
+        log = torch.clamp(6 * found[..., 0] + torch.log(ways[..., 0] + 0.01), max=60)
+        strength = torch.log((torch.exp(log) * is_there[..., 0]).sum(2, keepdim=True) + 1e-6)
+        further = (found[..., 1:] * is_there).flatten(2)
+        y = self.project(torch.cat([further, numbers, strength], 2)).transpose(1, 2)
+        y = F.relu(self.norm(y))
+        for block in self.blocks:
+            y = block(y)
+        return torch.softmax(strength[..., 0] + self.head(y)[:, 0], 1)
+
+    def forward(self, x: Tensor) -> Tensor:
+        out: Tensor = self.fixed(self.power(x))
+        return out
+
+
 def vit_reg(preset: Preset) -> VitReg:
     """The transformer of a preset."""
     return VitReg(224, 16, 768, 12, 12, 512) if preset == "paper" else VitReg(64, 8, 192, 6, 3, 192)
@@ -272,6 +366,8 @@ MODELS: dict[str, Callable[[Preset], nn.Module]] = {
     "radiounet": lambda preset: RadioUnet(64 if preset == "paper" else 16),
     "vit_reg": vit_reg,
     "resnet_conv1d": lambda preset: ResnetConv1d(width_of(preset)),
+    # One size for all.
+    "polar_reg": lambda preset: PolarReg(),
 }
 
 
@@ -281,7 +377,7 @@ def build(name: str, preset: Preset = "paper") -> nn.Module:
     Parameters
     ----------
     name : str
-        One of `MODELS`: "ms_areg", "ms_mlp", "adv_mlp", "resnet_mlp", "radiounet", "vit_reg", "resnet_conv1d".
+        One of `MODELS`: "ms_areg", "ms_mlp", "adv_mlp", "resnet_mlp", "radiounet", "vit_reg", "resnet_conv1d", "polar_reg".
     preset : {"paper", "small"}
         Sizes of the paper, or those for CPUs.
 

@@ -104,7 +104,7 @@ def golden() -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("name", models.MODELS)
+@pytest.mark.parametrize("name", [name for name in models.MODELS if name != "polar_reg"])
 def test_models_are_those_that_the_rust_ones_are_held_to(name: str, golden: ModuleType) -> None:
     stored = load_file(GOLDEN / "models" / f"{name}.safetensors")
     model = golden.set_weights(models.build(name)).eval()
@@ -122,6 +122,7 @@ def test_small_models_have_the_numbers_of_parameters_that_the_rust_ones_have() -
         "resnet_conv1d": 4_721_921,
         "radiounet": 1_969_428,
         "vit_reg": 2_791_092,
+        "polar_reg": 76_426,
     }
     found = {name: sum(p.numel() for p in models.build(name, "small").parameters()) for name in models.MODELS}
     assert found == expected

@@ -99,7 +99,7 @@ impl Corners {
         in_sight(scene, &self.corners, from, &outlook, |_| true).collect()
     }
 
-    /// Those of the corners in sight of a place that a tight string from there bends at.
+    /// Selects the corners in sight of a place that a tight string from there bends at.
     pub fn bending<'a>(
         &'a self,
         in_sight: &'a [(u32, f64)],

@@ -29,7 +29,7 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Where a place lies beside the segment: its unfolded distance \[m\], and the tangent of the angle from the ray to it, as the
+    /// Locates a place beside the segment: its unfolded distance \[m\], and the tangent of the angle from the ray to it, as the
     /// receiver sees it, counter-clockwise on this segment. `None` if the tangent is not below `beam_rad`, if the place lies before
     /// the segment's beginning or behind its end, or if something stands between it and its foot.
     ///
@@ -55,7 +55,7 @@ impl Segment {
         is_free.then_some([foot_m.hypot(across), across / foot_m])
     }
 
-    /// Where a place lies along the segment and to its left \[m\].
+    /// Computes how far along the segment, and how far to its left, a place lies \[m\].
     #[inline(always)]
     fn project(&self, place: DVec2) -> [f64; 2] {
         let r = place - self.from;

@@ -122,7 +122,7 @@ fn candidate(scene: &Scene, from: DVec2, sequence: &[usize], corner: DVec2) -> O
     })
 }
 
-/// All sequences of so many walls, at most two.
+/// Lists the sequences of so many walls, at most two.
 fn sequences(walls: usize, order: usize) -> Vec<Vec<usize>> {
     let pairs = || (0..walls).flat_map(|p| (0..walls).map(move |q| vec![p, q]));
     match order {

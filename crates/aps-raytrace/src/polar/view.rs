@@ -33,7 +33,7 @@ impl Piece {
     }
 }
 
-/// All directions from an apex with lo <= k <= hi, beyond depth `near`: k is the coordinate across over that forward.
+/// Set of directions from an apex with lo <= k <= hi, beyond depth `near`: k is the coordinate across over that forward.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
     beam: Beam,
