@@ -233,7 +233,7 @@ class Transmitter:
 
 
 def segments(rx, angle):
-    """Start, unit vector, unfolded distance, length, sum of cosines before and the last of them of each straight piece of a ray."""
+    """Start, unit vector, unfolded distance, length, wall at the end, sum of cosines before and the last of them of each piece of a ray."""
     p, u, start, cosines, last = rx, np.array([np.cos(angle), np.sin(angle)]), 0.0, [0.0], None
     for _ in range(BOUNCES + 1):
         t = ((A - p) * OUT).sum(1) / (OUT @ u)
@@ -243,7 +243,7 @@ def segments(rx, angle):
         hit = np.where(front & (inside > 0), t, np.inf)
         last = hit.argmin()
         note(inside[front & (t <= hit[last])])
-        yield p, u, start, hit[last], sum(cosines), cosines[-1]
+        yield p, u, start, hit[last], last, sum(cosines), cosines[-1]
         if not np.isfinite(hit[last]):
             return
         p, start = p + hit[last] * u, start + hit[last]
@@ -261,12 +261,28 @@ def passed(segment, place):
     return (p + along * u, np.hypot(foot, across), across / foot) if margin > 0 else None
 
 
+def stops_before(segment, corner):
+    """The same for a corner at the end of the wall that the segment ends at, if it ends before it is abreast of the corner."""
+    p, u, start, length, wall, *_ = segment
+    if not np.isfinite(length) or wall not in FACES[corner]:
+        return None
+    along, across = (CORNERS[corner] - p) @ u, cross(u, CORNERS[corner] - p)
+    foot = start + along
+    margin = min(along - length, BEAM * foot - abs(across))
+    note(margin)
+    if margin <= 0:
+        return None
+    leg = overlap((p + length * u)[None], CORNERS[corner][None], skipping(1, *FACES[corner]))
+    note(leg)
+    return (np.hypot(foot, across), across / foot) if leg[0] < 0 else None
+
+
 BEAM = 2 * np.pi / DIRECTIONS
 
 
 def features(tx, rx, segment, bounces):
     """The ways along a segment: for each kind that has one, its features, or None if two of them nearly tie."""
-    p, u, start, length, cos_sum, cos_last = segment
+    p, u, start, length, wall, cos_sum, cos_last = segment
     d = max(size(tx.at - rx), 1.0)
 
     def common(range_m, tangent):
@@ -284,6 +300,7 @@ def features(tx, rx, segment, bounces):
             found[0] = common(range_m, tangent)
     near = [(c, passed(segment, CORNERS[c])) for c in ALL]
     near = [(c, *n[1:]) for c, n in near if n and sees(n[0], np.array([c]))[0]]
+    near += [(c, *n) for c in ALL if (n := stops_before(segment, c))]
     for kind in range(4):
         ways = []
         for c, s1, tangent in near:

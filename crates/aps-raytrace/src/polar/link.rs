@@ -1,6 +1,6 @@
 //! A link as its receiver sees it: for each ray, the geometry of ways that arrive along it.
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use super::error::PolarError;
@@ -183,7 +183,9 @@ impl Seen<'_> {
         }
         let (_, corner, way, chord) = best?;
         let (s1, s2) = (corner.range_m, way.length_m);
-        let turn_rad = 2.0 * (0.5 * chord).min(1.0).asin();
+        // Twice the cosine of half the turn, as the chord is twice its sine: together they are exact near half a turn too.
+        let across = corner.ahead - Vec2::from(way.unit);
+        let turn_rad = 2.0 * chord.atan2(across.length());
         let inward = self.link.map.corners.corners[corner.corner as usize].inward;
         let inward = inward.as_vec2();
         let mut features = self.along(segment, bounces, corner.tangent);

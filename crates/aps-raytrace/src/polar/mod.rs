@@ -10,9 +10,8 @@
 //!
 //! No field strength, power, loss or delay is computed, and nothing is said of materials or the carrier. Ways are found along the
 //! rays of a fan, not by search for paths: what lies between two rays is missed, and of ways of one kind along one ray all but
-//! one are left out. With the default fan 2 to 8 % of the paths of up to two reflections and one diffraction that no other way of
-//! their kind hides are missed, on dense maps one in six of the strongest of a link: seen through slits, by small walls, or over a
-//! corner at the end of a wall that the ray beside it meets before it is abreast of the corner.
+//! one are left out. With the default fan 1 to 4 % of the paths of up to two reflections and one diffraction that no other way of
+//! their kind hides are missed, on dense maps one in ten of the strongest of a link: seen through slits, or by small walls.
 //!
 //! ```
 //! use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap, gather};

@@ -5,6 +5,7 @@ use std::cell::Cell;
 use glam::{DVec2, Vec2};
 use multiversion::multiversion;
 
+use super::corners::NO_CORNER;
 use super::fan::Fan;
 use super::map::PolarMap;
 use crate::scene::Scene;
@@ -55,6 +56,19 @@ impl Segment {
         is_free.then_some([foot_m.hypot(across), across / foot_m])
     }
 
+    /// Locates an end of the wall that the segment ends at, as [`Segment::passes`] does, where the segment ends before it is abreast of
+    /// it: the place is then seen along the wall. `None` in all other cases.
+    fn stops_before(&self, scene: &Scene, place: DVec2, beam_rad: f64) -> Option<[f64; 2]> {
+        let [along, across] = self.project(place);
+        let foot_m = self.start_m + along;
+        if !(along > self.length_m && across.abs() < beam_rad * foot_m) {
+            return None;
+        }
+        let met = self.from + self.unit * (self.length_m * (1.0 - SHORTER));
+        let is_free = !scene.is_blocked(met, place, [None; 2]);
+        is_free.then_some([foot_m.hypot(across), across / foot_m])
+    }
+
     /// Computes how far along the segment, and how far to its left, a place lies \[m\].
     #[inline(always)]
     fn project(&self, place: DVec2) -> [f64; 2] {
@@ -90,7 +104,20 @@ pub(super) struct Passed {
     pub ahead: Vec2,
 }
 
-/// The rays of one receiver, and the corners that they pass.
+impl Passed {
+    /// A corner at a distance \[m\] and a tangent beside a segment.
+    fn at(segment: &Segment, corner: u32, [range_m, tangent]: [f64; 2]) -> Self {
+        Self {
+            corner,
+            range_m: range_m as f32,
+            tangent: tangent as f32,
+            ahead: segment.towards(tangent),
+        }
+    }
+}
+
+/// The rays of one receiver, and the corners that they pass; those at the ends of a wall that a ray meets before it is abreast of
+/// them are among these.
 ///
 /// A ray goes straight, and behind a wall along the reflected ray, up to the number of bounces of its [`super::Fan`]. Which wall
 /// it meets is decided in floating point: a ray through a corner takes either side.
@@ -153,18 +180,21 @@ impl ReceiverRays {
                 continue;
             }
             are_near(segment, corners.columns(), fan.step_rad(), &mut near);
+            let ends = walls[i].map_or([NO_CORNER; 2], |wall| corners.at_ends[wall as usize]);
+            for corner in ends {
+                let Some(found) = corners.corners.get(corner as usize) else {
+                    continue;
+                };
+                let place = segment.stops_before(scene, found.point, fan.step_rad());
+                passed.extend(place.map(|place| Passed::at(segment, corner, place)));
+            }
             let places = (0..).zip(&near).filter(|(_, is_near)| **is_near);
             for (corner, _) in places {
                 let at = corners.corners[corner as usize].point;
                 // A wall that this ray or its neighbour meets often hides it.
                 let hiding = neighbours(i, fan).map(|j| walls[j]);
                 let place = segment.passes(scene, at, fan.step_rad(), &hiding);
-                passed.extend(place.map(|[range_m, tangent]| Passed {
-                    corner,
-                    range_m: range_m as f32,
-                    tangent: tangent as f32,
-                    ahead: segment.towards(tangent),
-                }));
+                passed.extend(place.map(|place| Passed::at(segment, corner, place)));
             }
         }
         first.push(passed.len() as u32);

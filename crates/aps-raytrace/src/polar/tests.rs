@@ -214,6 +214,8 @@ struct Piece {
     start_m: f64,
     length_m: f64,
     cosines: [f64; 2],
+    /// The wall that it ends at.
+    wall: Option<usize>,
 }
 
 /// The way from the receiver to a corner beside a piece.
@@ -230,13 +232,27 @@ impl Piece {
         let (along, across) = (r.dot(self.unit), self.unit.perp_dot(r));
         let foot_m = self.start_m + along;
         let excess = across.abs() - beam_rad * foot_m;
-        let beside = excess.max(-along).max(along - self.length_m);
-        let foot = self.from + self.unit * along;
+        let is_end = |wall: &Wall| wall.a == corner.point || wall.b == corner.point;
+        let ends_there = self.wall.is_some_and(|id| is_end(&scene.walls()[id]));
+        // Beyond the wall that it meets a ray is beside the wall's ends only, which are seen along the wall.
+        let is_beyond = ends_there && along > self.length_m;
+        let beside = excess.max(-along);
+        let beside = match is_beyond {
+            true => beside.max(self.length_m - along),
+            false => beside.max(along - self.length_m),
+        };
+        let foot = self.from + self.unit * along.min(self.length_m);
+        let obstacle_m = match is_beyond {
+            true => overlap(scene, foot, corner.point, |id| {
+                self.wall == Some(id) || is_end(&scene.walls()[id])
+            }),
+            false => overlap_to(scene, foot, corner.point, None),
+        };
         Beside {
             range_m: foot_m.hypot(across),
             tangent: across / foot_m,
             obstacle_m: match beside < CLOSE_M {
-                true => beside.max(overlap_to(scene, foot, corner.point, None)),
+                true => beside.max(obstacle_m),
                 false => beside,
             },
         }
@@ -268,6 +284,7 @@ fn follow(scene: &Scene, from: DVec2, angle_rad: f64, max_bounces: usize) -> Vec
             start_m,
             length_m: first.map_or(f64::INFINITY, |first| first.0),
             cosines,
+            wall: first.map(|first| first.1),
         });
         let Some((distance_m, id, _)) = first else {
             break;

@@ -1,21 +1,24 @@
 //! Predictions that learn nothing of maps: the mean spectrum, the line of sight, the tracer with lower limits.
 
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
-use std::fs;
-use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use aps_data::{Dataset, Split};
+use aps_data::PathTable;
 use aps_label::{Label, Labeler, PathSample, Scratch, Status};
 use aps_model::ANGLE_BINS;
-use aps_raytrace::{SPEED_OF_LIGHT_M_PER_S, TraceConfig};
-use map2aps::DatasetPlan;
+use aps_raytrace::{Link, SPEED_OF_LIGHT_M_PER_S, TraceConfig, Tracer};
+use map2aps::{Control, DatasetPlan, Example, label_links};
+use rayon::prelude::*;
 
 use super::answer::Answer;
-use super::dataset::{self, limited};
+use super::dataset::limited;
 use super::latency::{ms_per_link, of_times};
 use super::test_set::TestSet;
+
+/// Links that a thread traces at a time.
+const LINKS_AT_ONCE: usize = 64;
 
 /// Predicts the mean spectrum for every link.
 pub fn mean(test: &TestSet, mean: &[f64]) -> Answer {
@@ -59,48 +62,75 @@ pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result
 }
 
 /// The test links traced and labelled again with at most so many `interactions` on a path, and none of the further
-/// diffractions by which links without a path get one. Timed a map at a time on all threads, from its buildings to the written labels; `batch` is
-/// what the time is listed under.
+/// diffractions by which links without a path get one. Timed a map at a time on all threads, from its buildings to the labels;
+/// `batch` is what the time is listed under.
 pub fn tracer(
     test: &TestSet,
     plan: &DatasetPlan,
     interactions: usize,
     mean: &[f64],
-    folder: &Path,
     batch: usize,
 ) -> Result<Answer> {
     let whole = &plan.trace;
     let [reflections, diffractions] = [whole.max_reflections, whole.max_diffractions];
     let interactions = interactions.min(whole.max_interactions);
-    let lower = DatasetPlan {
-        trace: TraceConfig {
-            max_fallback_diffractions: 0,
-            ..limited(
-                whole,
-                reflections.min(interactions),
-                diffractions.min(interactions),
-                interactions,
-            )
-        },
-        ..plan.clone()
+    let lower = TraceConfig {
+        max_fallback_diffractions: 0,
+        ..limited(
+            whole,
+            reflections.min(interactions),
+            diffractions.min(interactions),
+            interactions,
+        )
     };
-    let labels = folder.join("labels");
-    if labels.exists() {
-        // Times are those of whole runs.
-        fs::remove_dir_all(&labels)?;
+    let labeler = Labeler::new(&plan.label)?;
+    let (mut answers, mut times) = (Vec::with_capacity(test.len()), Vec::new());
+    for of_map in test.examples().list().chunk_by(|p, q| p.map == q.map) {
+        let started = Instant::now();
+        let scene = plan.maps.load(of_map[0].map, plan.seed, plan.scene)?;
+        let paths = traced(&Tracer::new(&scene, lower.clone())?, of_map)?;
+        let labels = label_links(&labeler, &paths, &Control::default())?;
+        times.push(ms_per_link(started.elapsed(), of_map.len()));
+        let rows = labels.aps_db.chunks_exact(ANGLE_BINS);
+        for (row, is_labelled) in rows.zip(labels.is_labelled) {
+            let mut db: [f64; ANGLE_BINS] = row.try_into()?;
+            if is_labelled {
+                test.normalization().apply(&mut db)?;
+            }
+            answers.push(is_labelled.then_some(db));
+        }
     }
-    let split = Split {
-        test: test.maps().to_vec(),
-        ..Split::default()
-    };
-    let times = dataset::make(&lower, &labels, &split)?.maps;
-    let answers = test.targets_of(&Dataset::open(&labels)?)?;
-    fs::remove_dir_all(&labels)?;
-    let of_map = |&(_, links, time)| ms_per_link(time, links as usize);
     Ok(Answer {
-        latency: vec![of_times(batch, times.iter().map(of_map).collect())],
+        latency: vec![of_times(batch, times)],
         ..substitute(answers, mean)
     })
+}
+
+/// The paths of links of one map, whose terminals are prepared once each.
+fn traced(tracer: &Tracer<'_>, links: &[Example]) -> Result<PathTable> {
+    let prepared = |ends: BTreeMap<u32, [f64; 2]>| ends.into_par_iter();
+    let tx = prepared(links.iter().map(|link| (link.tx, link.tx_m)).collect())
+        .map(|(row, at)| Ok((row, tracer.transmitter(at.into())?)))
+        .collect::<Result<HashMap<_, _>>>()?;
+    let rx = prepared(links.iter().map(|link| (link.rx, link.rx_m)).collect())
+        .map(|(row, at)| Ok((row, tracer.receiver(at.into())?)))
+        .collect::<Result<HashMap<_, _>>>()?;
+    let some = |buffer: &mut Link, links: &[Example]| {
+        let mut paths = PathTable::default();
+        for link in links {
+            tracer.link(&tx[&link.tx], &rx[&link.rx], buffer)?;
+            paths.push_records(&buffer.paths);
+        }
+        Ok(paths)
+    };
+    let parts = links
+        .par_chunks(LINKS_AT_ONCE)
+        .map_init(Link::default, some);
+    let mut all = PathTable::default();
+    for part in &parts.collect::<Result<Vec<_>>>()? {
+        (0..part.links()).for_each(|link| all.push_link(part, link));
+    }
+    Ok(all)
 }
 
 /// Fills in the mean spectrum where there is no answer, and keeps count.

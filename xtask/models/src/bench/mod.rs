@@ -250,8 +250,8 @@ impl Bench {
             (&Job::Tracer(interactions), _) => {
                 let batches = &self.config.latency.batches;
                 let batch = batches.iter().copied().max().unwrap_or(1);
-                let (plan, mean, folder) = (&context.plan, &context.mean, part.folder());
-                baselines::tracer(test, plan, interactions, mean, folder, batch)?
+                let (plan, mean) = (&context.plan, &context.mean);
+                baselines::tracer(test, plan, interactions, mean, batch)?
             }
             (Job::External(_, file), _) => Answer {
                 predictions: test.choose(&context.dataset, answer::spectra(file)?)?,
@@ -259,6 +259,7 @@ impl Bench {
             },
             (Job::Weights(_, file), _) => {
                 let trained = Trained::load(file, None, None, &self.device)?;
+                let trained = trained.with_maps(Some(context.plan.maps.clone()));
                 model::ask(&trained, None, &self.question(test))?
             }
             (Job::Model(_), Some((plan, training))) => {

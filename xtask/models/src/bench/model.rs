@@ -159,5 +159,6 @@ pub fn ask(trained: &Trained, training: Option<Training>, asked: &Question<'_>) 
 pub fn trained(part: &Part, plan: &Plan, device: &candle_core::Device) -> Result<Trained> {
     let weights = RunFolder::create(part.folder())?.best();
     let (kind, preset) = (Some(plan.model), Some(plan.preset));
-    Ok(Trained::load(&weights, kind, preset, device)?)
+    let trained = Trained::load(&weights, kind, preset, device)?;
+    Ok(trained.with_maps(plan.maps.clone()))
 }

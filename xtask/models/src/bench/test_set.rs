@@ -1,14 +1,12 @@
 //! The links everything is scored on.
 
-use std::collections::HashMap;
-
 use anyhow::{Result, bail, ensure};
 use aps_data::{Dataset, Part};
 use aps_label::{Normalization, Protocol};
 use aps_metrics::{Metric, ScoredSample, spectrum_peaks};
 use aps_model::ANGLE_BINS;
 use aps_report::benchmark::{ScoreTable, TestLink};
-use map2aps::targets::{self, Target};
+use map2aps::targets;
 use map2aps::{Draw, Example, Examples};
 use rayon::prelude::*;
 
@@ -61,11 +59,6 @@ impl TestSet {
         self.examples.list().len()
     }
 
-    /// The test maps, ascending.
-    pub fn maps(&self) -> &[u32] {
-        &self.maps
-    }
-
     /// The links and their labels.
     pub fn examples(&self) -> &Examples {
         &self.examples
@@ -74,18 +67,6 @@ impl TestSet {
     /// Method by which labels are made into targets.
     pub fn normalization(&self) -> Normalization {
         self.normalization
-    }
-
-    /// Targets from the labels of another data set of the same terminals: a spectrum a link, none where it has no label.
-    pub fn targets_of(&self, other: &Dataset) -> Result<Vec<Option<[f64; ANGLE_BINS]>>> {
-        let target = Target::Normalised(self.normalization);
-        let others = Examples::of_maps(other, &self.maps, target, None)?;
-        let rows = others.list().iter().enumerate();
-        let place: HashMap<(u32, usize), usize> =
-            rows.map(|(i, row)| ((row.map, row.link), i)).collect();
-        let own = self.examples.list().par_iter();
-        let found = own.map(|row| place.get(&(row.map, row.link)).map(|&i| others.target(i)));
-        Ok(found.collect())
     }
 
     /// The rows of predictions that were made for every labelled link of the test maps.
