@@ -14,7 +14,9 @@ import map2aps
 from shapes import gains
 
 MANY = (
-    "import map2aps, numpy as np\n"
+    "import map2aps, numpy as np, signal\n"
+    # Programs in the background are started with the signal ignored.
+    "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
     "scene = map2aps.Scene.synthetic(seed=3)\n"
     "tracer = map2aps.Tracer(scene, max_reflections=6, max_diffractions=2, max_interactions=8, dynamic_range_db=None)\n"
     "grid = np.stack(np.meshgrid(np.arange(1.0, 255.0), np.arange(1.0, 255.0)), -1).reshape(-1, 2)\n"

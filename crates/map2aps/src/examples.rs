@@ -6,7 +6,6 @@ use aps_data::{ConditionConfig, ConditionImages, Dataset, MapData, Part, Raster,
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
 
 use crate::error::{At, Place, Result};
 use crate::scores::{Domain, ScoreError};
@@ -55,7 +54,8 @@ pub struct Examples {
     /// Settings of the condition images.
     images: ConditionConfig,
     /// Settings and seed of the data set's maps, as its manifest has them.
-    pub(crate) origin: (Value, u64),
+    #[cfg(feature = "models")]
+    pub(crate) origin: (serde_json::Value, u64),
 }
 
 /// The buildings of a map, and its image painter from the first image on.
@@ -108,6 +108,7 @@ impl Examples {
             bins,
             target,
             images: ConditionConfig::default(),
+            #[cfg(feature = "models")]
             origin: {
                 let manifest = dataset.manifest();
                 (manifest.configuration.clone(), manifest.seed)

@@ -284,10 +284,7 @@ impl Bench {
     }
 
     fn training(&self, kind: ModelKind, context: &BenchContext) -> Result<(Training, Part)> {
-        let plan = Training {
-            maps: Some(context.plan.maps.clone()),
-            ..model::plan(&self.config, kind)?
-        };
+        let plan = model::plan(&self.config, kind, Some(&context.plan.maps))?;
         let folder = self.out.join("models").join(kind.name());
         let settings = model::settings(&plan, context.data.hash());
         Ok((plan, Part::new(folder, settings)))

@@ -10,6 +10,7 @@ use aps_model::candle_core;
 use aps_model::condition::Link;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use aps_report::benchmark::{CurvePoint, Training};
+use map2aps::maps::MapSource;
 use map2aps::training::{InitialWeights, RunFolder, Trained, Training as Plan};
 use map2aps::{Dataset, Error};
 use serde_json::{Value, json};
@@ -24,8 +25,8 @@ use crate::run;
 /// Links predicted at a time when no time is taken.
 const BATCH: usize = 64;
 
-/// The training of a model in a benchmark.
-pub fn plan(config: &Config, kind: ModelKind) -> Result<Plan> {
+/// The training of a model in a benchmark; `maps` are those that its data set is made from, for a model that is given the geometry.
+pub fn plan(config: &Config, kind: ModelKind, maps: Option<&MapSource>) -> Result<Plan> {
     let preset = config.training.preset;
     let pretrained = match (kind, preset) {
         // Weights of full width do not fit narrower models.
@@ -41,6 +42,7 @@ pub fn plan(config: &Config, kind: ModelKind) -> Result<Plan> {
         development_links: config.training.develop_links,
         links: config.training.links,
         device: config.device,
+        maps: maps.cloned(),
         initial: pretrained.map_or(InitialWeights::Random, InitialWeights::Backbone),
         ..Plan::new(kind, preset)
     })

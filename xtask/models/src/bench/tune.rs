@@ -133,7 +133,7 @@ impl Bench {
         let mut config = self.config.clone();
         config.model.insert(kind.name().into(), settings);
         config.training.budget = Some(format!("{}ms", (seconds * 1e3).round()));
-        let plan = model::plan(&config, kind)?;
+        let plan = model::plan(&config, kind, Some(&context.plan.maps))?;
         let mut name = kind.name().to_owned();
         for number in [
             settings.learning_rate.map(|rate| rate.to_string()),

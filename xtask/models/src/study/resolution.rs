@@ -103,7 +103,7 @@ fn row(
     test: &TestSet,
     device: &candle_core::Device,
 ) -> Result<Row> {
-    let plan = model::plan(config, MODEL)?;
+    let plan = model::plan(config, MODEL, None)?;
     let settings = model::settings(&plan, data.hash());
     let part = stamp::Part::new(setup.work.join(format!("{MODEL}-{pixels}")), settings);
     let training = model::train(&part, &plan, dataset, false, &setup.interrupted)?;
