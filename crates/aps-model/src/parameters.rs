@@ -95,7 +95,7 @@ pub(crate) const FIXED: &str = "fixed";
 /// Facts of the labels that a model computes with instead of learning them: kept with its weights, so that a file of weights is
 /// complete, and not trained.
 ///
-/// Of the models Polar-Reg computes with them. Another array is another matrix: the same weights then predict the spectra of
+/// Polar-Reg is the one model that computes with them. Another array is another matrix: the same weights then predict the spectra of
 /// that array.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelFacts {

@@ -103,7 +103,7 @@ struct Found {
 }
 
 impl Found {
-    /// Picks them out of (links, directions, values).
+    /// Picks them out of (links, directions, values), which are taken in f32, as they are made.
     fn of(input: &Tensor, shape: &PolarShape) -> Result<Self> {
         let &PolarShape { ways, features, .. } = shape;
         let host = input.detach().to_device(&Device::Cpu)?;
@@ -112,14 +112,17 @@ impl Found {
         for (direction, values) in host.chunks_exact(shape.values()).enumerate() {
             let all = values[..ways * features].chunks_exact(features);
             for (kind, way) in all.enumerate() {
-                // In a batch without any way the last one, all zeros, stands in.
-                let is_last_chance = at.is_empty() && direction + 1 == host.len() / shape.values();
-                if way[1] != 0.0 || (is_last_chance && kind + 1 == ways) {
+                if way[1] != 0.0 {
                     at.push((direction * ways + kind) as u32);
                     rows.extend_from_slice(way);
                     rows.extend((0..ways).map(|other| f32::from(u8::from(other == kind))));
                 }
             }
+        }
+        if at.is_empty() {
+            // Layers take no empty batch: a way of zeros, which has no strength, stands in.
+            at.push(0);
+            rows.resize(features + ways, 0.0);
         }
         let (count, device) = (at.len(), input.device());
         let direction = at.iter().map(|at| at / ways as u32).collect::<Vec<_>>();

@@ -202,7 +202,8 @@ impl Training {
             mean_target,
         })
     }
-    /// What a model that computes with the labels' array is told of them; `None` for the others.
+
+    /// Collects the facts of the labels for a model that computes with their array; `None` for the others.
     fn label_facts(
         &self,
         dataset: &Dataset,

@@ -158,3 +158,14 @@ fn gradients_of_polar_reg() {
 fn three_steps_of_polar_reg() {
     training_is_pytorch_s(DType::F64).unwrap();
 }
+
+#[test]
+fn links_that_no_way_reaches_have_spectra() {
+    let (model, _) = model(DType::F32);
+    let nothing = ways(DType::F32).zeros_like().unwrap();
+    for train in [false, true] {
+        let spectra = model.forward_t(&nothing, train).unwrap();
+        let spectra: Vec<f32> = spectra.flatten_all().unwrap().to_vec1().unwrap();
+        assert!(spectra.iter().all(|value| value.is_finite()));
+    }
+}

@@ -1,4 +1,4 @@
-//! What was made of a terminal, kept while it is likely to be asked for again.
+//! Cache of ways and rays, one entry a terminal, kept while it is likely to be asked for again.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};

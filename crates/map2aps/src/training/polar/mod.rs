@@ -45,8 +45,8 @@ pub(super) fn shape() -> PolarShape {
     }
 }
 
-/// What a model is told of labels: the response of the array in each of the bins, and the statistics by which the protocol
-/// normalises.
+/// Computes the facts of labels that a model is told: the response of the array in each of the bins, and the statistics by which the
+/// protocol normalises.
 pub(super) fn label_facts(
     label: &LabelConfig,
     angles_deg: impl Iterator<Item = f64>,
