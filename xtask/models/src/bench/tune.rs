@@ -57,6 +57,10 @@ impl Bench {
             share > 0.0 && share.is_finite(),
             "--tune is {share}: must be positive"
         );
+        ensure!(
+            share * budget_s >= 1e-3,
+            "--tune {share} leaves a training less than a millisecond of {budget_s} s"
+        );
         self.claim_folder()?;
         let (plan, split) = dataset::plan(&self.config)?;
         let context = self.context(plan, &split)?;
@@ -117,6 +121,10 @@ impl Bench {
             }
         }
         let (best, cosine) = best;
+        ensure!(
+            cosine.is_finite(),
+            "no training of {kind} made a step: nothing is written; give a larger share"
+        );
         say!("{} <- best, CosSim {cosine:.3}", row(kind, best))?;
         Ok(best)
     }

@@ -1,5 +1,6 @@
 //! Parquet files.
 
+use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -7,6 +8,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, FloatType, Int32Type};
 use parquet::errors::Result as ParquetResult;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::parser::parse_message_type;
 
@@ -14,18 +16,16 @@ use super::columns::{Column, Values};
 use crate::error::Result;
 use crate::exchange::ExchangeError;
 
-/// First and last bytes of a file.
-const MARK: &[u8; 4] = b"PAR1";
-
 /// The bytes of a file of groups of rows, of which there is at least one.
 pub fn bytes(name: &str, groups: impl Iterator<Item = Vec<Column>>) -> Result<Vec<u8>> {
     Ok(encode(name, groups).map_err(ExchangeError::Parquet)?)
 }
 
-/// The bytes of a file that is there and was written to its end.
-pub fn whole(path: &Path) -> Option<Vec<u8>> {
-    let bytes = std::fs::read(path).ok()?;
-    (bytes.len() > 8 && bytes.ends_with(MARK)).then_some(bytes)
+/// The bytes of a file that is there, was written to its end and has so many rows.
+pub fn whole(path: &Path, rows: usize) -> Option<Vec<u8>> {
+    let file = SerializedFileReader::new(File::open(path).ok()?).ok()?;
+    let found = file.metadata().file_metadata().num_rows();
+    (found == rows as i64).then(|| std::fs::read(path).ok())?
 }
 
 fn encode(name: &str, groups: impl Iterator<Item = Vec<Column>>) -> ParquetResult<Vec<u8>> {

@@ -92,9 +92,12 @@ pub fn export(
                 format!("-{number}")
             };
             let name = format!("{folder}/map_{id:04}{suffix}.parquet");
-            let groups = rows.clone().step_by(GROUP_ROWS);
-            let groups = groups.map(|first| table.columns(first..rows.end.min(first + GROUP_ROWS)));
-            let file = Written::make(out, name, part, || file::bytes("link", groups))?;
+            // One of no rows, so that a file without rows has the columns.
+            let first = std::iter::once(rows.start);
+            let firsts = first.chain(rows.clone().step_by(GROUP_ROWS).skip(1));
+            let groups = firsts.map(|first| table.columns(first..rows.end.min(first + GROUP_ROWS)));
+            let make = || file::bytes("link", groups);
+            let file = Written::make(out, name, part, rows.len(), make)?;
             written.push(file);
             control.progress.advance(rows.len() as u64);
         }
@@ -103,7 +106,7 @@ pub fn export(
         }
     }
     let buildings = buildings.columns();
-    let shown = Written::make(out, "buildings.parquet".into(), None, || {
+    let shown = Written::make(out, "buildings.parquet".into(), None, ids.len(), || {
         file::bytes("map", std::iter::once(buildings))
     })?;
     let about = card::About {
@@ -127,15 +130,16 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 impl Written {
-    /// Writes a file, or takes the one that is there and whole.
+    /// Writes a file of so many rows, or takes the one that is there and whole.
     fn make(
         out: &Path,
         name: String,
         part: Option<Part>,
+        rows: usize,
         make: impl FnOnce() -> Result<Vec<u8>>,
     ) -> Result<Self> {
         let path: PathBuf = out.join(&name);
-        let bytes = match file::whole(&path) {
+        let bytes = match file::whole(&path, rows) {
             Some(bytes) => bytes,
             None => {
                 let bytes = make().at(Place::Writing(path.clone()))?;

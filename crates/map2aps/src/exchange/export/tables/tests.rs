@@ -116,19 +116,28 @@ fn a_limit_leaves_links_out_and_maps_with_none_have_an_empty_table() {
     let root = tempfile::tempdir().unwrap();
     let (data, out) = (root.path().join("data"), root.path().join("out"));
     let dataset = dataset(&data);
-    let export = Export {
-        limit: Some(13),
-        ..Export::new(ExportLayout::Parquet)
-    };
-    let exported = export.run(&dataset, &out, &Control::default()).unwrap();
-    assert_eq!(exported.links, 13);
-    let mut rows = 0;
-    for entry in &dataset.manifest().maps {
-        let part = dataset.manifest().split.part_of(entry.id);
+    let table = |id: u32| {
+        let part = dataset.manifest().split.part_of(id);
         let folder = super::columns::folder_of(part);
-        let path = out.join(format!("data/{folder}/map_{:04}.parquet", entry.id));
-        let file = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
-        rows += file.metadata().file_metadata().num_rows();
+        let path = out.join(format!("data/{folder}/map_{id:04}.parquet"));
+        SerializedFileReader::new(File::open(path).unwrap()).unwrap()
+    };
+    // A file of another limit is made anew.
+    for (limit, expected) in [(Some(13), 13), (None, 40), (Some(0), 0)] {
+        let export = Export {
+            limit,
+            ..Export::new(ExportLayout::Parquet)
+        };
+        let exported = export.run(&dataset, &out, &Control::default()).unwrap();
+        assert_eq!(exported.links, expected);
+        let (mut rows, mut columns) = (0, Vec::new());
+        for entry in &dataset.manifest().maps {
+            let file = table(entry.id);
+            let metadata = file.metadata().file_metadata();
+            rows += metadata.num_rows();
+            columns.push(metadata.schema_descr().num_columns());
+        }
+        assert_eq!(rows, expected as i64);
+        assert!(columns[0] > 10 && columns.iter().all(|&count| count == columns[0]));
     }
-    assert_eq!(rows, 13);
 }
