@@ -152,6 +152,7 @@ impl SceneArgs {
     pub fn settings(self) -> SceneSettings {
         SceneSettings {
             close_gaps_m: self.close_gaps_m,
+            ..SceneSettings::default()
         }
     }
 }

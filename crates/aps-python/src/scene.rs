@@ -26,6 +26,7 @@ pub struct Scene {
 fn settings(close_gaps_m: Option<f64>) -> SceneSettings {
     close_gaps_m.map_or_else(SceneSettings::default, |close_gaps_m| SceneSettings {
         close_gaps_m,
+        ..SceneSettings::default()
     })
 }
 

@@ -4,6 +4,7 @@
 mod city;
 mod error;
 mod ids;
+mod orientation;
 mod radiomapseer;
 
 use std::fmt;
@@ -24,6 +25,7 @@ use crate::error::Result;
 pub use city::{City, TileSettings, load_file};
 pub use error::MapError;
 pub use ids::{choose, parse_ids, ranges};
+pub use orientation::{COPY_STRIDE, MAX_ORIENTATIONS, Orientation, split, with_copies};
 
 /// A map needs a building as large as this [m].
 const MIN_BUILDING_M: f64 = 1.0;
@@ -50,24 +52,48 @@ pub enum MapSource {
 pub struct SceneSettings {
     /// Slits between walls that are narrower are filled \[m\]; 0 leaves all open.
     pub close_gaps_m: f64,
+    /// Orientations that each training map is taken in: the first so many of its quarter turns and their mirror images. Copy
+    /// `k` of map `id` has the id `k * `[`COPY_STRIDE`]` + id`. 1, which manifests do not state, is the map alone.
+    #[serde(default = "upright", skip_serializing_if = "is_upright")]
+    pub orientations: u32,
+}
+
+fn upright() -> u32 {
+    1
+}
+
+fn is_upright(orientations: &u32) -> bool {
+    *orientations == upright()
 }
 
 impl Default for SceneSettings {
     fn default() -> Self {
         Self {
             close_gaps_m: SceneConfig::default().close_gaps_m,
+            orientations: upright(),
         }
     }
 }
 
 impl SceneSettings {
     /// Makes a scene in the area of a map.
-    fn scene(self, footprints: &[Footprint], area: Area) -> Result<Scene> {
+    fn scene(
+        self,
+        footprints: &[Footprint],
+        area: Area,
+        orientation: Orientation,
+    ) -> Result<Scene> {
         let config = SceneConfig {
             area: Some(area),
             close_gaps_m: self.close_gaps_m,
         };
-        Ok(Scene::with_config(footprints, &config)?)
+        match orientation == Orientation::default() {
+            true => Ok(Scene::with_config(footprints, &config)?),
+            false => Ok(Scene::with_config(
+                &orientation.turn(footprints, area),
+                &config,
+            )?),
+        }
     }
 }
 
@@ -141,17 +167,20 @@ impl MapSource {
         }
     }
 
-    /// Reads and checks one map. Synthetic city `id` has the seed `seed + id`, whatever the number of maps.
+    /// Reads and checks one map, or the copy of it that the id stands for. Synthetic city `id` has the seed `seed + id`, whatever
+    /// the number of maps.
     ///
     /// # Errors
-    /// A map that is not there, cannot be read, or makes no scene.
+    /// A map that is not there, cannot be read, or makes no scene; the id of a copy that the settings do not have.
     pub fn load(&self, id: u32, seed: u64, settings: SceneSettings) -> Result<Scene> {
+        let (id, orientation) = Orientation::of_id(id, settings.orientations)?;
         match self {
             Self::Folder(folder) => {
-                radiomapseer::load(&radiomapseer::file_of(folder, id)?, settings)
+                let file = radiomapseer::file_of(folder, id)?;
+                radiomapseer::load(&file, settings, orientation)
             }
             #[cfg(feature = "geojson")]
-            Self::City(city) => city.load(id, settings),
+            Self::City(city) => city.tile(id, settings, orientation),
             Self::Synthetic { .. } => {
                 let config = CityConfig {
                     seed: seed.wrapping_add(u64::from(id)),
@@ -161,7 +190,7 @@ impl MapSource {
                     min: DVec2::ZERO,
                     max: DVec2::splat(config.size_m.into()),
                 };
-                settings.scene(&config.footprints()?, area)
+                settings.scene(&config.footprints()?, area, orientation)
             }
         }
     }

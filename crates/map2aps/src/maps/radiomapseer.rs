@@ -6,7 +6,7 @@ use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Area, parse_radiomapseer};
 
-use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds};
+use super::{MIN_BUILDING_M, MapError, Orientation, SceneSettings, bounds};
 use crate::error::{At, Error, Place, Result};
 
 /// Most digits of a map's name.
@@ -53,13 +53,13 @@ pub fn file_of(folder: &Path, id: u32) -> Result<PathBuf, MapError> {
 }
 
 /// Reads and checks one file.
-pub fn load(path: &Path, settings: SceneSettings) -> Result<Scene> {
+pub fn load(path: &Path, settings: SceneSettings, orientation: Orientation) -> Result<Scene> {
     let bytes = std::fs::read(path).at_file(Place::MapFile, path)?;
-    scene(&bytes, settings).at_file(Place::MapFile, path)
+    scene(&bytes, settings, orientation).at_file(Place::MapFile, path)
 }
 
 /// The scene of a file's bytes.
-pub fn scene(bytes: &[u8], settings: SceneSettings) -> Result<Scene> {
+pub fn scene(bytes: &[u8], settings: SceneSettings, orientation: Orientation) -> Result<Scene> {
     let footprints = parse_radiomapseer(bytes)?;
     let boxes: Vec<(DVec2, DVec2)> = footprints.iter().map(|f| bounds(&f.outer)).collect();
     let Some(&(first, _)) = boxes.first() else {
@@ -79,5 +79,5 @@ pub fn scene(bytes: &[u8], settings: SceneSettings) -> Result<Scene> {
     {
         return Err(MapError::Elsewhere { min, max, first }.into());
     }
-    settings.scene(&footprints, area)
+    settings.scene(&footprints, area, orientation)
 }

@@ -106,7 +106,9 @@ impl Training {
         }
         let device = self.device.open()?;
         check(dataset)?;
-        let (train_maps, dev_maps) = divide(&dataset.manifest().split, &self.development_maps)?;
+        let orientations = settings::scene_of(&dataset.manifest().configuration)?.orientations;
+        let split = &dataset.manifest().split;
+        let (train_maps, dev_maps) = divide(split, &self.development_maps, orientations)?;
         let (protocol, training_statistics, target) = targets::learning_target(dataset)?;
         let seed = self.config.seed;
         let load = |part, maps: &[u32], limit: Option<usize>| -> Result<Examples> {
