@@ -45,15 +45,12 @@ impl Trained {
         device: &Device,
     ) -> Result<Self> {
         let label = label_of(path, kind, preset)?;
-        let (Label { kind, preset }, parameters) = (label, VarMap::new());
-        let (shape, vb) = (shape_for(kind), seeded(&parameters, 0, DType::F32, device));
-        kind.build(preset, shape, vb)?;
-        let place = Place::WeightsOf(path.into(), format!("{kind}, preset {preset}"));
-        let report = weights::load(path, &parameters).at(place)?;
+        let (parameters, report) = read(path, label, device)?;
         let counts = trainable(&parameters).into_iter();
+        let Label { kind, preset } = label;
         Ok(Self {
             label,
-            model: kind.build(preset, shape, frozen(&parameters)?)?,
+            model: kind.build(preset, shape_for(kind), frozen(&parameters)?)?,
             device: device.clone(),
             parameters: counts.map(|(_, var)| var.elem_count()).sum(),
             settings: Settings::beside(path)?,
@@ -180,7 +177,22 @@ impl Trained {
     }
 }
 
-fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) -> Result<Label> {
+/// Reads weights of a model onto a device.
+pub(super) fn read(path: &Path, label: Label, device: &Device) -> Result<(VarMap, LoadReport)> {
+    let (Label { kind, preset }, parameters) = (label, VarMap::new());
+    let vb = seeded(&parameters, 0, DType::F32, device);
+    kind.build(preset, shape_for(kind), vb)?;
+    let place = Place::WeightsOf(path.into(), format!("{kind}, preset {preset}"));
+    let report = weights::load(path, &parameters).at(place)?;
+    Ok((parameters, report))
+}
+
+/// Tells which model a file of weights is of, from the file and from what is known of it, which must agree.
+pub(super) fn label_of(
+    path: &Path,
+    kind: Option<ModelKind>,
+    preset: Option<Preset>,
+) -> Result<Label> {
     let stored = match weights::read_label(path) {
         Err(ModelError::ForeignLabel { .. }) if kind.is_some() => None,
         Err(error @ ModelError::ForeignLabel { .. }) => return Err(error.into()),
