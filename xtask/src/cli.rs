@@ -53,6 +53,9 @@ enum Command {
     /// Predict spectra with a trained model.
     #[command(disable_help_flag = true)]
     Predict(commands::programs::Args),
+    /// Write a trained model as a file of ONNX.
+    #[command(disable_help_flag = true)]
+    ExportOnnx(commands::programs::Args),
     /// Train, score and time models against each other, baselines and the tracer, and report.
     #[command(disable_help_flag = true)]
     BenchModels(commands::programs::Args),
@@ -76,6 +79,7 @@ pub fn run() -> ExitCode {
         Command::Report(args) => args.run("xtask-studies", "report"),
         Command::Train(args) => args.run("xtask-models", "train"),
         Command::Predict(args) => args.run("xtask-models", "predict"),
+        Command::ExportOnnx(args) => args.run("xtask-models", "export-onnx"),
         Command::BenchModels(args) => args.run("xtask-models", "bench-models"),
     };
     exit_code(result)

@@ -9,7 +9,8 @@
 //! - [`ModelKind`] names the eight models of the benchmark and builds them in the sizes of a [`Preset`];
 //! - [`Model`] is the trait of all of them, [`Regularizer`] the critic that two of them are trained against;
 //! - [`condition`] makes their input of map numbers and coordinates, [`train`] trains them;
-//! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included.
+//! - [`weights`] reads and writes them, PyTorch's files and pretrained backbones included;
+//! - [`onnx`] makes files of them for other runtimes.
 //!
 //! ```
 //! use aps_model::candle_core::{DType, Device, ModuleT, Tensor};
@@ -52,6 +53,7 @@ mod kind;
 mod layers;
 mod loss;
 mod models;
+pub mod onnx;
 mod ops;
 pub mod optim;
 mod parameters;

@@ -7,6 +7,7 @@
 
 mod bench;
 mod choices;
+mod export_onnx;
 mod predict;
 mod run;
 mod study;
@@ -35,6 +36,8 @@ enum Command {
     Train(train::Args),
     /// Predict spectra with a trained model.
     Predict(predict::Args),
+    /// Write a trained model as a file of ONNX.
+    ExportOnnx(export_onnx::Args),
     /// Train, score and time models against each other, baselines and the tracer, and report.
     BenchModels(bench::Args),
     /// Measure what precision, batches and image size cost: the study of models of the numerical report.
@@ -45,6 +48,7 @@ fn main() -> ExitCode {
     xtask::cli::exit_code(match Cli::parse().command {
         Command::Train(args) => args.run(),
         Command::Predict(args) => args.run(),
+        Command::ExportOnnx(args) => args.run(),
         Command::BenchModels(args) => args.run(),
         Command::Report(args) => args.run(),
     })

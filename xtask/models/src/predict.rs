@@ -228,7 +228,7 @@ fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
 }
 
 /// Names the option that helps against an error of the library, which does not know them.
-fn advised(error: map2aps::Error) -> Error {
+pub fn advised(error: map2aps::Error) -> Error {
     use aps_model::Error::ForeignLabel;
     match error.cause() {
         map2aps::Error::Model(ForeignLabel { .. }) => {

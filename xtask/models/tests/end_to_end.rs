@@ -316,6 +316,41 @@ fn weights_with_foreign_metadata_need_the_model_named() {
 }
 
 #[test]
+fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (weights, out) = (file("best.safetensors"), folder.path().join("m.onnx"));
+    let mut args = vec!["export-onnx", "--weights", text(&weights)];
+    args.extend(["--out", text(&out)]);
+    let told = succeed(&args);
+    assert!(told.contains("images of 32 pixels"), "{told}");
+    let bytes = fs::read(&out).unwrap();
+    let has = |words: &str| bytes.windows(words.len()).any(|w| w == words.as_bytes());
+    for words in [
+        "image_size",
+        "sigma_px",
+        "training_statistics",
+        "{\"array\":{\"uniform_linear\":{}},\"protocol\":\"paper\"}",
+    ] {
+        assert!(has(words), "{words}");
+    }
+
+    let told = fail(&args);
+    assert!(
+        told.contains("m.onnx") && told.contains("--overwrite"),
+        "{told}"
+    );
+    args.extend(["--overwrite", "--image-size", "48"]);
+    assert!(succeed(&args).contains("48 pixels"));
+    assert_ne!(fs::read(&out).unwrap(), bytes);
+    args.extend(["--model", "ms_mlp"]);
+    let told = fail(&args);
+    assert!(
+        told.contains("resnet_mlp") && told.contains("ms_mlp"),
+        "{told}"
+    );
+}
+
+#[test]
 fn what_does_not_fit_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("pred.npy");

@@ -102,9 +102,7 @@ impl Conv1d {
 
 impl Module for Conv1d {
     fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        // A line is an image of height 1.
-        let (x, weight) = (x.unsqueeze(2)?, self.weight.unsqueeze(2)?);
-        ops::conv2d(&x, &weight, Some(&self.bias), 1, (0, self.padding))?.squeeze(2)
+        ops::conv1d(x, &self.weight, &self.bias, self.padding)
     }
 }
 

@@ -4,6 +4,7 @@ use candle_core::{Module, Result, Tensor};
 use candle_nn::VarBuilder;
 
 use super::Linear;
+use crate::ops;
 
 /// FiLM (Perez et al., AAAI 2018): `proj` maps a condition to a scale and a shift a channel, all scales first.
 #[derive(Debug, Clone)]
@@ -20,10 +21,10 @@ impl Film {
 
     /// Computes scale x + shift, for `x` (batch, channels, length) and `condition` (batch, features).
     pub fn forward(&self, x: &Tensor, condition: &Tensor) -> Result<Tensor> {
-        let scale_and_shift = self.proj.forward(condition)?.unsqueeze(2)?;
+        let scale_and_shift = ops::unsqueeze(&self.proj.forward(condition)?, 2)?;
         let channels = x.dim(1)?;
-        let scale = scale_and_shift.narrow(1, 0, channels)?;
-        let shift = scale_and_shift.narrow(1, channels, channels)?;
-        x.broadcast_mul(&scale)?.broadcast_add(&shift)
+        let scale = ops::narrow(&scale_and_shift, 1, 0, channels)?;
+        let shift = ops::narrow(&scale_and_shift, 1, channels, channels)?;
+        ops::add(&ops::mul(x, &scale)?, &shift)
     }
 }

@@ -59,10 +59,11 @@ impl MultiScaleEncoder {
         let mut scales = Vec::with_capacity(GRIDS.len());
         for ((stage, projection), grid) in self.stages.iter().zip(&self.projections).zip(GRIDS) {
             x = stage.forward_t(&x, train)?;
-            let pooled = ops::adaptive_avg_pool(&x, grid)?.flatten_from(1)?;
+            let pooled = ops::flatten_from(&ops::adaptive_avg_pool(&x, grid)?, 1)?;
             scales.push(projection.forward(&pooled)?);
         }
-        let hidden = ops::relu(&self.fuse[0].forward(&Tensor::cat(&scales, 1)?)?)?;
+        let all = ops::cat(&scales.iter().collect::<Vec<_>>(), 1)?;
+        let hidden = ops::relu(&self.fuse[0].forward(&all)?)?;
         let global = self.fuse[1].forward(&hidden)?;
         Ok(MultiScale { scales, global })
     }

@@ -110,6 +110,6 @@ impl ModuleT for ResNet18 {
         for stage in &self.stages {
             x = stage.forward_t(&x, train)?;
         }
-        ops::adaptive_avg_pool(&x, 1)?.flatten_from(1)
+        ops::flatten_from(&ops::adaptive_avg_pool(&x, 1)?, 1)
     }
 }

@@ -67,8 +67,8 @@ impl EncoderBlock {
 
 impl Module for EncoderBlock {
     fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        let x = (x + self.attention.forward(&self.ln_1.forward(x)?)?)?;
+        let x = ops::add(x, &self.attention.forward(&self.ln_1.forward(x)?)?)?;
         let hidden = ops::gelu(&self.mlp[0].forward(&self.ln_2.forward(&x)?)?)?;
-        &x + self.mlp[1].forward(&hidden)?
+        ops::add(&x, &self.mlp[1].forward(&hidden)?)
     }
 }

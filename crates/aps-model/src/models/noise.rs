@@ -4,6 +4,7 @@ use candle_core::{Module, Result, Tensor};
 use candle_nn::VarBuilder;
 
 use crate::layers::Linear;
+use crate::ops;
 
 /// `noise_proj`, fed zeros: the predictors are deterministic. Only its bias has an effect, and only it is trained.
 #[derive(Debug, Clone)]
@@ -23,8 +24,7 @@ impl NoiseInput {
 
     /// Puts the projected zeros after `features` (batch, n): (batch, n + 4 width).
     pub fn append(&self, features: &Tensor) -> Result<Tensor> {
-        let shape = (features.dim(0)?, self.size);
-        let zeros = Tensor::zeros(shape, features.dtype(), features.device())?;
-        Tensor::cat(&[features, &self.projection.forward(&zeros)?], 1)
+        let zeros = ops::zeros(self.size, features)?;
+        ops::cat(&[features, &self.projection.forward(&zeros)?], 1)
     }
 }

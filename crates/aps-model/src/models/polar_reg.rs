@@ -1,7 +1,7 @@
 //! Polar-Reg: a perceptron for each way that arrives along a ray, and convolutions over the directions around the receiver; it
 //! is given geometry instead of an image.
 
-use candle_core::{D, DType, Device, Module, ModuleT, Result, Tensor, Var, bail};
+use candle_core::{DType, Device, Module, ModuleT, Result, Tensor, Var, bail};
 use candle_nn::{Init, VarBuilder};
 
 use super::{Model, Spec};
@@ -9,6 +9,7 @@ use crate::ANGLE_BINS;
 use crate::condition::{InputKind, PolarShape};
 use crate::layers::{BatchNorm, Conv1d, Linear};
 use crate::loss::Loss;
+use crate::onnx::{Graph, Value, int, recorded};
 use crate::ops;
 use crate::parameters::{FIXED, fan_in};
 use crate::train::TrainConfig;
@@ -128,11 +129,59 @@ impl Found {
         let direction = at.iter().map(|at| at / ways as u32).collect::<Vec<_>>();
         let rows = Tensor::from_vec(rows, (count, features + ways), device)?;
         Ok(Self {
-            rows: rows.to_dtype(input.dtype())?,
+            rows: recorded(
+                &[input],
+                |g, v| every_way(g, v[0], shape),
+                || rows.to_dtype(input.dtype()),
+            )?,
             at: Tensor::from_vec(at, count, device)?,
             direction: Tensor::from_vec(direction, count, device)?,
         })
     }
+
+    /// Sums values (ways, 1) over the ways of each direction: (links, directions, 1).
+    fn sums(&self, values: &Tensor, links: usize, shape: &PolarShape) -> Result<Tensor> {
+        let &PolarShape {
+            directions, ways, ..
+        } = shape;
+        let nodes = |g: &mut Graph, v: &[Value]| {
+            let values = g.regroup(v[0], &[directions, ways]);
+            let last = g.whole(&[-1]);
+            g.node("ReduceSum", &[values, last], [])
+        };
+        recorded(&[values], nodes, || {
+            let sums = Tensor::zeros((links * directions, 1), values.dtype(), values.device())?;
+            let sums = sums.index_add(&self.direction, &values.contiguous()?, 0)?;
+            sums.reshape((links, directions, 1))
+        })
+    }
+
+    /// Puts values (ways, [`FURTHER`]) to their directions, zeros where there is no way: (links, directions, all values).
+    fn spread(&self, values: &Tensor, links: usize, shape: &PolarShape) -> Result<Tensor> {
+        let &PolarShape {
+            directions, ways, ..
+        } = shape;
+        let nodes = |g: &mut Graph, v: &[Value]| g.regroup(v[0], &[directions, ways * FURTHER]);
+        recorded(&[values], nodes, || {
+            let all = (links * directions * ways, FURTHER);
+            let all = Tensor::zeros(all, values.dtype(), values.device())?;
+            let all = all.index_add(&self.at, &values.contiguous()?, 0)?;
+            all.reshape((links, directions, ways * FURTHER))
+        })
+    }
+}
+
+/// Makes the rows of [`Found`] in a graph: of every way, there or not, since those that are not have no strength.
+fn every_way(g: &mut Graph, input: Value, shape: &PolarShape) -> Value {
+    let &PolarShape { ways, features, .. } = shape;
+    let all = g.slice(input, 2, [0, ways * features]);
+    let all = g.regroup(all, &[ways, features]);
+    let unit = |n: usize| f64::from(u8::from(n / ways == n % ways));
+    let kinds = (0..ways * ways).map(unit).collect::<Vec<_>>();
+    let kinds = g.numbers(&[1, ways, ways], &kinds);
+    let kinds = g.repeat(kinds, &[ways, ways], all);
+    let all = g.node("Concat", &[all, kinds], [int("axis", 2)]);
+    g.regroup(all, &[features + ways])
 }
 
 /// A depthwise circular convolution (`depthwise`), `norm`, a perceptron (`expand`, GELU, `contract`), times a `gate` that sees
@@ -209,17 +258,17 @@ const LEAST_DEVIATION: f64 = 1e-8;
 
 impl Module for Spectrum {
     fn forward(&self, power: &Tensor) -> Result<Tensor> {
-        let fixed = |var: &Var| var.as_detached_tensor().to_dtype(power.dtype());
-        let y = power.matmul(&fixed(&self.array)?.t()?)?;
-        let y = y.broadcast_div(&(ops::max_last(&y)? + LEAST_MAXIMUM)?)?;
-        let y = y.broadcast_sub(&fixed(&self.mean)?)?;
-        let y = y.broadcast_div(&fixed(&self.deviation)?)?;
+        let fixed = |var: &Var| ops::fixed(var, power.dtype());
+        let y = ops::project(power, &fixed(&self.array)?)?;
+        let y = ops::div(&y, &ops::shift(&ops::max_last(&y)?, LEAST_MAXIMUM)?)?;
+        let y = ops::sub(&y, &fixed(&self.mean)?)?;
+        let y = ops::div(&y, &fixed(&self.deviation)?)?;
         if self.is_by_link.to_dtype(DType::F32)?.to_scalar::<f32>()? == 0.0 {
             return Ok(y);
         }
-        let centred = y.broadcast_sub(&y.mean_keepdim(D::Minus1)?)?;
-        let deviation = centred.sqr()?.mean_keepdim(D::Minus1)?.sqrt()?;
-        centred.broadcast_div(&(deviation + LEAST_DEVIATION)?)
+        let centred = ops::centred_last(&y)?;
+        let deviation = ops::shift(&ops::rms_last(&centred)?, LEAST_DEVIATION)?;
+        ops::div(&centred, &deviation)
     }
 }
 
@@ -258,35 +307,32 @@ impl PolarReg {
             ),
         };
         let found = Found::of(input, &self.shape)?;
-        let column = |n: usize| found.rows.narrow(1, n, 1);
+        let column = |n: usize| ops::narrow(&found.rows, 1, n, 1);
         let out = self.ways.forward(&found.rows)?;
         let share = ops::at_least_f32(&column(0)?)?;
-        let share = ((share + LEAST_SHARE)?).log()?;
-        let log = ((ops::at_least_f32(&out.narrow(1, 0, 1)?)? * SPREAD)? + share)?;
+        let share = ops::log(&ops::shift(&share, LEAST_SHARE)?)?;
+        let log = ops::at_least_f32(&ops::narrow(&out, 1, 0, 1)?)?;
+        let log = ops::add(&ops::scale(&log, SPREAD)?, &share)?;
         let is_there = column(1)?;
         // What stands in for no way has no strength.
-        let strength = (log.minimum(MAX_LOG)?.exp()? * is_there.to_dtype(log.dtype())?)?;
-        let sums = Tensor::zeros((links * directions, 1), strength.dtype(), input.device())?;
-        let sums = sums.index_add(&found.direction, &strength.contiguous()?, 0)?;
-        let log_sums = (sums + LEAST_STRENGTH)?.log()?;
-        let further = out.narrow(1, 1, FURTHER)?.broadcast_mul(&is_there)?;
-        let all = (links * directions * ways, FURTHER);
-        let all = Tensor::zeros(all, further.dtype(), input.device())?;
-        let further = all.index_add(&found.at, &further.contiguous()?, 0)?;
-        let further = further.reshape((links, directions, ways * FURTHER))?;
-        let numbers = input.narrow(2, ways * features, numbers)?;
-        let log_sums = log_sums.reshape((links, directions, 1))?;
+        let strength = ops::exp(&ops::at_most(&log, MAX_LOG)?)?;
+        let strength = ops::mul(&strength, &is_there.to_dtype(log.dtype())?)?;
+        let sums = found.sums(&strength, links, &self.shape)?;
+        let log_sums = ops::log(&ops::shift(&sums, LEAST_STRENGTH)?)?;
+        let further = ops::mul(&ops::narrow(&out, 1, 1, FURTHER)?, &is_there)?;
+        let further = found.spread(&further, links, &self.shape)?;
+        let numbers = ops::narrow(input, 2, ways * features, numbers)?;
         let seen = log_sums.to_dtype(input.dtype())?;
-        let x = Tensor::cat(&[&further, &numbers, &seen], 2)?;
-        let x = self.project.forward(&x)?.transpose(1, 2)?.contiguous()?;
+        let x = ops::cat(&[&further, &numbers, &seen], 2)?;
+        let x = ops::transpose(&self.project.forward(&x)?)?;
         // Slope 0: the plain one, with loops of our own.
         let mut x = ops::leaky_relu(&self.norm.forward_t(&x, train)?, 0.0)?;
         for block in &self.blocks {
             x = block.forward_t(&x, train)?;
         }
         // As normalisations, shares and the spectrum are computed in f32 at least: a maximum takes most digits away.
-        let logits = ops::at_least_f32(&self.head.forward(&x)?.squeeze(1)?)?;
-        ops::softmax(&(logits + log_sums.squeeze(2)?)?)
+        let logits = ops::at_least_f32(&ops::squeeze(&self.head.forward(&x)?, 1)?)?;
+        ops::softmax(&ops::add(&logits, &ops::squeeze(&log_sums, 2)?)?)
     }
 }
 

@@ -94,9 +94,9 @@ impl ModuleT for RadioUnet {
         }
         x = self.bottleneck.forward_t(&x, train)?;
         for ((up, block), skip) in self.decoders.iter().zip(skips.iter().rev()) {
-            x = block.forward_t(&Tensor::cat(&[&up.forward(&x)?, skip], 1)?, train)?;
+            x = block.forward_t(&ops::cat(&[&up.forward(&x)?, skip], 1)?, train)?;
         }
-        let features = ops::adaptive_avg_pool(&x, 1)?.flatten_from(1)?;
+        let features = ops::flatten_from(&ops::adaptive_avg_pool(&x, 1)?, 1)?;
         let hidden = ops::relu(&self.head[0].forward(&features)?)?;
         self.head[1].forward(&hidden)
     }

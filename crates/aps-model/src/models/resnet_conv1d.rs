@@ -92,7 +92,7 @@ impl Refinement {
         let x = self.bn1.forward_t(&self.conv1.forward(x)?, train)?;
         let x = ops::leaky_relu(&x, LEAKY_SLOPE)?;
         let x = self.conv2.forward(&self.film.forward(&x, condition)?)?;
-        x.squeeze(1)
+        ops::squeeze(&x, 1)
     }
 }
 
@@ -115,7 +115,7 @@ impl ModuleT for ResnetConv1d {
         check_images(images)?;
         let features = self.encoder.forward_t(images, train)?;
         let line = self.init_proj.forward(&features.global)?;
-        let line = line.reshape((images.dim(0)?, (), START))?;
+        let line = ops::reshape(&line, &[line.dim(1)? / START, START])?;
         let line = self.up1.forward(&line, &features.scales[2], train)?;
         let line = self.up2.forward(&line, &features.scales[1], train)?;
         self.refine.forward(&line, &features.scales[0], train)

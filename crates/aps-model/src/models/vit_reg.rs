@@ -133,22 +133,19 @@ impl VitReg {
 
     /// Computes the class tokens (batch, width) of images of any size.
     fn encode(&self, images: &Tensor) -> Result<Tensor> {
-        let (batch, size) = (images.dim(0)?, self.config.image_size);
+        let size = self.config.image_size;
         let images = ops::resize_bilinear(images, size, size)?;
-        let patches = self
-            .patches
-            .forward(&images)?
-            .flatten_from(2)?
-            .transpose(1, 2)?;
+        let patches = ops::flatten_from(&self.patches.forward(&images)?, 2)?;
+        let patches = ops::transpose(&patches)?;
         let class = self.class_token.to_dtype(patches.dtype())?;
-        let class = class.broadcast_as((batch, 1, self.config.width))?;
-        let mut tokens = Tensor::cat(&[&class, &patches], 1)?
-            .broadcast_add(&self.positions.to_dtype(patches.dtype())?)?;
+        let class = ops::repeat(&class, &patches)?;
+        let tokens = ops::cat(&[&class, &patches], 1)?;
+        let mut tokens = ops::add(&tokens, &self.positions.to_dtype(patches.dtype())?)?;
         for block in &self.blocks {
             tokens = block.forward(&tokens)?;
         }
         // The normalisation acts on each token: that of the class token is all that is needed.
-        self.ln.forward(&tokens.narrow(1, 0, 1)?)?.squeeze(1)
+        ops::squeeze(&self.ln.forward(&ops::narrow(&tokens, 1, 0, 1)?)?, 1)
     }
 }
 

@@ -1,6 +1,7 @@
-//! Operations of the layers: each defined once, with its gradient, for every device and type.
+//! Operations of the layers: each defined once, with its gradient, for every device and type, and with its nodes of ONNX.
 //!
-//! Every layer of this crate calls these functions and no others. With f32 on the CPU the heavy ones take the loops of
+//! Every layer of this crate calls these functions and no others, in evaluation also for sums, slices and the like: what
+//! [`crate::onnx`] does not see it cannot export. With f32 on the CPU the heavy ones take the loops of
 //! [`crate::kernels`]; [`portable`] computes everything else, on every GPU as well.
 
 mod activation;
@@ -8,23 +9,27 @@ mod attention;
 mod conv2d;
 mod cpu;
 mod depthwise;
+mod elementwise;
 mod gated;
 mod linear;
+mod nodes;
 mod norm;
 mod normed_conv;
 mod pool;
 pub(crate) mod portable;
+mod shape;
 
-pub(crate) use self::activation::{add_relu, gelu, leaky_relu};
-pub(crate) use self::attention::{layer_norm, self_attention};
-pub(crate) use self::conv2d::{conv_transpose2x2, conv2d};
-pub(crate) use self::depthwise::depthwise;
-pub(crate) use self::gated::{add_gated, mean_last};
-pub(crate) use self::linear::linear;
-pub(crate) use self::norm::{batch_norm, batch_norm_relu};
+pub(crate) use self::elementwise::{
+    add, at_most, centred_last, div, exp, log, mul, rms_last, scale, shift, sub,
+};
+pub(crate) use self::nodes::{
+    adaptive_avg_pool, add_gated, add_relu, batch_norm, batch_norm_relu, conv_transpose2x2, conv1d,
+    conv2d, depthwise, gelu, layer_norm, leaky_relu, linear, max_last, max_pool_2x2,
+    max_pool_3x3_s2_p1, mean_last, project, relu, resize_bilinear, self_attention, sigmoid,
+    softmax, upsample_nearest_2x,
+};
 pub(crate) use self::normed_conv::{After, ConvTensors, normed_conv2d};
-pub(crate) use self::pool::{max_pool_2x2, max_pool_3x3_s2_p1};
-pub(crate) use self::portable::{
-    BatchNormTensors, adaptive_avg_pool, at_least_f32, max_last, relu, resize_bilinear, sigmoid,
-    softmax_last as softmax, upsample_nearest_2x,
+pub(crate) use self::portable::{BatchNormTensors, at_least_f32};
+pub(crate) use self::shape::{
+    cat, fixed, flatten_from, narrow, repeat, reshape, squeeze, transpose, unsqueeze, zeros,
 };

@@ -2,6 +2,7 @@
 
 mod fast_operations;
 mod gradients;
+mod onnx;
 mod operations;
 mod optim;
 mod parity;

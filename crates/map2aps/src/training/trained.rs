@@ -49,12 +49,7 @@ impl Trained {
         device: &Device,
     ) -> Result<Self> {
         let label = label_of(path, kind, preset)?;
-        let place = Place::WeightsOf(
-            path.into(),
-            format!("{}, preset {}", label.kind, label.preset),
-        );
-        let load = |parameters: &VarMap| weights::load(path, parameters);
-        let trained = Self::build(label, load, device).at(place)?;
+        let trained = Self::of(label, read(path, label, device)?, device)?;
         let settings = Settings::beside(path)?;
         Ok(Self {
             settings,
@@ -72,27 +67,25 @@ impl Trained {
             kind,
             shipped: all().collect(),
         })?;
-        let trained = Self::build(shipped.label, |vars| shipped.load(vars), device)?;
+        let label = shipped.label;
+        let filled = filled(label, |parameters| shipped.load(parameters), device)?;
         let settings = Some(Settings::parse(shipped.settings)?);
         Ok(Self {
             settings,
-            ..trained
+            ..Self::of(label, filled, device)?
         })
     }
 
-    fn build(
+    fn of(
         label: Label,
-        load: impl FnOnce(&VarMap) -> Result<LoadReport, ModelError>,
+        (parameters, report): (VarMap, LoadReport),
         device: &Device,
     ) -> Result<Self> {
-        let (Label { kind, preset }, parameters) = (label, VarMap::new());
-        let (shape, vb) = (shape_for(kind), seeded(&parameters, 0, DType::F32, device));
-        kind.build(preset, shape, vb)?;
-        let report = load(&parameters)?;
         let counts = trainable(&parameters).into_iter();
+        let Label { kind, preset } = label;
         Ok(Self {
             label,
-            model: kind.build(preset, shape, frozen(&parameters)?)?,
+            model: kind.build(preset, shape_for(kind), frozen(&parameters)?)?,
             device: device.clone(),
             parameters: counts.map(|(_, var)| var.elem_count()).sum(),
             settings: None,
@@ -262,7 +255,32 @@ fn converted(spectra: &[f32], own: MeanStd, wanted: Normalization) -> Result<Vec
     Ok(all)
 }
 
-fn label_of(path: &Path, kind: Option<ModelKind>, preset: Option<Preset>) -> Result<Label> {
+/// Reads weights of a model onto a device.
+pub(super) fn read(path: &Path, label: Label, device: &Device) -> Result<(VarMap, LoadReport)> {
+    let model = format!("{}, preset {}", label.kind, label.preset);
+    let load = |parameters: &VarMap| weights::load(path, parameters);
+    filled(label, load, device).at(Place::WeightsOf(path.into(), model))
+}
+
+/// Makes the tensors of a model and fills them.
+fn filled(
+    Label { kind, preset }: Label,
+    load: impl FnOnce(&VarMap) -> Result<LoadReport, ModelError>,
+    device: &Device,
+) -> Result<(VarMap, LoadReport)> {
+    let parameters = VarMap::new();
+    let vb = seeded(&parameters, 0, DType::F32, device);
+    kind.build(preset, shape_for(kind), vb)?;
+    let report = load(&parameters)?;
+    Ok((parameters, report))
+}
+
+/// Tells which model a file of weights is of, from the file and from what is known of it, which must agree.
+pub(super) fn label_of(
+    path: &Path,
+    kind: Option<ModelKind>,
+    preset: Option<Preset>,
+) -> Result<Label> {
     let stored = match weights::read_label(path) {
         Err(ModelError::ForeignLabel { .. }) if kind.is_some() => None,
         Err(error @ ModelError::ForeignLabel { .. }) => return Err(error.into()),

@@ -20,5 +20,5 @@ pub(crate) use linear::linear;
 pub(crate) use norm::{
     BatchNormTensors, EPSILON, MOMENTUM, at_least_f32, batch_norm, layer_norm, values_a_channel,
 };
-pub(crate) use pool::{adaptive_avg_pool, max_pool_2x2, max_pool_3x3_s2_p1};
-pub(crate) use resize::{resize_bilinear, upsample_nearest_2x};
+pub(crate) use pool::{adaptive_avg_pool, averages, max_pool_2x2, max_pool_3x3_s2_p1};
+pub(crate) use resize::{interpolation, resize_bilinear, upsample_nearest_2x};

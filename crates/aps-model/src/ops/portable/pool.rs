@@ -60,6 +60,18 @@ pub(crate) fn adaptive_avg_pool(x: &Tensor, out: usize) -> Result<Tensor> {
     if out == 1 {
         return x.mean_keepdim((2, 3));
     }
+    let (weights, size) = (averages([height, width], out), (height * width, out * out));
+    let weights = Tensor::from_vec(weights, size, x.device())?.to_dtype(x.dtype())?;
+    let pixels = x
+        .contiguous()?
+        .reshape((batch * channels, height * width))?;
+    pixels
+        .matmul(&weights)?
+        .reshape((batch, channels, out, out))
+}
+
+/// Shares of the pixels of an image in the means of [`adaptive_avg_pool`]: (pixels, parts).
+pub(crate) fn averages([height, width]: [usize; 2], out: usize) -> Vec<f64> {
     let (rows, columns) = (shares(height, out), shares(width, out));
     let mut weights = Vec::with_capacity(height * width * out * out);
     for y in 0..height {
@@ -69,14 +81,7 @@ pub(crate) fn adaptive_avg_pool(x: &Tensor, out: usize) -> Result<Tensor> {
             }
         }
     }
-    let weights =
-        Tensor::from_vec(weights, (height * width, out * out), x.device())?.to_dtype(x.dtype())?;
-    let pixels = x
-        .contiguous()?
-        .reshape((batch * channels, height * width))?;
-    pixels
-        .matmul(&weights)?
-        .reshape((batch, channels, out, out))
+    weights
 }
 
 /// Row i holds the share of each of `size` elements in the mean of part i of `out`.

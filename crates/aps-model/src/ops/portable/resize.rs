@@ -1,6 +1,6 @@
 //! Changes of resolution.
 
-use candle_core::{Device, Result, Tensor};
+use candle_core::{Result, Tensor};
 
 /// Bilinear resizing of (batch, channels, height, width) to `height` x `width`, pixels being areas: PyTorch's
 /// `interpolate(mode="bilinear", align_corners=False)`, without smoothing when it shrinks.
@@ -11,8 +11,11 @@ pub(crate) fn resize_bilinear(x: &Tensor, height: usize, width: usize) -> Result
     if (old_height, old_width) == (height, width) {
         return Ok(x.clone());
     }
-    let columns = interpolation(old_width, width, x.device())?.to_dtype(x.dtype())?;
-    let rows = interpolation(old_height, height, x.device())?.to_dtype(x.dtype())?;
+    let matrix = |old, new| {
+        let weights = Tensor::from_vec(interpolation(old, new), (old, new), x.device());
+        weights?.to_dtype(x.dtype())
+    };
+    let (columns, rows) = (matrix(old_width, width)?, matrix(old_height, height)?);
     let wide = x
         .contiguous()?
         .reshape((batch * channels * old_height, old_width))?
@@ -28,7 +31,7 @@ pub(crate) fn resize_bilinear(x: &Tensor, height: usize, width: usize) -> Result
 }
 
 /// Matrix (old, new) whose column holds the weights of the old pixels in a new one.
-fn interpolation(old: usize, new: usize, device: &Device) -> Result<Tensor> {
+pub(crate) fn interpolation(old: usize, new: usize) -> Vec<f64> {
     let mut weights = vec![0.0_f64; old * new];
     let step = old as f64 / new as f64;
     for j in 0..new {
@@ -40,7 +43,7 @@ fn interpolation(old: usize, new: usize, device: &Device) -> Result<Tensor> {
         weights[low * new + j] += 1.0 - part;
         weights[high * new + j] += part;
     }
-    Tensor::from_vec(weights, (old, new), device)
+    weights
 }
 
 /// Every element of the last dimension twice.

@@ -1,0 +1,154 @@
+//! Models as files of ONNX, for other runtimes.
+//!
+//! No model is described here: [`export`] evaluates it once, and each operation of its layers, as it is computed, adds the nodes
+//! of the graph that stand beside it. Files have operators of version 17, and tensors under the names that files of weights have.
+
+mod graph;
+mod record;
+pub(crate) mod schema;
+
+use std::collections::HashMap;
+
+use candle_core::{DType, Device, Tensor};
+use candle_nn::VarMap;
+use prost::Message;
+
+use crate::condition::InputShape;
+use crate::parameters::sorted;
+use crate::weights::Label;
+use crate::{ANGLE_BINS, Result, seeded};
+pub(crate) use graph::{Graph, Value, float, int, ints, word};
+pub(crate) use record::recorded;
+use schema::{
+    Dimension, DimensionProto, FLOAT, GraphProto, IR_VERSION, ModelProto, OPERATORS,
+    OperatorSetIdProto, StringStringEntryProto, TensorShapeProto, TensorTypeProto, TypeProto,
+    ValueInfoProto,
+};
+
+/// Name of the dimension of links.
+const BATCH: &str = "batch";
+
+/// Name of the output.
+const SPECTRUM: &str = "spectrum";
+
+/// Makes a file of ONNX of a model in evaluation, with the weights in `parameters`, which are on a CPU in single precision.
+///
+/// Its input is `condition` (batch, 3, `image_size`, `image_size`), or for ways along rays `ways` (batch, directions, values), where
+/// `image_size` is of no use; its output is `spectrum` (batch, [`ANGLE_BINS`]). Each tells its shape and units. `batch` is any
+/// number from 1. `facts` go with model and preset into the metadata, in their order. The same arguments give the same bytes.
+///
+/// # Errors
+/// [`Error::Candle`](crate::Error::Candle) for a shape or an image size that the model does not take, and for parameters that are
+/// those of another model.
+///
+/// ```
+/// use aps_model::candle_core::{DType, Device};
+/// use aps_model::candle_nn::VarMap;
+/// use aps_model::condition::InputShape;
+/// use aps_model::weights::Label;
+/// use aps_model::{ModelKind, Preset, onnx, seeded};
+///
+/// let (kind, preset, parameters) = (ModelKind::MsMlp, Preset::Small, VarMap::new());
+/// kind.build(preset, InputShape::Images, seeded(&parameters, 1, DType::F32, &Device::Cpu))?;
+/// let file = onnx::export(Label { kind, preset }, InputShape::Images, 64, &parameters, &[])?;
+/// std::fs::write(std::env::temp_dir().join("ms_mlp.onnx"), file)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn export(
+    label: Label,
+    shape: InputShape,
+    image_size: usize,
+    parameters: &VarMap,
+    facts: &[(&str, String)],
+) -> Result<Vec<u8>> {
+    // Of variables, whose layers compute with the tensors themselves: those of constants take copies.
+    let vb = seeded(parameters, 0, DType::F32, &Device::Cpu);
+    let model = label.kind.build(label.preset, shape, vb)?;
+    let (name, dims, told) = input(shape, image_size);
+    let one = [&[1], &dims[..]].concat();
+    let one = Tensor::zeros(one, DType::F32, &Device::Cpu)?;
+    let known = sorted(parameters).into_iter();
+    let known = known.map(|(name, var)| (var.id(), (name, var.as_tensor().clone())));
+    let known = known.collect::<HashMap<_, _>>();
+    let graph = record::record([name, SPECTRUM], &one, known, |x| model.forward_t(x, false))?;
+
+    let mut metadata = vec![
+        ("model", label.kind.to_string()),
+        ("preset", label.preset.to_string()),
+    ];
+    metadata.extend_from_slice(facts);
+    let title = label.kind.title();
+    let file = ModelProto {
+        ir_version: IR_VERSION,
+        producer_name: "map2aps".into(),
+        producer_version: env!("CARGO_PKG_VERSION").into(),
+        doc_string: format!(
+            "{title}, preset {}: angle power spectra of links",
+            label.preset
+        ),
+        graph: Some(GraphProto {
+            node: graph.nodes,
+            name: label.kind.name().into(),
+            initializer: graph.constants,
+            input: vec![tensor(name, &dims, told)],
+            output: vec![tensor(SPECTRUM, &[ANGLE_BINS], OUTPUT.into())],
+        }),
+        opset_import: vec![OperatorSetIdProto {
+            domain: Some(String::new()),
+            version: OPERATORS,
+        }],
+        metadata_props: metadata
+            .into_iter()
+            .map(|(key, value)| StringStringEntryProto {
+                key: key.into(),
+                value,
+            })
+            .collect(),
+    };
+    Ok(file.encode_to_vec())
+}
+
+const OUTPUT: &str = "(batch, bin): power relative to the largest of the link, a linear ratio, normalised as the \
+                      labels of the protocol are; no unit. Bins are those of the labels, the first at -180 degrees.";
+
+/// Name, dimensions behind the batch, and description of an input.
+fn input(shape: InputShape, image_size: usize) -> (&'static str, Vec<usize>, String) {
+    match shape {
+        InputShape::Images => (
+            "condition",
+            vec![3, image_size, image_size],
+            "(batch, channel, row, column), rows along y, columns along x, no unit. Channel 0: share of the pixel that is built \
+             upon, 0 to 1; 1: Gaussian spot at the transmitter, 1 in its middle; 2: the same at the receiver."
+                .into(),
+        ),
+        InputShape::Polar(shape) => (
+            "ways",
+            vec![shape.directions, shape.values()],
+            format!(
+                "(batch, direction, value): {} features of each of {} kinds of ways that arrive along rays around the receiver, \
+                 then {} numbers of the direction. Feature 1 is 1 where there is such a way, else 0 as all others.",
+                shape.features, shape.ways, shape.numbers
+            ),
+        ),
+    }
+}
+
+/// Describes a tensor of any number of links.
+fn tensor(name: &str, dims: &[usize], doc_string: String) -> ValueInfoProto {
+    let batch = Dimension::Parameter(BATCH.into());
+    let rest = dims.iter().map(|&d| Dimension::Value(d as i64));
+    let dim = |value| DimensionProto { value: Some(value) };
+    let shape = TensorShapeProto {
+        dim: [batch].into_iter().chain(rest).map(dim).collect(),
+    };
+    ValueInfoProto {
+        name: name.into(),
+        r#type: Some(TypeProto {
+            tensor_type: Some(TensorTypeProto {
+                elem_type: FLOAT,
+                shape: Some(shape),
+            }),
+        }),
+        doc_string,
+    }
+}

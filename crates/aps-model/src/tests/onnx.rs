@@ -1,0 +1,170 @@
+//! Exported files, read back. Their values are compared with ONNX Runtime's by `tests/python/long/test_onnx.py`.
+
+use std::collections::{HashMap, HashSet};
+
+use candle_core::DType;
+use candle_nn::VarMap;
+use prost::Message;
+
+use super::{builder, flat};
+use crate::condition::{InputKind, InputShape, PolarShape};
+use crate::onnx::export;
+use crate::onnx::schema::{Dimension, FLOAT, ModelProto, TensorProto, ValueInfoProto};
+use crate::parameters::{is_counter, sorted};
+use crate::weights::Label;
+use crate::{ModelKind, Preset};
+
+const SIZE: usize = 64;
+
+fn shape_of(kind: ModelKind) -> InputShape {
+    match kind.input() {
+        InputKind::Images => InputShape::Images,
+        InputKind::Polar => InputShape::Polar(PolarShape {
+            directions: 180,
+            ways: 15,
+            features: 14,
+            numbers: 4,
+        }),
+    }
+}
+
+fn exported(kind: ModelKind, parameters: &VarMap) -> Vec<u8> {
+    let (preset, shape) = (Preset::Small, shape_of(kind));
+    let vb = builder(parameters, DType::F32, 1);
+    kind.build(preset, shape, vb).unwrap();
+    let facts = [("image_size", SIZE.to_string())];
+    export(Label { kind, preset }, shape, SIZE, parameters, &facts).unwrap()
+}
+
+fn shape(value: &ValueInfoProto) -> Vec<String> {
+    let of = value.r#type.clone().unwrap().tensor_type.unwrap();
+    assert_eq!(of.elem_type, FLOAT);
+    let dims = of.shape.unwrap().dim.into_iter();
+    dims.map(|dim| match dim.value.unwrap() {
+        Dimension::Value(size) => size.to_string(),
+        Dimension::Parameter(name) => name,
+    })
+    .collect()
+}
+
+fn numbers(tensor: &TensorProto) -> Vec<f64> {
+    let numbers = tensor.raw_data.chunks_exact(4);
+    numbers
+        .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()).into())
+        .collect()
+}
+
+#[test]
+fn a_file_tells_its_model_and_takes_any_number_of_links() {
+    for kind in ModelKind::ALL {
+        let file = exported(kind, &VarMap::new());
+        let model = ModelProto::decode(&file[..]).unwrap();
+        let facts = model.metadata_props.iter();
+        let facts: Vec<_> = facts.map(|fact| (&*fact.key, &*fact.value)).collect();
+        let expected = [
+            ("model", kind.name()),
+            ("preset", "small"),
+            ("image_size", "64"),
+        ];
+        assert_eq!(facts, expected);
+        let graph = model.graph.unwrap();
+        let ([input], [output]) = (&graph.input[..], &graph.output[..]) else {
+            panic!("{kind}: one input, one output");
+        };
+        let expected: (_, &[&str]) = match kind.input() {
+            InputKind::Images => ("condition", &["batch", "3", "64", "64"]),
+            InputKind::Polar => ("ways", &["batch", "180", "214"]),
+        };
+        assert_eq!(
+            (&*input.name, &shape(input)[..]),
+            (
+                expected.0,
+                &expected.1.iter().map(|s| s.to_string()).collect::<Vec<_>>()[..]
+            )
+        );
+        assert_eq!(
+            (&*output.name, shape(output)),
+            ("spectrum", vec!["batch".to_owned(), "180".to_owned()])
+        );
+    }
+}
+
+#[test]
+fn a_graph_has_the_weights_bit_for_bit_and_finds_every_input_made() {
+    for kind in ModelKind::ALL {
+        let parameters = VarMap::new();
+        let model = ModelProto::decode(&exported(kind, &parameters)[..]).unwrap();
+        let graph = model.graph.unwrap();
+        let constants: HashMap<_, _> = graph.initializer.iter().map(|t| (&*t.name, t)).collect();
+        assert_eq!(
+            constants.len(),
+            graph.initializer.len(),
+            "{kind}: names are unique"
+        );
+        for (name, var) in sorted(&parameters) {
+            // Neither counts in evaluation: passes of training, and a choice that decided which graph was made.
+            if is_counter(&var) || name == "fixed.is_by_link" {
+                continue;
+            }
+            let found = constants[&*name];
+            let dims: Vec<_> = found.dims.iter().map(|&d| d as usize).collect();
+            assert_eq!(dims, var.dims(), "{kind}: {name}");
+            assert_eq!(numbers(found), flat(&var), "{kind}: {name}");
+        }
+        // The empty name stands for an input that is not given.
+        let mut made: HashSet<&str> = constants
+            .keys()
+            .copied()
+            .chain(["", "condition", "ways"])
+            .collect();
+        let mut used = HashSet::new();
+        for node in &graph.node {
+            for input in &node.input {
+                assert!(
+                    made.contains(&**input),
+                    "{kind}: {} of {}",
+                    input,
+                    node.name
+                );
+                used.insert(&**input);
+            }
+            assert!(
+                made.insert(&node.output[0]),
+                "{kind}: {} is made twice",
+                node.name
+            );
+        }
+        assert!(made.contains("spectrum"), "{kind}");
+        assert!(
+            constants.keys().all(|name| used.contains(name)),
+            "{kind}: every constant is used"
+        );
+    }
+}
+
+#[test]
+fn the_same_weights_give_the_same_bytes() {
+    for kind in [ModelKind::VitReg, ModelKind::PolarReg] {
+        assert!(
+            exported(kind, &VarMap::new()) == exported(kind, &VarMap::new()),
+            "{kind}"
+        );
+    }
+}
+
+#[test]
+fn sizes_that_a_model_does_not_take_are_refused() {
+    let (kind, preset, parameters) = (ModelKind::RadioUnet, Preset::Small, VarMap::new());
+    let label = Label { kind, preset };
+    let export = |shape, size| export(label, shape, size, &parameters, &[]).unwrap_err();
+    assert!(
+        export(InputShape::Images, 40)
+            .to_string()
+            .contains("multiple of 16")
+    );
+    assert!(
+        export(shape_of(ModelKind::PolarReg), 64)
+            .to_string()
+            .contains("takes Images")
+    );
+}

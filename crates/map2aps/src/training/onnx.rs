@@ -1,0 +1,72 @@
+//! Trained models for other runtimes.
+
+use std::path::Path;
+
+use aps_model::candle_core::Device;
+use aps_model::condition::InputKind;
+use aps_model::weights::{Label, LoadReport};
+use aps_model::{ModelKind, Preset, onnx};
+
+use super::input::shape_for;
+use super::trained::{label_of, read};
+use super::{Settings, usual_image_size};
+use crate::error::Result;
+
+/// A model as a file of ONNX: see [`aps_model::onnx`].
+#[derive(Debug)]
+pub struct OnnxModel {
+    /// Content of the file.
+    pub bytes: Vec<u8>,
+    /// Model and sizes.
+    pub label: Label,
+    /// Rows and columns of its condition images; none if it takes no images.
+    pub image_size: Option<usize>,
+    /// Account of the tensors that were read.
+    pub report: LoadReport,
+}
+
+impl OnnxModel {
+    /// Makes the file of weights as [`Trained::load`](super::Trained::load) takes them. Images have `image_size` rows and columns;
+    /// without it the size that the model was trained on, as far as that is known.
+    ///
+    /// The metadata tell model, preset and size, and for weights in the folder of a run what they were trained on: the labels'
+    /// settings (array, bandwidth, protocol), the statistics that normalise them, and the width of the spots.
+    ///
+    /// # Errors
+    /// Those of [`Trained::load`](super::Trained::load), and an image size that the model does not take.
+    pub fn of(
+        weights: &Path,
+        kind: Option<ModelKind>,
+        preset: Option<Preset>,
+        image_size: Option<usize>,
+    ) -> Result<Self> {
+        let label = label_of(weights, kind, preset)?;
+        let (parameters, report) = read(weights, label, &Device::Cpu)?;
+        let settings = Settings::beside(weights)?;
+        let trained_on = settings.as_ref().map(|settings| settings.image_size);
+        let size = image_size.or(trained_on);
+        let size = size.unwrap_or(usual_image_size(label.preset));
+        let has_images = label.kind.input() == InputKind::Images;
+        let mut facts = Vec::new();
+        if has_images {
+            facts.push(("image_size", size.to_string()));
+        }
+        if let Some(settings) = settings {
+            let statistics = serde_json::to_string(&settings.training_statistics)?;
+            if has_images {
+                facts.push(("sigma_px", settings.sigma_px.to_string()));
+            }
+            facts.push(("protocol", settings.protocol));
+            facts.push(("training_statistics", statistics));
+            if let Some(labels) = settings.data_configuration.get("label") {
+                facts.push(("label", labels.to_string()));
+            }
+        }
+        Ok(Self {
+            bytes: onnx::export(label, shape_for(label.kind), size, &parameters, &facts)?,
+            label,
+            image_size: has_images.then_some(size),
+            report,
+        })
+    }
+}
