@@ -10,7 +10,9 @@ mod examples;
 mod explain;
 mod labels;
 mod making;
+mod maps;
 mod metrics;
+mod numbers;
 mod paths;
 mod run;
 mod scene;
@@ -31,6 +33,8 @@ mod _native {
     use super::making::{make_dataset, manifest};
     #[pymodule_export]
     use super::metrics::metrics;
+    #[pymodule_export]
+    use super::paths::Paths;
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
