@@ -87,7 +87,7 @@ impl App {
             Some("link") => "link",
             Some("compare") => "compare",
             Some("coverage") => "coverage",
-            Some(name) if files::is_file(name) => "file",
+            _ if file_of(path).is_some() => "file",
             _ => return Err(Fault::NotFound),
         };
         must_be(&head, Method::POST)?;
@@ -103,7 +103,7 @@ impl App {
                 return self.coverage(question, ticket, held).await;
             }
             _ => {
-                let name = path.trim_start_matches("/api/").to_owned();
+                let name = file_of(path).ok_or(Fault::NotFound)?.to_owned();
                 let question: LinkQuestion = read(&body)?;
                 let stock = Arc::clone(&self.stock);
                 let make = move || files::make(&name, &stock, &question, &ticket);
@@ -169,6 +169,12 @@ async fn on<T: Send + 'static>(
     receiver.await.unwrap_or(Err(Fault::Broken))
 }
 
+/// The file that a path names.
+fn file_of(path: &str) -> Option<&str> {
+    path.strip_prefix("/api/file/")
+        .filter(|name| files::is_file(name))
+}
+
 fn must_be(head: &request::Parts, method: Method) -> Result<(), Fault> {
     match head.method == method {
         true => Ok(()),
@@ -211,6 +217,8 @@ struct MapAnswer {
     /// Outlines of the united buildings \[m\].
     rings: Vec<Vec<[f64; 2]>>,
     houses: Vec<HouseAnswer>,
+    /// Number of houses of the map as it was read: drawn ones are numbered from there.
+    as_read: usize,
     walls: usize,
     /// Findings in all houses, and in those of the map as it was read.
     repairs: String,
@@ -264,6 +272,7 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
         area: [city.area.min, city.area.max].map(|p| p.to_array()),
         rings: city.outlines.rings.iter().map(numbers).collect(),
         houses: houses.collect(),
+        as_read: city.as_read,
         walls: city.scene.walls().len(),
         repairs: report.to_string(),
         repairs_as_read,

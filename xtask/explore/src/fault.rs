@@ -96,7 +96,8 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The status of the answer.
+    /// The status of the answer. A question that was understood is answered, if only with the reason why there is no link: a
+    /// browser writes every other status into its console.
     pub fn status(&self) -> StatusCode {
         match self {
             Self::Foreign(_) => StatusCode::FORBIDDEN,
@@ -105,10 +106,18 @@ impl Fault {
             Self::MediaType => StatusCode::UNSUPPORTED_MEDIA_TYPE,
             Self::TooLarge(_) => StatusCode::PAYLOAD_TOO_LARGE,
             Self::Slow(_) => StatusCode::REQUEST_TIMEOUT,
-            Self::Overtaken => StatusCode::CONFLICT,
+            Self::Range { .. } | Self::Material(_) | Self::NoHouse { .. } => {
+                StatusCode::UNPROCESSABLE_ENTITY
+            }
             Self::Broken => StatusCode::INTERNAL_SERVER_ERROR,
             Self::Cut | Self::Form(_) => StatusCode::BAD_REQUEST,
-            _ => StatusCode::UNPROCESSABLE_ENTITY,
+            Self::Vertices(_)
+            | Self::Terminal { .. }
+            | Self::Library(_)
+            | Self::Report(_)
+            | Self::NoSpectrum
+            | Self::NoFile(_)
+            | Self::Overtaken => StatusCode::OK,
         }
     }
 

@@ -90,7 +90,9 @@ fn is_plain(city: &City) -> bool {
 /// another.
 fn map(city: &City) -> Result<Value, Fault> {
     let ring = |ring: &Vec<DVec2>| -> Vec<[f64; 2]> {
-        let closed = ring.iter().chain(ring.first());
+        let is_closed = ring.first() == ring.last();
+        let again = ring.first().filter(|_| !is_closed);
+        let closed = ring.iter().chain(again);
         closed.map(|p| p.to_array()).collect()
     };
     if is_plain(city) {
@@ -184,7 +186,12 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
         ("--out", "link.html".into()),
     ];
     let spectrum = spectrum.map(|(name, value)| [name.to_owned(), value]);
-    let words = |first: &[&str]| first.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
+    let words = |first: &[&str]| {
+        first
+            .iter()
+            .map(|&word| word.to_owned())
+            .collect::<Vec<_>>()
+    };
     let trace = [words(&["trace", "--format", "json"]), link.clone()].concat();
     let explain = [words(&["explain"]), link, spectrum.concat()].concat();
     let mut text = format!(

@@ -76,8 +76,7 @@ mod tests {
     use super::*;
 
     fn two_houses() -> Vec<Footprint> {
-        let house =
-            |x: f64| Footprint::new([(x, 0.0), (x + 9.0, 0.0), (x, 9.0)].map(DVec2::from));
+        let house = |x: f64| Footprint::new([(x, 0.0), (x + 9.0, 0.0), (x, 9.0)].map(DVec2::from));
         vec![house(0.0), house(50.0)]
     }
 

@@ -25,7 +25,7 @@ mod recent;
 mod reply;
 mod request;
 mod server;
-mod stock;
+pub mod stock;
 mod ticket;
 
 pub use app::App;

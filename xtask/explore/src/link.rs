@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use aps_label::Protocol;
-use aps_raytrace::glam::DVec2;
 use aps_raytrace::Link;
+use aps_raytrace::glam::DVec2;
 use aps_report::explain::{Explanation, LOBE_COLUMNS, PATH_COLUMNS};
-use aps_report::link::{LinkView, PathView, Spectrum};
+use aps_report::link::{LinkView, PathView, Spectrum, angle_deg, mirror_deg};
 use map2aps::path_list::LinkEntry;
 use serde::Serialize;
 
@@ -148,6 +148,10 @@ struct PathAnswer {
     colour: String,
     /// The angle at which the spectrum shows it \[deg\].
     angle_deg: f64,
+    /// And its mirror image, if the array makes one \[deg\].
+    mirror_deg: Option<f64>,
+    gain_db: f64,
+    delay_ns: f64,
     cells: Vec<String>,
 }
 
@@ -207,11 +211,16 @@ pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result
             });
         }
         for (cells, listed) in e.path_rows() {
+            let path = listed.path;
+            let own_deg = angle_deg(path.arrival_azimuth_rad, protocol);
             paths.push(PathAnswer {
-                index: index(listed.path).unwrap_or_default(),
+                index: index(path).unwrap_or_default(),
                 number: listed.number,
                 colour: listed.colour.to_string(),
-                angle_deg: aps_report::link::angle_deg(listed.path.arrival_azimuth_rad, protocol),
+                angle_deg: own_deg,
+                mirror_deg: e.has_mirrors.then(|| mirror_deg(own_deg)),
+                gain_db: path.gain_db,
+                delay_ns: path.delay_s * 1e9,
                 cells,
             });
         }

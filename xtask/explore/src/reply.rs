@@ -55,17 +55,19 @@ pub fn json(value: &impl Serialize) -> Reply {
 
 /// Lines that come one by one.
 pub fn parts(parts: Parts) -> Reply {
-    reply(
-        StatusCode::OK,
-        "application/x-ndjson",
-        Either::Right(parts),
-    )
+    reply(StatusCode::OK, "application/x-ndjson", Either::Right(parts))
 }
+
+/// Marks a fault, whose status may be that of an answer.
+const FAULT: HeaderName = HeaderName::from_static("x-fault");
 
 /// A fault as JSON. What may have left a part of the body unread ends its connection.
 pub fn fault(fault: &Fault) -> Reply {
     let text = serde_json::to_vec(&fault.told()).unwrap_or_default();
     let mut reply = whole(fault.status(), JSON, text);
+    reply
+        .headers_mut()
+        .insert(FAULT, HeaderValue::from_static("1"));
     if let Fault::TooLarge(_) | Fault::Slow(_) | Fault::Foreign(_) | Fault::MediaType = fault {
         let close = HeaderValue::from_static("close");
         reply.headers_mut().insert(header::CONNECTION, close);

@@ -238,7 +238,11 @@ pub mod tests {
             ("/trace/material", json!("gold"), "material: 'gold'"),
             ("/trace/material", json!("NaN,1"), "material"),
             ("/label/heading_deg", json!(1e300), "heading_deg"),
-            ("/label/sampling_rate_hz", json!(0.0), "sampling rate"),
+            (
+                "/label/sampling_rate_hz",
+                json!(0.0),
+                "sampling_rate_hz = 0",
+            ),
             ("/label/elements", json!(4096), "elements"),
             ("/label/spacing", json!(-0.5), "spacing"),
             ("/label/protocol", json!("mine"), "label.protocol"),

@@ -55,6 +55,8 @@ impl Maps {
 #[derive(Debug)]
 pub struct City {
     number: u64,
+    /// Number of houses of the map as it was read.
+    pub as_read: usize,
     /// The houses that were given.
     pub houses: Vec<House>,
     /// The square of the map.
@@ -112,12 +114,14 @@ impl Stock {
         self.cities.get(question.clone(), || {
             let maps = &self.maps;
             let (footprints, area) = maps.source.footprints(question.map, maps.seed)?;
+            let as_read = footprints.len();
             let houses = question.houses.apply(footprints)?;
             let given: Vec<_> = houses.iter().map(|h| h.footprint.clone()).collect();
             let scene = maps.scene.scene(&given, area)?;
             Ok(City {
                 number: self.number(),
                 outlines: Outlines::of_scene(&scene),
+                as_read,
                 houses,
                 area,
                 scene,
