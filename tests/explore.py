@@ -237,19 +237,44 @@ def same_as_trace(page, xtask, folder, what):
     must(json.loads(printed) == shown and shown["links"][0]["paths"], f"{what}: trace prints the same paths")
 
 
+RINGS = """(async () => {
+  const [{ ask }, { cityQuestion }] = await Promise.all([import('/ask.js'), import('/state.js')]);
+  return (await (await ask('/api/map', cityQuestion())).json()).rings;
+})()"""
+
+
+def is_street(rings, x, y):
+    """Even-odd rule; with some room around, so that neither rounding nor a pixel leads indoors."""
+
+    def is_free(x, y):
+        crossings = 0
+        for ring in rings:
+            for (ax, ay), (bx, by) in zip(ring, ring[1:] + ring[:1]):
+                crossings += (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
+        return crossings % 2 == 0
+
+    return all(is_free(x + dx, y + dy) for dx in (-1.1, 0, 1.1) for dy in (-1.1, 0, 1.1))
+
+
+def street(page, near, least=4.0):
+    """A place outdoors beside another."""
+    rings = page.eval(RINGS)
+    steps = [(near[0] + dx, near[1] + dy) for r in range(1, 9) for dx, dy in ((5 * r, r), (-5 * r, r), (r, 5 * r), (r, -5 * r))]
+    inside = [p for p in steps if all(5 < v < 250 for v in p) and is_street(rings, *p)]
+    return next(p for p in inside if abs(p[0] - near[0]) + abs(p[1] - near[1]) >= least)
+
+
 def check_drag(page, xtask, folder):
     for end in ("tx", "rx"):
         before = page.state()[end]
-        start = page.screen(before)
-        stops = [(start[0] + dx, start[1] + dy) for dx, dy in ((8, 3), (20, -9), (3, 1))]
-        page.after(lambda: page.drag(start, *stops))
+        start, stop = page.screen(before), page.screen(street(page, before))
+        page.after(lambda: page.drag(start, (start[0] + 2, start[1] + 1), ((start[0] + stop[0]) / 2, stop[1]), stop))
         after = page.state()[end]
         must(after != before, f"{end} follows the mouse from {before} to {after}")
     start = page.state()["rx"]
     page.eval("document.getElementById('rx').focus()")
     page.after(lambda: page.key("ArrowRight"))
     must(abs(page.state()["rx"][0] - start[0] - 1) < 1e-9, "an arrow key moves a terminal by 1 m")
-    free_place(page)
     same_as_trace(page, xtask, folder, "after dragging")
 
 
@@ -315,16 +340,17 @@ def check_coverage(page):
     page.eval("(() => { const s = document.getElementById('show'); s.value = 'error'; s.dispatchEvent(new Event('change')); })()")
     page.wait("!document.getElementById('progress').hidden")
     start = page.screen(page.state()["tx"])
+    stop = page.screen(street(page, page.state()["tx"]))
     page.mouse("mousePressed", *start)
-    page.call("Input.dispatchMouseEvent", type="mouseMoved", x=start[0] + 2, y=start[1], button="left", buttons=1)
+    page.call("Input.dispatchMouseEvent", type="mouseMoved", x=stop[0], y=stop[1], button="left", buttons=1)
     page.wait("document.getElementById('progress').hidden")
-    page.mouse("mouseReleased", start[0] + 2, start[1])
+    page.mouse("mouseReleased", *stop)
     page.wait("!document.getElementById('progress').hidden")
     must(True, "coverage ends when a terminal moves, and begins again when it rests")
     page.eval("(() => { const s = document.getElementById('show'); s.value = 'level'; s.dispatchEvent(new Event('change')); })()")
     page.wait("document.getElementById('progress').hidden", 300)
     place = page.state()["rx"]
-    page.after(lambda: page.click(*page.screen([place[0] + 0.6, place[1]])))
+    page.after(lambda: page.click(*page.screen(street(page, place, 6.0))))
     must(page.state()["rx"] != place, f"a cell that is clicked becomes the receiver: {page.state()['rx']}")
     page.eval("(() => { const s = document.getElementById('show'); s.value = ''; s.dispatchEvent(new Event('change')); })()")
 
@@ -382,10 +408,7 @@ def check_house_with_faults(page):
 
 def check_inside(page):
     """A terminal in a house is told, and nothing is written to the console."""
-    ring = page.eval("""(async () => {
-      const [{ ask }, { cityQuestion }] = await Promise.all([import('/ask.js'), import('/state.js')]);
-      return (await (await ask('/api/map', cityQuestion())).json()).rings.find(ring => ring.length === 4);
-    })()""")
+    ring = next(ring for ring in page.eval(RINGS) if len(ring) == 4)
     middle = [sum(p[i] for p in ring) / 4 for i in (0, 1)]
     page.eval(f"import('/state.js').then(s => {{ s.state.rx = {middle}; location.hash = s.toFragment(); }})")
     page.wait("document.body.classList.contains('is-stale') && !document.getElementById('fault').hidden")
@@ -396,15 +419,15 @@ def check_inside(page):
 
 def check_two_tabs(browser, url, page):
     other = Page(browser, url)
-    rests = [p.state()["rx"] for p in (page, other)]
-    starts = [p.screen(rest) for p, rest in zip((page, other), rests)]
-    for p, start in zip((page, other), starts):
+    tabs = [(p, p.screen(p.state()["rx"]), p.screen(street(p, p.state()["rx"], least))) for p, least in ((page, 4.0), (other, 12.0))]
+    for p, start, _ in tabs:
         p.mouse("mousePressed", *start)
     for step in range(12):
-        for p, (x, y), sign in zip((page, other), starts, (1, -1)):
-            p.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + sign * step % 3, y=y + step % 2, button="left", buttons=1)
-    for p, start in zip((page, other), starts):
-        p.after(lambda: (p.mouse("mouseMoved", start[0] + 1, start[1]), p.mouse("mouseReleased", start[0] + 1, start[1])))
+        for p, start, stop in tabs:
+            at = [a + step / 11 * (b - a) for a, b in zip(start, stop)]
+            p.call("Input.dispatchMouseEvent", type="mouseMoved", x=at[0], y=at[1], button="left", buttons=1)
+    for p, _, stop in tabs:
+        p.after(lambda: p.mouse("mouseReleased", *stop))
     for p in (page, other):
         shown = json.loads(p.eval(PATHS % "paths"))["links"][0]
         must(shown["rx"] == p.state()["rx"], "each of two tabs shows its own link")
@@ -416,13 +439,16 @@ def check_touch(page):
     page.picture(None, width=390, height=800)
     before = page.state()["rx"]
     x, y = page.screen(before)
+    far = page.screen(street(page, before))
+
     def swipe():
         page.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x + 6, "y": y + 4}])
-        for d in (2, 5, 8):
-            page.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=[{"x": x + 6 + d, "y": y + 4}])
+        for part in (0.3, 0.6, 1):
+            points = [{"x": x + 6 + part * (far[0] - x), "y": y + 4 + part * (far[1] - y)}]
+            page.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=points)
         page.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
     page.after(swipe)
-    must(page.state()["rx"][0] > before[0], f"a finger beside the terminal takes it along: {before} to {page.state()['rx']}")
+    must(page.state()["rx"] != before, f"a finger beside the terminal takes it along: {before} to {page.state()['rx']}")
     page.call("Emulation.setTouchEmulationEnabled", enabled=False)
     free_place(page)
 

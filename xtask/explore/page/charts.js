@@ -9,7 +9,7 @@ const px = value => Math.round(value * 10) / 10;
 const plain = text => String(text).replace(/[&<>"]/g, c => `&#${c.charCodeAt(0)};`);
 
 function text(x, y, words, anchor = 'middle', extra = '') {
-  return `<text x="${px(x)}" y="${px(y)}" text-anchor="${anchor}" class="small" ${extra}>${plain(words)}</text>`;
+  return `<text x="${px(x)}" y="${px(y)}" text-anchor="${anchor}" class="small halo" ${extra}>${plain(words)}</text>`;
 }
 
 function badge([x, y], lobe) {
@@ -29,7 +29,7 @@ const line = (points, look) => `<polyline class="line ${look}" points="${points.
 /** A chart of power over something. */
 class Frame {
   constructor(width, height, x, top) {
-    Object.assign(this, { width, height, x, top, left: 44, right: width - 10, up: 12, down: height - 34 });
+    Object.assign(this, { width, height, x, top, left: 44, right: width - 16, up: 12, down: height - 34 });
   }
 
   at(x, db) {
@@ -95,8 +95,22 @@ function overAngle(answer, list, top) {
     out += stem(path, path.angle_deg, '');
   }
   for (const [curve, look] of list) out += line(curve.angles_deg.map((angle, i) => frame.at(angle, curve.aps_db[i])), look);
-  for (const lobe of answer.lobes) out += badge(frame.at(lobe.angle_deg, lobe.level_db + 3.5), lobe);
-  return out;
+  return out + badges(answer.lobes, (lobe, step) => {
+    const [x, y] = frame.at(lobe.angle_deg, lobe.level_db + 3.5);
+    return [x, y - step];
+  });
+}
+
+/** Badges of lobes, those that would lie on another a step further out. */
+function badges(lobes, at) {
+  const taken = [];
+  const isFree = ([x, y]) => taken.every(([u, v]) => Math.hypot(x - u, y - v) > 16);
+  return lobes.map(lobe => {
+    const places = [0, 16, 32].map(step => at(lobe, step));
+    const place = places.find(isFree) ?? places[0];
+    taken.push(place);
+    return badge(place, lobe);
+  }).join('');
 }
 
 function overDelay(answer, list) {
@@ -114,7 +128,7 @@ function overDelay(answer, list) {
 }
 
 function overDirection(answer, list, top) {
-  const [middle, radius] = [150, 122];
+  const [middle, radius] = [150, 118];
   const at = (angle, db, more = 0) => {
     const part = Math.max(0, (db - top + RANGE_DB) / RANGE_DB);
     const turn = (angle + answer.turn_deg) * Math.PI / 180;
@@ -139,6 +153,5 @@ function overDirection(answer, list, top) {
     const points = curve.angles_deg.map((angle, i) => at(angle, curve.aps_db[i]));
     out += line([...points, points[0]], look);
   }
-  for (const lobe of answer.lobes) out += badge(at(lobe.angle_deg, lobe.level_db, 10), lobe);
-  return out;
+  return out + badges(answer.lobes, (lobe, step) => at(lobe.angle_deg, lobe.level_db, 10 + step));
 }

@@ -74,7 +74,7 @@ export function drawLink(answer) {
   let [rays, badges, ahead] = ['', '', 34];
   for (const p of answer.paths.toReversed()) {
     const isMaker = p.colour !== 'soft';
-    rays += `<g data-path="${p.number}"><path class="line stroke-${p.colour}" stroke-width="${isMaker ? 2.4 : 0.9}" d="${path(points(p.index))}"/>`;
+    rays += `<g data-path="${p.number}"><path class="line ${isMaker ? 'strong' : 'weak'} stroke-${p.colour}" d="${path(points(p.index))}"/>`;
     for (const bend of paths[p.index].interactions) {
       const [x, y] = place(bend.point);
       rays += `<circle class="bend ${bend.kind}" cx="${x}" cy="${y}" r="2.2"/>`;

@@ -8,15 +8,15 @@ const MOST_EFFECTS = 4;
 const CONTROLS = [
   { key: 'reflections', name: 'Reflections', min: 0, max: 6 },
   { key: 'diffractions', name: 'Diffractions', min: 0, max: 3 },
-  { key: 'range', name: 'Dynamic range', min: 10, max: 130, step: 10, unit: 'dB', most: 'all paths' },
-  { key: 'frequency', name: 'Carrier', min: 0.3, max: 60, step: 0.1, unit: 'GHz', factor: 1e9 },
+  { key: 'range', name: 'Dynamic range', min: 10, max: 130, step: 10, unit: ' dB', most: 'all paths' },
+  { key: 'frequency', name: 'Carrier', min: 0.3, max: 60, step: 0.1, unit: ' GHz', factor: 1e9 },
   { key: 'material', name: 'Walls', words: { concrete: 'concrete', pec: 'perfect conductor', '2.73,0.0085': 'plasterboard', '6.31,0.0162': 'glass', '3.91,0.0238': 'brick' } },
   { key: 'protocol', name: 'Protocol', words: { paper: 'paper', released: 'released' } },
   { key: 'array', name: 'Array', words: { ula: 'linear', uca: 'circular' } },
   { key: 'elements', name: 'Elements', min: 1, max: 64 },
-  { key: 'spacing', name: 'Spacing', min: 0.1, max: 2, step: 0.05, unit: 'wavelengths' },
+  { key: 'spacing', name: 'Spacing', min: 0.1, max: 2, step: 0.05, unit: ' λ' },
   { key: 'heading', name: 'Heading', min: -180, max: 180, step: 5, unit: '°' },
-  { key: 'bandwidth', name: 'Bandwidth', min: 10, max: 1000, step: 10, unit: 'MHz', factor: 1e6 },
+  { key: 'bandwidth', name: 'Bandwidth', min: 10, max: 1000, step: 10, unit: ' MHz', factor: 1e6 },
 ];
 
 /** A value in words. */
@@ -24,7 +24,7 @@ function told(control, value) {
   if (control.words) return control.words[value] ?? value;
   if (value === null) return control.most;
   const number = +(value / (control.factor ?? 1)).toPrecision(6);
-  return control.unit ? `${number} ${control.unit}` : `${number}`;
+  return `${number}${control.unit ?? ''}`;
 }
 
 /** Puts the controls on the page; `changed` is called with the change in words. */
