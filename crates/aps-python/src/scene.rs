@@ -29,6 +29,7 @@ fn settings(close_gaps_m: Option<Number<f64>>) -> PyResult<SceneSettings> {
     Ok(
         given.map_or_else(SceneSettings::default, |close_gaps_m| SceneSettings {
             close_gaps_m,
+            ..SceneSettings::default()
         }),
     )
 }

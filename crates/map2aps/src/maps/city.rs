@@ -4,10 +4,10 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use aps_raytrace::Scene;
-use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tiling, parse_geojson};
+use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tile, Tiling, parse_geojson};
 use serde_json::{Value, json};
 
-use super::{MIN_BUILDING_M, MapError, Orientation, SceneSettings, bounds, radiomapseer, ranges};
+use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, radiomapseer, ranges};
 use crate::error::{At, Error, Place, Result};
 
 /// Tiles with a larger share of buildings have no room for terminals.
@@ -147,22 +147,17 @@ impl City {
     /// # Errors
     /// [`MapError::EmptyTile`], and buildings that make no scene.
     pub fn load(&self, id: u32, settings: SceneSettings) -> Result<Scene> {
-        self.tile(id, settings, Orientation::default())
+        let tile = self.tile(id)?;
+        let scene = settings.scene(&tile.footprints, tile.area);
+        scene.at(Place::Tile(id))
     }
 
-    /// Makes the scene of a tile in an orientation.
-    pub(super) fn tile(
-        &self,
-        id: u32,
-        settings: SceneSettings,
-        orientation: Orientation,
-    ) -> Result<Scene> {
-        let tile = self.tiling.tile(id).ok_or_else(|| MapError::EmptyTile {
+    /// One map: a tile with its buildings.
+    pub(super) fn tile(&self, id: u32) -> Result<Tile, MapError> {
+        self.tiling.tile(id).ok_or_else(|| MapError::EmptyTile {
             tile: id,
             maps: self.ids.clone(),
-        })?;
-        let scene = settings.scene(&tile.footprints, tile.area, orientation);
-        scene.at(Place::Tile(id))
+        })
     }
 
     /// Unit of the coordinates, and the digits that place a city.
@@ -240,7 +235,7 @@ pub fn load_file(
     let bytes = std::fs::read(file).at_file(Place::MapFile, file)?;
     match is_list(&bytes) {
         true => {
-            let scene = radiomapseer::scene(&bytes, settings, Orientation::default());
+            let scene = radiomapseer::scene(&bytes, settings);
             Ok((scene.at_file(Place::MapFile, file)?, None))
         }
         false => {

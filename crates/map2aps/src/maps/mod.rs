@@ -19,7 +19,7 @@ use aps_raytrace::scene::{Area, CityConfig, Footprint, SceneConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::error::Result;
+use crate::error::{At, Place, Result};
 
 #[cfg(feature = "geojson")]
 pub use city::{City, TileSettings, load_file};
@@ -77,23 +77,15 @@ impl Default for SceneSettings {
 
 impl SceneSettings {
     /// Makes a scene in the area of a map.
-    fn scene(
-        self,
-        footprints: &[Footprint],
-        area: Area,
-        orientation: Orientation,
-    ) -> Result<Scene> {
+    ///
+    /// # Errors
+    /// Footprints that make no scene.
+    pub fn scene(self, footprints: &[Footprint], area: Area) -> Result<Scene> {
         let config = SceneConfig {
             area: Some(area),
             close_gaps_m: self.close_gaps_m,
         };
-        match orientation == Orientation::default() {
-            true => Ok(Scene::with_config(footprints, &config)?),
-            false => Ok(Scene::with_config(
-                &orientation.turn(footprints, area),
-                &config,
-            )?),
-        }
+        Ok(Scene::with_config(footprints, &config)?)
     }
 }
 
@@ -173,27 +165,55 @@ impl MapSource {
     /// # Errors
     /// A map that is not there, cannot be read, or makes no scene; the id of a copy that the settings do not have.
     pub fn load(&self, id: u32, seed: u64, settings: SceneSettings) -> Result<Scene> {
-        let (id, orientation) = Orientation::of_id(id, settings.orientations)?;
+        let (map, orientation) = Orientation::of_id(id, settings.orientations)?;
+        let (footprints, area) = self.footprints(map, seed)?;
+        let scene = settings.scene(&orientation.turn(footprints, area), area);
+        match self {
+            Self::Folder(folder) => {
+                scene.at_file(Place::MapFile, &radiomapseer::file_of(folder, map)?)
+            }
+            #[cfg(feature = "geojson")]
+            Self::City(_) => scene.at(Place::Tile(map)),
+            Self::Synthetic { .. } => scene,
+        }
+    }
+
+    /// Reads the footprints of one map as they are, before any repair, and its area.
+    ///
+    /// # Errors
+    /// A map that is not there or cannot be read.
+    pub fn footprints(&self, id: u32, seed: u64) -> Result<(Vec<Footprint>, Area)> {
         match self {
             Self::Folder(folder) => {
                 let file = radiomapseer::file_of(folder, id)?;
-                radiomapseer::load(&file, settings, orientation)
+                let bytes = std::fs::read(&file).at_file(Place::MapFile, &file)?;
+                let footprints = radiomapseer::footprints(&bytes);
+                Ok((
+                    footprints.at_file(Place::MapFile, &file)?,
+                    Area::RADIOMAPSEER,
+                ))
             }
             #[cfg(feature = "geojson")]
-            Self::City(city) => city.tile(id, settings, orientation),
-            Self::Synthetic { .. } => {
-                let config = CityConfig {
-                    seed: seed.wrapping_add(u64::from(id)),
-                    ..CityConfig::default()
-                };
-                let area = Area {
-                    min: DVec2::ZERO,
-                    max: DVec2::splat(config.size_m.into()),
-                };
-                settings.scene(&config.footprints()?, area, orientation)
+            Self::City(city) => {
+                let tile = city.tile(id)?;
+                Ok((tile.footprints, tile.area))
             }
+            Self::Synthetic { .. } => synthetic(id, seed),
         }
     }
+}
+
+/// Footprints and area of synthetic city `id`.
+fn synthetic(id: u32, seed: u64) -> Result<(Vec<Footprint>, Area)> {
+    let config = CityConfig {
+        seed: seed.wrapping_add(u64::from(id)),
+        ..CityConfig::default()
+    };
+    let area = Area {
+        min: DVec2::ZERO,
+        max: DVec2::splat(config.size_m.into()),
+    };
+    Ok((config.footprints()?, area))
 }
 
 impl fmt::Display for MapSource {

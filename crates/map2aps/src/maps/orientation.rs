@@ -37,14 +37,16 @@ impl Orientation {
     }
 
     /// The footprints in this orientation, about the middle of a square area.
-    pub fn turn(self, footprints: &[Footprint], area: Area) -> Vec<Footprint> {
-        let ring = |ring: &Vec<DVec2>| ring.iter().map(|&p| self.point(p, area)).collect();
-        let turned = |footprint: &Footprint| Footprint {
-            outer: ring(&footprint.outer),
-            holes: footprint.holes.iter().map(ring).collect(),
-            material: footprint.material,
-        };
-        footprints.iter().map(turned).collect()
+    pub fn turn(self, mut footprints: Vec<Footprint>, area: Area) -> Vec<Footprint> {
+        if self != Self::default() {
+            for footprint in &mut footprints {
+                let rings = std::iter::once(&mut footprint.outer).chain(&mut footprint.holes);
+                for point in rings.flatten() {
+                    *point = self.point(*point, area);
+                }
+            }
+        }
+        footprints
     }
 
     fn point(self, p: DVec2, Area { min, max }: Area) -> DVec2 {

@@ -200,7 +200,12 @@ mod tests {
     fn a_model_of_geometry_asks_for_the_maps() {
         let (_root, dataset) = dataset(Precision::F16, "paper");
         let examples = Examples::of_maps(&dataset, &[0, 1], Target::Linear, None).unwrap();
-        let asked = examples.input(ModelKind::PolarReg, 64, None, &Device::Cpu);
+        let asked = examples.input(
+            ModelKind::PolarReg,
+            ConditionConfig::default(),
+            None,
+            &Device::Cpu,
+        );
         let error = asked.unwrap_err();
         let cause = error.cause();
         assert!(
