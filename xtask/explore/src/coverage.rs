@@ -295,7 +295,15 @@ fn line(value: &impl Serialize) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::{Cell, RefCell};
+
+    use map2aps::{MapSource, SceneSettings};
+
     use super::*;
+    use crate::request::read;
+    use crate::request::tests::question;
+    use crate::stock::Maps;
+    use crate::ticket::Lanes;
 
     #[test]
     fn passes_have_every_cell_once() {
@@ -309,6 +317,48 @@ mod tests {
         cells.sort_unstable();
         assert!(cells.into_iter().eq(0..50 * 17));
         assert!(grid.place(51).distance(DVec2::new(-0.1, 7.9)) < 1e-12);
+    }
+
+    /// All cells of a synthetic city, and the request that asks for them.
+    fn survey(lanes: &Lanes) -> (Survey, Ticket) {
+        let mut asked = question();
+        let fields = asked.as_object_mut().unwrap();
+        fields.remove("rx");
+        fields.insert("show".into(), "link".into());
+        fields.insert("cell_m".into(), 4.0.into());
+        let asked = read(asked.to_string().as_bytes()).unwrap();
+        let source = MapSource::Synthetic { count: 1 };
+        let stock = Stock::new(Maps::new(source, 42, SceneSettings::default()).unwrap());
+        let ticket = lanes.enter(1, "coverage");
+        (Survey::new(&stock, &asked, &ticket).unwrap(), ticket)
+    }
+
+    #[test]
+    fn survey_ends_with_its_reader() {
+        let (survey, ticket) = survey(&Lanes::default());
+        let taken = Cell::new(0);
+        survey.run(&ticket, |_| {
+            taken.set(taken.get() + 1);
+            taken.get() < 3
+        });
+        assert_eq!(taken.get(), 3);
+    }
+
+    #[test]
+    fn survey_ends_when_a_newer_one_is_asked_for() {
+        let lanes = Lanes::default();
+        let (survey, ticket) = survey(&lanes);
+        let lines = RefCell::new(Vec::new());
+        survey.run(&ticket, |line| {
+            lines.borrow_mut().push(String::from_utf8(line).unwrap());
+            if lines.borrow().len() == 2 {
+                lanes.enter(1, "coverage");
+            }
+            true
+        });
+        let lines = lines.into_inner();
+        assert_eq!(lines.len(), 3);
+        assert!(lines[1].contains("level_db") && lines[2].contains("overtaken"));
     }
 
     #[test]
