@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Examples", "Paths", "Scene", "Tracer", "explain", "label", "make_dataset", "manifest", "metrics"]
+__all__ = ["Examples", "Paths", "Scene", "Tracer", "explain", "label", "make_dataset", "manifest", "metrics", "shipped"]
 
 @final
 class Scene:
@@ -88,3 +88,4 @@ class Examples:
     def batch(self, numbers: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
     @property
     def links(self) -> npt.NDArray[np.int64]: ...
+def shipped(name: str) -> bytes: ...

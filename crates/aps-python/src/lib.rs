@@ -16,6 +16,7 @@ mod numbers;
 mod paths;
 mod run;
 mod scene;
+mod shipped;
 mod tracer;
 
 use pyo3::prelude::*;
@@ -37,6 +38,8 @@ mod _native {
     use super::paths::Paths;
     #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::shipped::shipped;
     #[pymodule_export]
     use super::tracer::Tracer;
 }
