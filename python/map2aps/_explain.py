@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _native
 from ._arrays import Array, Protocol, label_settings
-from ._paths import Paths
+from ._paths import Paths, held
 
 
 class Html:
@@ -36,7 +36,7 @@ class Html:
 def _one(paths: Paths, link: int) -> Paths:
     one = paths[link]
     if not (np.isfinite(one.tx_m).all() and np.isfinite(one.rx_m).all()):
-        raise ValueError(f"paths: it is not known where the ends of link {link} are; set tx_m and rx_m")
+        raise ValueError(f"paths: it is not known where the ends of link {link} are; give them by replace(tx_m=..., rx_m=...)")
     return one
 
 
@@ -69,12 +69,11 @@ def explain(
         The link on its map, its spectrum, and tables of lobes and paths.
     """
     one = _one(paths, link)
-    ends = np.concatenate([one.tx_m, one.rx_m])
     if title is None:
-        (x0, y0), (x1, y1) = ends
+        (x0, y0), (x1, y1) = one.tx_m[0], one.rx_m[0]
         title = f"From ({x0:g}, {y0:g}) m to ({x1:g}, {y1:g}) m"
     settings = label_settings(protocol, array, None)
-    return Html(_native.explain(scene, ends, one, settings, title))
+    return Html(_native.explain(scene, held(one), settings, title))
 
 
 def plot_link(paths: Paths, link: int = 0, scene: _native.Scene | None = None, ax: Any = None) -> Any:

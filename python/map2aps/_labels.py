@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import _native
 from ._arrays import Array, Protocol, label_settings
-from ._paths import Paths
+from ._paths import Paths, held
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def label(
     -------
     Labels
     """
-    found = _native.label(paths, label_settings(protocol, array, sampling_rate_hz), False)
+    found = _native.label(held(paths), label_settings(protocol, array, sampling_rate_hz), False)
     return Labels(**found)
 
 
@@ -99,5 +99,5 @@ def pdp(
     Profiles
     """
     settings = label_settings(protocol, array, sampling_rate_hz, delay_points, last_delay_s)
-    found = _native.label(paths, settings, True)
+    found = _native.label(held(paths), settings, True)
     return Profiles(pdp_db=found["pdp_db"], delay_s=found["delay_s"], is_labelled=found["is_labelled"])

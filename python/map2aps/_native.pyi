@@ -1,13 +1,13 @@
 """The native module; `map2aps` documents what it offers."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Examples", "Scene", "Tracer", "explain", "label", "make_dataset", "manifest", "metrics"]
+__all__ = ["Examples", "Paths", "Scene", "Tracer", "explain", "label", "make_dataset", "manifest", "metrics", "shipped"]
 
 @final
 class Scene:
@@ -48,9 +48,18 @@ class Scene:
 @final
 class Tracer:
     def __new__(cls, scene: Scene, **limits: Any) -> Tracer: ...
-    def trace(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> dict[str, npt.NDArray[Any]]: ...
+    def trace(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> Paths: ...
 
-def label(paths: object, settings: dict[str, Any], pdp: bool) -> dict[str, npt.NDArray[Any]]: ...
+@final
+class Paths:
+    def __new__(cls, columns: Mapping[str, npt.ArrayLike]) -> Paths: ...
+    def __len__(self) -> int: ...
+    @property
+    def count(self) -> int: ...
+    def column(self, name: str) -> npt.NDArray[Any]: ...
+    def take(self, links: Sequence[int]) -> Paths: ...
+
+def label(paths: Paths, settings: dict[str, Any], pdp: bool) -> dict[str, npt.NDArray[Any]]: ...
 def make_dataset(
     out: str | os.PathLike[str],
     settings: dict[str, Any],
@@ -67,7 +76,7 @@ def metrics(
     data_range: float | None = None,
 ) -> dict[str, Any]: ...
 def explain(
-    scene: Scene, ends: npt.ArrayLike, paths: object, settings: dict[str, Any], title: str
+    scene: Scene, paths: Paths, settings: dict[str, Any], title: str
 ) -> str: ...
 
 @final
@@ -79,3 +88,4 @@ class Examples:
     def batch(self, numbers: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
     @property
     def links(self) -> npt.NDArray[np.int64]: ...
+def shipped(name: str) -> bytes: ...

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -36,12 +35,41 @@ class Limits(TypedDict, total=False):
     max_wave_bytes: int
 
 
-@dataclass(frozen=True, eq=False)
+T = TypeVar("T", bound=np.generic)
+
+
+class Column(Generic[T]):
+    """An array of `Paths`: made when it is first asked for, and kept."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, paths: Paths | None, owner: type) -> npt.NDArray[T]:
+        if paths is None:
+            return self  # type: ignore[return-value]
+        if self._name not in paths._arrays:
+            array = paths._held.column(self._name)
+            array.flags.writeable = False
+            paths._arrays[self._name] = array
+        return paths._arrays[self._name]
+
+    def __set__(self, paths: Paths, value: object) -> None:
+        raise AttributeError(f"Paths do not change; make others by replace({self._name}=...)")
+
+
 class Paths:
     """Paths of links as flat arrays: those of the first link first, and in a link from the shortest.
 
     The paths of link ``i`` are rows ``path_offset[i]`` to ``path_offset[i + 1]``, the interactions of path ``k``, from transmitter to
     receiver, rows ``interaction_offset[k]`` to ``interaction_offset[k + 1]``.
+
+    The tracer's own numbers stay in its memory: an array is a read-only copy, made when it is first asked for, and `replace` makes
+    paths of other numbers. ``paths[i]`` and ``paths[i:j]`` are those of one link and of some, ``len(paths)`` is the number of links.
+
+    Parameters
+    ----------
+    **columns : array_like
+        All of the attributes, by name; `from_arrays` needs fewer.
 
     Attributes
     ----------
@@ -64,17 +92,31 @@ class Paths:
         Ends of the links in m; NaN where they are not known.
     """
 
-    path_offset: npt.NDArray[np.int64]
-    delay_s: npt.NDArray[np.float64]
-    departure_azimuth_rad: npt.NDArray[np.float64]
-    arrival_azimuth_rad: npt.NDArray[np.float64]
-    gain: npt.NDArray[np.complex128]
-    interaction_offset: npt.NDArray[np.int64]
-    interaction_kind: npt.NDArray[np.uint8]
-    interaction_id: npt.NDArray[np.uint32]
-    interaction_point_m: npt.NDArray[np.float64]
-    tx_m: npt.NDArray[np.float64]
-    rx_m: npt.NDArray[np.float64]
+    path_offset = Column[np.int64]()
+    delay_s = Column[np.float64]()
+    departure_azimuth_rad = Column[np.float64]()
+    arrival_azimuth_rad = Column[np.float64]()
+    gain = Column[np.complex128]()
+    interaction_offset = Column[np.int64]()
+    interaction_kind = Column[np.uint8]()
+    interaction_id = Column[np.uint32]()
+    interaction_point_m = Column[np.float64]()
+    tx_m = Column[np.float64]()
+    rx_m = Column[np.float64]()
+
+    def __init__(self, **columns: npt.ArrayLike) -> None:
+        unknown = columns.keys() - COLUMNS
+        if unknown:
+            raise TypeError(f"Paths have no {', '.join(sorted(unknown))}")
+        self._hold(_native.Paths(columns))
+
+    def _hold(self, held: _native.Paths) -> Paths:
+        self._held, self._arrays = held, dict[str, npt.NDArray[Any]]()
+        return self
+
+    @classmethod
+    def _of(cls, held: _native.Paths) -> Paths:
+        return cls.__new__(cls)._hold(held)
 
     @classmethod
     def from_arrays(
@@ -97,16 +139,14 @@ class Paths:
         gain : array_like, shape (paths,)
             Complex amplitude, or its magnitude; linear.
         """
-        delay = np.asarray(delay_s, dtype=np.float64)
-        offset = np.asarray(path_offset, dtype=np.int64)
-        nowhere = np.full((max(offset.size - 1, 0), 2), np.nan)
+        paths, nowhere = np.size(delay_s), np.full((max(np.size(path_offset) - 1, 0), 2), np.nan)
         return cls(
-            path_offset=offset,
-            delay_s=delay,
-            departure_azimuth_rad=np.zeros_like(delay),
-            arrival_azimuth_rad=np.asarray(arrival_azimuth_rad, dtype=np.float64),
-            gain=np.asarray(gain, dtype=np.complex128),
-            interaction_offset=np.zeros(delay.size + 1, dtype=np.int64),
+            path_offset=path_offset,
+            delay_s=delay_s,
+            departure_azimuth_rad=np.zeros(paths),
+            arrival_azimuth_rad=arrival_azimuth_rad,
+            gain=gain,
+            interaction_offset=np.zeros(paths + 1, dtype=np.int64),
             interaction_kind=np.zeros(0, dtype=np.uint8),
             interaction_id=np.zeros(0, dtype=np.uint32),
             interaction_point_m=np.zeros((0, 2)),
@@ -114,31 +154,29 @@ class Paths:
             rx_m=nowhere,
         )
 
+    def replace(self, **columns: npt.ArrayLike) -> Paths:
+        """Paths with other arrays in place of some, by their names."""
+        return Paths(**self.__getstate__() | columns)
+
+    __replace__ = replace
+
+    def __getstate__(self) -> dict[str, npt.NDArray[Any]]:
+        return {name: getattr(self, name) for name in COLUMNS}
+
+    def __setstate__(self, columns: dict[str, npt.NDArray[Any]]) -> None:
+        self._hold(_native.Paths(columns))
+
     def __len__(self) -> int:
         """Number of links."""
-        return len(self.path_offset) - 1
+        return len(self._held)
 
     def __repr__(self) -> str:
-        return f"Paths({len(self)} links, {len(self.delay_s)} paths)"
+        return f"Paths({len(self)} links, {self._held.count} paths)"
 
-    def __getitem__(self, link: int) -> Paths:
-        """The paths of one link."""
-        index = range(len(self))[link]
-        first, last = (int(end) for end in self.path_offset[index : index + 2])
-        start, stop = (int(self.interaction_offset[path]) for path in (first, last))
-        paths, interactions = slice(first, last), slice(start, stop)
-        found: dict[str, Any] = {}
-        for field in fields(self):
-            values = getattr(self, field.name)
-            if field.name == "path_offset":
-                found[field.name] = np.array([0, last - first])
-            elif field.name == "interaction_offset":
-                found[field.name] = values[first : last + 1] - start
-            elif field.name in ("tx_m", "rx_m"):
-                found[field.name] = values[index : index + 1]
-            else:
-                found[field.name] = values[interactions if field.name.startswith("interaction") else paths]
-        return Paths(**found)
+    def __getitem__(self, link: int | slice) -> Paths:
+        """The paths of a link, or of some."""
+        found = range(len(self))[link]
+        return Paths._of(self._held.take(found if isinstance(found, range) else [found]))
 
     @property
     def gain_db(self) -> npt.NDArray[np.float64]:
@@ -174,6 +212,16 @@ class Paths:
         )
 
 
+COLUMNS = tuple(name for name, value in vars(Paths).items() if isinstance(value, Column))
+
+
+def held(paths: Paths) -> _native.Paths:
+    """Paths as the native module takes them."""
+    if not isinstance(paths, Paths):
+        raise TypeError(f"paths: expected Paths, got {type(paths).__name__}")
+    return paths._held
+
+
 class Tracer:
     """Finds all paths within limits between points of a scene.
 
@@ -203,11 +251,4 @@ class Tracer:
         Paths
             Of m * n links: first those of the first transmitter, in the order of the receivers.
         """
-        columns = self._tracer.trace(tx, rx)
-        tx_m = np.asarray(tx, dtype=np.float64).reshape(-1, 2)
-        rx_m = np.asarray(rx, dtype=np.float64).reshape(-1, 2)
-        return Paths(
-            tx_m=np.repeat(tx_m, len(rx_m), axis=0),
-            rx_m=np.tile(rx_m, (len(tx_m), 1)),
-            **columns,
-        )
+        return Paths._of(self._tracer.trace(tx, rx))

@@ -1,5 +1,3 @@
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -32,6 +30,25 @@ def test_the_label_is_the_formula_at_its_bins() -> None:
     assert np.abs(label.aps_db[0] - 10 * np.log10(q.max(0))).max() < 1e-3
 
 
+def test_no_links_have_no_labels() -> None:
+    nothing = map2aps.Paths.from_arrays([0], [], [], [])
+    assert map2aps.label(nothing).aps_db.shape == (0, 180)
+    assert map2aps.pdp(nothing).pdp_db.shape == (0, 128)
+    with pytest.raises(ValueError, match="ascend"):
+        map2aps.Paths.from_arrays([], [], [], [])
+
+
+def test_columns_of_any_precision_and_layout_make_the_same_labels() -> None:
+    delay, azimuth, gain = np.array([310e-9, 455e-9, 600e-9]), np.array([0.4, -1.1, 2.0]), np.array([1e-4, 3e-5j, 1e-5])
+    delay, azimuth, gain = (np.float32(delay), np.float32(azimuth), np.complex64(gain))
+    expected = map2aps.label(map2aps.Paths.from_arrays([0, 2, 3], delay, azimuth, gain)).aps_db
+    for offset in (np.array([0, 2, 3], np.uint64), np.array([0, 9, 2, 9, 3], np.int32)[::2]):
+        same = map2aps.Paths.from_arrays(offset, np.float64(delay).repeat(2)[::2], azimuth[::-1][::-1], gain.tolist())
+        assert np.array_equal(map2aps.label(same).aps_db, expected)
+    power = map2aps.label(map2aps.Paths.from_arrays([0, 2, 3], delay, azimuth, np.abs(gain))).aps_db
+    assert np.allclose(power, expected, atol=1e-5)
+
+
 def test_links_without_paths_have_no_label() -> None:
     paths = map2aps.Paths.from_arrays([0, 0, 1, 1], [310e-9], [0.4], [1e-4])
     label, profile = map2aps.label(paths), map2aps.pdp(paths)
@@ -60,6 +77,14 @@ def test_settings_out_of_range_are_named() -> None:
         (lambda: map2aps.label(paths, "papers"), ValueError, "`papers`"),
         (lambda: map2aps.label(paths, array=16), TypeError, "UniformLinear"),
         (lambda: map2aps.label(paths, array=map2aps.UniformLinear(0, 0.5)), ValueError, "elements"),
+        (lambda: map2aps.label(paths, array=map2aps.UniformLinear(-1, 0.5)), ValueError, "elements: .*int -1"),
+        (lambda: map2aps.label(paths, array=map2aps.UniformLinear(8, None)), ValueError, "spacing_wavelengths: .*None"),
+        (lambda: map2aps.label(paths, sampling_rate_hz="a"), ValueError, "sampling_rate_hz: .*str 'a'"),
+        (lambda: map2aps.label(paths, sampling_rate_hz=np.nan), ValueError, "sampling_rate_hz"),
+        (lambda: map2aps.label([1.0]), TypeError, "expected Paths, got list"),
+        (lambda: map2aps.pdp(None), TypeError, "expected Paths, got NoneType"),
+        (lambda: map2aps.pdp(paths, delay_points=-5), ValueError, "delay_points: .*int -5"),
+        (lambda: map2aps.pdp(paths, last_delay_s=np.inf), ValueError, "delay axis"),
         (lambda: map2aps.label(paths, array=map2aps.UniformCircular(4, -1.0)), ValueError, "radius_wavelengths"),
         (lambda: map2aps.label(paths, sampling_rate_hz=0.0), ValueError, "sampling_rate_hz"),
         (lambda: map2aps.pdp(paths, delay_points=1), ValueError, "delay axis of 1"),
@@ -82,6 +107,8 @@ def test_columns_of_paths_that_do_not_fit_are_named() -> None:
         ("interaction_offset", np.array([0, 1]), "ascend"),
         ("interaction_kind", np.array([300]), "interaction_kind: .*300 is out of range"),
         ("interaction_point_m", np.zeros((1, 2)), "interaction_point_m"),
+        ("tx_m", np.zeros((2, 2)), r"tx_m: expected real numbers of shape \(1, 2\), .*shape \(2, 2\)"),
+        ("rx_m", "nowhere", "rx_m: expected real numbers"),
     ]:
         with pytest.raises(ValueError, match=told):
-            map2aps.label(dataclasses.replace(paths, **{name: value}))
+            map2aps.label(paths.replace(**{name: value}))

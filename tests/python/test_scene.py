@@ -32,6 +32,17 @@ def test_polygons_come_back_as_outlines_and_walls() -> None:
     assert repr(scene) == "Scene(2 buildings, 8 walls)"
 
 
+def test_courtyards_stand_behind_the_outline_of_their_building() -> None:
+    yard = [(46.0, 46.0), (54.0, 46.0), (54.0, 54.0), (46.0, 54.0)]
+    points = [(50.0, 50.0), (43.0, 50.0), (103.0, 150.0), (105.5, 150.5), (98.0, 150.0)]
+    other = [HOUSE + (60.0, 100.0), HOUSE[:3] / 10.0 + (100.0, 146.0), HOUSE / 10.0 + (110.0, 146.0)]
+    for polygons in ([[HOUSE, yard], other], [[HOUSE.tolist(), yard], tuple(other)], [np.stack([HOUSE, yard]), other]):
+        scene = map2aps.Scene.from_polygons(polygons)
+        assert scene.is_outdoor(points).tolist() == [True, False, False, True, True]
+        assert len(scene.outlines) == 5 and scene.walls.shape == (19, 2, 2)
+    assert map2aps.Scene.from_polygons([[HOUSE], HOUSE + 100.0]).repairs == ""
+
+
 def test_a_raster_shows_the_house() -> None:
     scene = map2aps.Scene.from_polygons([HOUSE], area=(0.0, 0.0, 100.0, 100.0))
     raster = scene.raster(100)
@@ -106,14 +117,50 @@ def test_polygons_of_another_kind_or_shape_are_named() -> None:
         map2aps.Scene.from_polygons([HOUSE.astype(complex)])
     with pytest.raises(ValueError, match="building 0, ring 0, vertex 1"):
         map2aps.Scene.from_polygons([np.array([[0.0, 0.0], [np.nan, 1.0], [1.0, 1.0]])])
-    with pytest.raises(ValueError, match="area"):
-        map2aps.Scene.from_polygons([HOUSE], area=(5.0, 5.0, 1.0, 1.0))
+    with pytest.raises(ValueError, match="building 0, ring 1, vertex 2"):
+        map2aps.Scene.from_polygons([[HOUSE, [(45.0, 45.0), (50.0, 45.0), (50.0, np.inf)]]])
+    for polygons, told in [
+        ([[HOUSE, np.zeros((4, 3))]], r"float64 of shape \(4, 3\)"),
+        ([[HOUSE, []]], r"float64 of shape \(0,\)"),
+        ([[]], r"float64 of shape \(0,\)"),
+        ([[[]]], r"float64 of shape \(1, 0\)"),
+        ([["ab", "cd"]], r"<U2 of shape \(\)"),
+        (HOUSE, r"float64 of shape \(2,\)"),
+        ([5.0], r"float64 of shape \(\)"),
+        (5, "sequence of polygons, got int"),
+        (None, "sequence of polygons, got NoneType"),
+    ]:
+        with pytest.raises(ValueError, match=f"polygons: expected .*{told}"):
+            map2aps.Scene.from_polygons(polygons)
+    for area in [(5.0, 5.0, 1.0, 1.0), (0.0, 0.0, 1.0), "abcd", 5, (0.0, 0.0, None, 1.0), (0.0, np.nan, 9.0, 9.0)]:
+        with pytest.raises(ValueError, match="area"):
+            map2aps.Scene.from_polygons([HOUSE], area=area)
+
+
+def test_numbers_out_of_range_or_of_another_type_are_named(scene: map2aps.Scene, tmp_path: Path) -> None:
+    city = tmp_path / "city.geojson"
+    for call, told in [
+        (lambda: map2aps.Scene.synthetic(-1), "seed: expected an integer from 0 to .*, got int -1"),
+        (lambda: map2aps.Scene.synthetic(1.5), "seed: .*float 1.5"),
+        (lambda: map2aps.Scene.synthetic(close_gaps_m="0"), "close_gaps_m: expected a real number, got str '0'"),
+        (lambda: map2aps.Scene.from_polygons([HOUSE], close_gaps_m=np.nan), "close"),
+        (lambda: map2aps.Scene.from_polygons([HOUSE], close_gaps_m=-1), "close"),
+        (lambda: map2aps.Scene.from_geojson(city, tile=-1), "tile: .*int -1"),
+        (lambda: map2aps.Scene.from_geojson(city, tile_m=1j), "tile_m: .*complex 1j"),
+        (lambda: scene.raster(-1), "size: .*int -1"),
+        (lambda: scene.raster(2.0), "size: .*float 2.0"),
+        (lambda: scene.raster(10**30), "size: .*int 10"),
+        (lambda: scene.raster(10**9), "raster|pixels"),
+    ]:
+        with pytest.raises(ValueError, match=told):
+            call()
 
 
 def test_nothing_has_no_walls_and_no_points_make_no_answers() -> None:
     scene = map2aps.Scene.from_polygons([])
     assert scene.walls.shape == (0, 2, 2) and scene.outlines == []
     assert scene.is_outdoor(np.zeros((0, 2))).shape == (0,)
+    assert not map2aps.Scene.from_polygons([], area=(0.0, 0.0, 64.0, 64.0)).raster(64).any()
 
 
 def test_integers_single_precision_and_views_are_as_good(scene: map2aps.Scene) -> None:

@@ -12,6 +12,7 @@ use aps_raytrace::{Material, Scene, TraceConfig};
 use clap::{Args, ValueEnum};
 use map2aps::maps::{self, TileSettings};
 use map2aps::{MapSource, SceneSettings};
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::note;
@@ -152,6 +153,7 @@ impl SceneArgs {
     pub fn settings(self) -> SceneSettings {
         SceneSettings {
             close_gaps_m: self.close_gaps_m,
+            ..SceneSettings::default()
         }
     }
 }
@@ -372,6 +374,85 @@ pub fn stored(named: &[Store]) -> Stored {
     }
 }
 
+/// Forms of the receiving array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ArrayForm {
+    /// Uniform and linear: sees a direction and its mirror image alike.
+    Ula,
+    /// Uniform and circular: sees every direction for itself.
+    Uca,
+}
+
+impl ArrayForm {
+    /// The array of this form; neighbours on a circle are `spacing_wavelengths` apart along its arc.
+    pub fn array(self, elements: usize, spacing_wavelengths: f64) -> Array {
+        match self {
+            Self::Ula => Array::UniformLinear {
+                elements,
+                spacing_wavelengths,
+            },
+            Self::Uca => Array::UniformCircular {
+                elements,
+                radius_wavelengths: elements as f64 * spacing_wavelengths / std::f64::consts::TAU,
+            },
+        }
+    }
+
+    /// Form, elements and spacing \[wavelengths\] of an array.
+    fn of(array: Array) -> (Self, usize, f64) {
+        match array {
+            Array::UniformCircular {
+                elements,
+                radius_wavelengths,
+            } => {
+                let spacing = std::f64::consts::TAU * radius_wavelengths / elements as f64;
+                (Self::Uca, elements, spacing)
+            }
+            Array::UniformLinear {
+                elements,
+                spacing_wavelengths,
+            } => (Self::Ula, elements, spacing_wavelengths),
+            _ => (Self::Ula, 16, 0.5),
+        }
+    }
+}
+
+/// Array and bandwidth of labels made anew; what is not given stays as it is.
+#[derive(Debug, Clone, Args)]
+pub struct ArrayArgs {
+    /// Form of the array.
+    #[arg(long, value_enum)]
+    array: Option<ArrayForm>,
+    /// Elements of the array.
+    #[arg(long, alias = "kernel-n")]
+    elements: Option<usize>,
+    /// Spacing of neighbouring elements, on a circle along its arc [wavelengths].
+    #[arg(long)]
+    spacing: Option<f64>,
+    /// Sampling rate of the delay kernel, the bandwidth [Hz].
+    #[arg(long)]
+    fs_hz: Option<f64>,
+}
+
+impl ArrayArgs {
+    /// The settings given, and others where none are.
+    pub fn over(&self, own: &LabelConfig) -> LabelConfig {
+        let is_asked = self.array.is_some() || self.elements.is_some() || self.spacing.is_some();
+        let (form, elements, spacing) = ArrayForm::of(own.array);
+        let form = self.array.unwrap_or(form);
+        let asked = form.array(
+            self.elements.unwrap_or(elements),
+            self.spacing.unwrap_or(spacing),
+        );
+        LabelConfig {
+            sampling_rate_hz: self.fs_hz.unwrap_or(own.sampling_rate_hz),
+            array: if is_asked { asked } else { own.array },
+            ..own.clone()
+        }
+    }
+}
+
 /// Settings of labels for paths that were not traced here.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Labels")]
@@ -417,7 +498,11 @@ fn parse_pair(text: &str) -> Result<(f64, f64), String> {
     Ok((number(x)?, number(y)?))
 }
 
-fn parse_material(text: &str) -> Result<Material, String> {
+/// Reads `concrete`, `pec` or `EPS,SIGMA`, as `--material` does.
+///
+/// # Errors
+/// Another text, and values that no material has.
+pub fn parse_material(text: &str) -> Result<Material, String> {
     match text {
         "concrete" => Ok(Material::Concrete),
         "pec" => Ok(Material::PerfectConductor),

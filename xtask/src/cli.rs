@@ -44,6 +44,9 @@ enum Command {
     Export(commands::export::Args),
     /// Make a data set of the published data's files.
     Import(commands::import::Args),
+    /// Look at links live in a browser: drag a terminal through the city, and paths and spectrum follow.
+    #[command(disable_help_flag = true)]
+    Explore(commands::programs::Args),
     /// Measure error against run time, and report it.
     #[command(disable_help_flag = true)]
     Report(commands::programs::Args),
@@ -76,6 +79,7 @@ pub fn run() -> ExitCode {
         Command::Metrics(args) => args.run(),
         Command::Export(args) => args.run(),
         Command::Import(args) => args.run(),
+        Command::Explore(args) => args.run("xtask-explore", "explore"),
         Command::Report(args) => args.run("xtask-studies", "report"),
         Command::Train(args) => args.run("xtask-models", "train"),
         Command::Predict(args) => args.run("xtask-models", "predict"),

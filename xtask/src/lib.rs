@@ -21,6 +21,6 @@ pub mod progress;
 mod source;
 mod summary;
 
-pub use args::{IdList, MapsArg, PartName, TileArgs};
+pub use args::{ArrayForm, IdList, MapsArg, PartName, SceneArgs, TileArgs, parse_material};
 pub use commands::programs::{child, hand_over};
 pub use progress::use_threads;

@@ -85,11 +85,21 @@ impl Normalization {
     ///
     /// No value, one that is not finite or becomes so (the values are then lost), or statistics that cannot be divided by.
     pub fn apply(&self, values: &mut [f64]) -> Result<(), NormalizationError> {
+        relative_power(values)?;
+        self.apply_to_power(values)
+    }
+
+    /// Power relative to the sample's maximum to target, in place.
+    ///
+    /// # Errors
+    ///
+    /// As [`Normalization::apply`].
+    pub fn apply_to_power(&self, values: &mut [f64]) -> Result<(), NormalizationError> {
         let (Self::Paper(MeanStd { mean, std }) | Self::Released(MeanStd { mean, std })) = *self;
         if !(mean.is_finite() && std.is_finite() && std > 0.0) {
             return Err(NormalizationError::Statistics { mean, std });
         }
-        relative_power(values)?;
+        check(values)?;
         for value in values.iter_mut() {
             *value = (*value - mean) / std;
         }

@@ -71,7 +71,9 @@ impl<'py> Argument<'py> {
         let fits = |(found, shape): (&usize, &Option<usize>)| shape.is_none_or(|n| n == *found);
         let has_shape = found.len() == shape.len() && found.iter().zip(shape).all(fits);
         let letter = char::from(argument.array.dtype().kind());
-        match letters.contains(letter) && has_shape {
+        // NumPy makes real numbers of a list without any.
+        let has_kind = letters.contains(letter) || argument.array.is_empty() && letter == 'f';
+        match has_kind && has_shape {
             true => Ok(argument),
             false => Err(argument.refuse("")),
         }

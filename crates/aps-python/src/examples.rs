@@ -8,6 +8,7 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, Kind, shaped};
+use crate::numbers::Number;
 use crate::run::run;
 
 /// Largest side of an image \[pixels\].
@@ -29,7 +30,7 @@ impl Examples {
         py: Python<'_>,
         folder: PathBuf,
         split: &str,
-        size: usize,
+        size: Number<usize>,
         mirror: bool,
         linear: bool,
     ) -> PyResult<Self> {
@@ -42,6 +43,7 @@ impl Examples {
                 return Err(PyValueError::new_err(text));
             }
         };
+        let size = size.named("size")?;
         if !(1..=MAX_SIZE).contains(&size) {
             let text = format!("size: {size} pixels; must be 1 to {MAX_SIZE}");
             return Err(PyValueError::new_err(text));

@@ -4,38 +4,33 @@ use aps_report::explain::{Explained, Explanation};
 use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
 use map2aps::aps_label::{LabelConfig, Protocol};
+use map2aps::aps_raytrace::glam::DVec2;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::arrays::points;
 use crate::labels::LabelSettings;
-use crate::paths;
+use crate::paths::Paths;
 use crate::scene::Scene;
 
-/// The page, in HTML, that tells which path of a link makes which lobe of its spectrum.
+/// The page, in HTML, that tells which path of one link makes which lobe of its spectrum.
 #[pyfunction]
 pub fn explain(
     py: Python<'_>,
     scene: &Bound<'_, Scene>,
-    ends: &Bound<'_, PyAny>,
-    paths: &Bound<'_, PyAny>,
+    paths: &Bound<'_, Paths>,
     settings: LabelSettings,
     title: &str,
 ) -> PyResult<String> {
-    let ends: [_; 2] = points(ends, "ends")?.try_into().map_err(|_| {
-        PyValueError::new_err("ends: a link has a transmitter and a receiver, shape (2, 2)")
-    })?;
-    let table = paths::table(paths)?;
-    if table.links() != 1 {
-        let text = format!(
-            "paths: of {} links, one can be explained at a time",
-            table.links()
-        );
+    let paths = paths.get();
+    let [ends] = paths.ends_m[..] else {
+        let links = paths.ends_m.len();
+        let text = format!("paths: of {links} links, one can be explained at a time");
         return Err(PyValueError::new_err(text));
-    }
+    };
+    let link = LinkView::stored(ends.map(DVec2::from), &paths.table, 0);
     let config = settings.config(false)?;
     let scene = &scene.get().scene;
-    py.detach(|| page(scene, &LinkView::stored(ends, &table, 0), &config, title))
+    py.detach(|| page(scene, &link, &config, title))
 }
 
 fn page(

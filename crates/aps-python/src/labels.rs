@@ -1,6 +1,5 @@
 //! Labels of links.
 
-use map2aps::aps_data::FILL_DB;
 use map2aps::aps_label::{Array, DelayAxis, LabelConfig, Labeler, Protocol};
 use map2aps::{Error, label_links};
 use pyo3::exceptions::PyValueError;
@@ -8,7 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::shaped;
-use crate::paths;
+use crate::numbers::{Number, optional};
+use crate::paths::Paths;
 use crate::run::run;
 
 /// `map2aps.UniformLinear` or `map2aps.UniformCircular`.
@@ -22,28 +22,28 @@ pub enum ArrayArgument {
 
 #[derive(FromPyObject)]
 pub struct Linear {
-    elements: usize,
-    spacing_wavelengths: f64,
+    elements: Number<usize>,
+    spacing_wavelengths: Number<f64>,
 }
 
 #[derive(FromPyObject)]
 pub struct Circular {
-    elements: usize,
-    radius_wavelengths: f64,
+    elements: Number<usize>,
+    radius_wavelengths: Number<f64>,
 }
 
-impl From<ArrayArgument> for Array {
-    fn from(array: ArrayArgument) -> Self {
-        match array {
-            ArrayArgument::Linear(linear) => Self::UniformLinear {
-                elements: linear.elements,
-                spacing_wavelengths: linear.spacing_wavelengths,
+impl ArrayArgument {
+    fn array(self) -> PyResult<Array> {
+        Ok(match self {
+            Self::Linear(linear) => Array::UniformLinear {
+                elements: linear.elements.named("elements")?,
+                spacing_wavelengths: linear.spacing_wavelengths.named("spacing_wavelengths")?,
             },
-            ArrayArgument::Circular(circular) => Self::UniformCircular {
-                elements: circular.elements,
-                radius_wavelengths: circular.radius_wavelengths,
+            Self::Circular(circular) => Array::UniformCircular {
+                elements: circular.elements.named("elements")?,
+                radius_wavelengths: circular.radius_wavelengths.named("radius_wavelengths")?,
             },
-        }
+        })
     }
 }
 
@@ -59,20 +59,24 @@ pub fn protocol(name: &str) -> PyResult<Protocol> {
 pub struct LabelSettings {
     protocol: String,
     array: Option<ArrayArgument>,
-    sampling_rate_hz: Option<f64>,
-    delay_points: Option<usize>,
-    last_delay_s: Option<f64>,
+    sampling_rate_hz: Option<Number<f64>>,
+    delay_points: Option<Number<usize>>,
+    last_delay_s: Option<Number<f64>>,
 }
 
 impl LabelSettings {
     pub fn config(self, pdp: bool) -> PyResult<LabelConfig> {
         let preset = LabelConfig::of(protocol(&self.protocol)?);
+        let array = self.array.map(ArrayArgument::array).transpose()?;
+        let sampling_rate_hz = optional(self.sampling_rate_hz, "sampling_rate_hz")?;
+        let points = optional(self.delay_points, "delay_points")?;
+        let last_s = optional(self.last_delay_s, "last_delay_s")?;
         Ok(LabelConfig {
-            array: self.array.map_or(preset.array, Array::from),
-            sampling_rate_hz: self.sampling_rate_hz.unwrap_or(preset.sampling_rate_hz),
+            array: array.unwrap_or(preset.array),
+            sampling_rate_hz: sampling_rate_hz.unwrap_or(preset.sampling_rate_hz),
             delay_axis: DelayAxis {
-                points: self.delay_points.unwrap_or(preset.delay_axis.points),
-                last_s: self.last_delay_s.unwrap_or(preset.delay_axis.last_s),
+                points: points.unwrap_or(preset.delay_axis.points),
+                last_s: last_s.unwrap_or(preset.delay_axis.last_s),
             },
             pdp,
             ..preset
@@ -84,18 +88,20 @@ impl LabelSettings {
 #[pyfunction]
 pub fn label<'py>(
     py: Python<'py>,
-    paths: &Bound<'py, PyAny>,
+    paths: &Bound<'py, Paths>,
     settings: LabelSettings,
     pdp: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let table = paths::table(paths)?;
-    let config = settings.config(pdp)?;
+    let (table, config) = (&paths.get().table, settings.config(pdp)?);
     let (labeler, labels) = run(py, None, |control| {
         let labeler = Labeler::new(&config)?;
-        let mut labels = label_links(&labeler, &table, control)?;
-        for values in [&mut labels.aps_db, &mut labels.pdp_db] {
-            let missing = values.iter_mut().filter(|value| **value == FILL_DB);
-            missing.for_each(|value| *value = f64::NAN);
+        let mut labels = label_links(&labeler, table, control)?;
+        let bins = labeler.angles_deg().len();
+        let spectra = labels.aps_db.chunks_exact_mut(bins);
+        let profiles = labels.pdp_db.chunks_exact_mut(labeler.delays_s().len());
+        for rows in [spectra, profiles] {
+            let missing = rows.zip(&labels.is_labelled).filter(|(_, is)| !**is);
+            missing.for_each(|(row, _)| row.fill(f64::NAN));
         }
         Ok::<_, Error>((labeler, labels))
     })?;

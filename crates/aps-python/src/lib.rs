@@ -10,10 +10,13 @@ mod examples;
 mod explain;
 mod labels;
 mod making;
+mod maps;
 mod metrics;
+mod numbers;
 mod paths;
 mod run;
 mod scene;
+mod shipped;
 mod tracer;
 
 use pyo3::prelude::*;
@@ -32,7 +35,11 @@ mod _native {
     #[pymodule_export]
     use super::metrics::metrics;
     #[pymodule_export]
+    use super::paths::Paths;
+    #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::shipped::shipped;
     #[pymodule_export]
     use super::tracer::Tracer;
 }

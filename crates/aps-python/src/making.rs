@@ -2,59 +2,32 @@
 
 use std::path::PathBuf;
 
-use map2aps::maps::TileSettings;
-use map2aps::{Control, Dataset, DatasetPlan, MapSource, Receivers, Stored};
+use map2aps::{Control, Dataset, DatasetPlan, Receivers, Stored};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arrays::{Argument, Kind};
 use crate::error::exception;
 use crate::labels::LabelSettings;
+use crate::maps::Maps;
+use crate::numbers::{Number, optional};
 use crate::run::run;
 use crate::tracer;
-
-/// Source of maps.
-#[derive(FromPyObject)]
-pub enum Maps {
-    /// Number of synthetic cities.
-    #[pyo3(transparent)]
-    Synthetic(u32),
-    /// A folder of RadioMapSeer files, or the GeoJSON file of a city.
-    #[pyo3(transparent)]
-    Path(PathBuf),
-}
 
 /// Settings that are not of labels and traces.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Settings {
+pub struct Settings<'py> {
     maps: Maps,
-    map_ids: Option<Vec<u32>>,
-    tile_m: Option<f64>,
+    map_ids: Option<Bound<'py, PyAny>>,
+    tile_m: Option<Number<f64>>,
     metric: bool,
-    tx_per_map: usize,
-    rx_per_map: usize,
+    tx_per_map: Number<usize>,
+    rx_per_map: Number<usize>,
     receivers: String,
-    seed: u64,
+    seed: Number<u64>,
     store_pdp: bool,
     store_paths: bool,
-}
-
-impl Settings {
-    fn source(&self) -> Result<MapSource, map2aps::Error> {
-        match &self.maps {
-            Maps::Synthetic(count) => Ok(MapSource::Synthetic { count: *count }),
-            Maps::Path(path) if path.is_dir() => Ok(MapSource::Folder(path.clone())),
-            Maps::Path(path) => {
-                let default = TileSettings::default();
-                let tiles = TileSettings {
-                    tile_m: self.tile_m.unwrap_or(default.tile_m),
-                    metric: self.metric,
-                    ..default
-                };
-                MapSource::geojson(path, tiles)
-            }
-        }
-    }
 }
 
 /// Makes a data set in a folder, or goes on with it.
@@ -63,7 +36,7 @@ impl Settings {
 pub fn make_dataset(
     py: Python<'_>,
     out: PathBuf,
-    settings: Settings,
+    settings: Settings<'_>,
     label: LabelSettings,
     progress: Option<Py<PyAny>>,
     limits: Option<&Bound<'_, PyDict>>,
@@ -73,30 +46,35 @@ pub fn make_dataset(
         .receivers
         .parse()
         .map_err(|e: map2aps::MapError| exception(e))?;
-    let label = label.config(settings.store_pdp)?;
+    let map_ids = settings.map_ids.map(|ids| {
+        let ids = Argument::new(&ids, "map_ids", Kind::Integer, &[None])?;
+        ids.integers::<u32>()
+    });
+    let map_ids = map_ids.transpose()?;
+    let tile_m = optional(settings.tile_m, "tile_m")?;
+    let source = settings.maps.source(tile_m, settings.metric)?;
+    let plan = DatasetPlan {
+        tx_per_map: settings.tx_per_map.named("tx_per_map")?,
+        rx_per_map: settings.rx_per_map.named("rx_per_map")?,
+        receivers,
+        label: label.config(settings.store_pdp)?,
+        stored: Stored {
+            pdp: settings.store_pdp,
+            paths: settings.store_paths,
+            ..Stored::default()
+        },
+        seed: settings.seed.named("seed")?,
+        trace,
+        ..DatasetPlan::default()
+    };
     let made = |control: &Control<'_>| {
-        let maps = settings.source()?;
+        let maps = source()?;
         let available = maps.ids()?;
-        let ids = match &settings.map_ids {
+        let ids = match &map_ids {
             Some(chosen) => map2aps::maps::choose(&available, chosen)?,
             None => available,
         };
-        let plan = DatasetPlan {
-            maps,
-            tx_per_map: settings.tx_per_map,
-            rx_per_map: settings.rx_per_map,
-            receivers,
-            label,
-            stored: Stored {
-                pdp: settings.store_pdp,
-                paths: settings.store_paths,
-                ..Stored::default()
-            },
-            seed: settings.seed,
-            trace,
-            ..DatasetPlan::default()
-        };
-        plan.make(&out, &ids, control)
+        DatasetPlan { maps, ..plan }.make(&out, &ids, control)
     };
     run(py, progress.as_ref(), made).map(drop)
 }

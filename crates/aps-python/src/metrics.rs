@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{Argument, Kind, shaped};
 use crate::labels::protocol;
+use crate::numbers::{Number, optional};
 use crate::run::run;
 
 /// Spectra in the precision they came in.
@@ -35,7 +36,7 @@ pub fn metrics<'py>(
     prediction: &Bound<'py, PyAny>,
     protocol_name: &str,
     map_ids: Option<&Bound<'py, PyAny>>,
-    data_range: Option<f64>,
+    data_range: Option<Number<f64>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let truth = Argument::new(truth, "truth", Kind::Real, &[None, None])?;
     let prediction = Argument::new(prediction, "prediction", Kind::Real, &[None, None])?;
@@ -65,7 +66,7 @@ pub fn metrics<'py>(
             (Values::Double(t), Values::Double(p)) => score(evaluation, t, p, shape.bins, ids),
         }
     })?;
-    let range = match data_range {
+    let range = match optional(data_range, "data_range")? {
         Some(range) => DataRange::new(range).map_err(crate::error::exception)?,
         None => evaluation
             .truth_range()

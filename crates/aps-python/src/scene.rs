@@ -13,6 +13,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, Kind, points, shaped};
+use crate::numbers::{Number, optional};
 use crate::run::run;
 
 /// Buildings of a city, checked, repaired and united, seen from above.
@@ -23,10 +24,14 @@ pub struct Scene {
     pub(crate) scene: aps_raytrace::Scene,
 }
 
-fn settings(close_gaps_m: Option<f64>) -> SceneSettings {
-    close_gaps_m.map_or_else(SceneSettings::default, |close_gaps_m| SceneSettings {
-        close_gaps_m,
-    })
+fn settings(close_gaps_m: Option<Number<f64>>) -> PyResult<SceneSettings> {
+    let given = optional(close_gaps_m, "close_gaps_m")?;
+    Ok(
+        given.map_or_else(SceneSettings::default, |close_gaps_m| SceneSettings {
+            close_gaps_m,
+            ..SceneSettings::default()
+        }),
+    )
 }
 
 fn of_file(
@@ -34,11 +39,33 @@ fn of_file(
     file: PathBuf,
     tile: Option<u32>,
     tiles: TileSettings,
-    close_gaps_m: Option<f64>,
+    close_gaps_m: Option<Number<f64>>,
 ) -> PyResult<Scene> {
-    let settings = settings(close_gaps_m);
+    let settings = settings(close_gaps_m)?;
     let loaded = run(py, None, |_| maps::load_file(&file, tile, tiles, settings));
     loaded.map(|(scene, _)| Scene { scene })
+}
+
+/// A building: a ring, or its outer ring and those of its courtyards.
+fn footprint(polygon: &Bound<'_, PyAny>) -> PyResult<Footprint> {
+    let ring = |ring: &Bound<'_, PyAny>| {
+        let argument = Argument::new(ring, "polygons", Kind::Real, &[None, Some(2)])?;
+        let values = argument.values::<f64>()?;
+        let (points, _) = values.as_chunks();
+        Ok::<Vec<DVec2>, PyErr>(points.iter().copied().map(DVec2::from).collect())
+    };
+    // Of a ring the first number, of rings the first point.
+    let first = polygon.get_item(0).and_then(|first| first.get_item(0));
+    if first.and_then(|first| first.len()).is_err() {
+        return Ok(Footprint::new(ring(polygon)?));
+    }
+    let rings = polygon.try_iter()?.map(|one| ring(&one?));
+    let mut rings = rings.collect::<PyResult<Vec<_>>>()?.into_iter();
+    let outer = rings.next().unwrap_or_default();
+    Ok(Footprint {
+        holes: rings.collect(),
+        ..Footprint::new(outer)
+    })
 }
 
 #[pymethods]
@@ -56,7 +83,7 @@ impl Scene {
     fn from_radiomapseer(
         py: Python<'_>,
         file: PathBuf,
-        close_gaps_m: Option<f64>,
+        close_gaps_m: Option<Number<f64>>,
     ) -> PyResult<Self> {
         of_file(py, file, None, TileSettings::default(), close_gaps_m)
     }
@@ -83,19 +110,20 @@ impl Scene {
     fn from_geojson(
         py: Python<'_>,
         file: PathBuf,
-        tile: Option<u32>,
-        tile_m: Option<f64>,
+        tile: Option<Number<u32>>,
+        tile_m: Option<Number<f64>>,
         metric: bool,
         all_polygons: bool,
-        close_gaps_m: Option<f64>,
+        close_gaps_m: Option<Number<f64>>,
     ) -> PyResult<Self> {
         let default = TileSettings::default();
         let tiles = TileSettings {
-            tile_m: tile_m.unwrap_or(default.tile_m),
+            tile_m: optional(tile_m, "tile_m")?.unwrap_or(default.tile_m),
             metric,
             all_polygons,
             ..default
         };
+        let tile = optional(tile, "tile")?;
         of_file(py, file, tile, tiles, close_gaps_m)
     }
 
@@ -108,9 +136,17 @@ impl Scene {
     /// close_gaps_m : float, optional
     ///     As of ``from_radiomapseer``.
     #[staticmethod]
-    #[pyo3(signature = (seed = 1, *, close_gaps_m = None))]
-    fn synthetic(py: Python<'_>, seed: u64, close_gaps_m: Option<f64>) -> PyResult<Self> {
-        let (source, settings) = (MapSource::Synthetic { count: 1 }, settings(close_gaps_m));
+    #[pyo3(
+        signature = (seed = 1.into(), *, close_gaps_m = None),
+        text_signature = "(seed=1, *, close_gaps_m=None)"
+    )]
+    fn synthetic(
+        py: Python<'_>,
+        seed: Number<u64>,
+        close_gaps_m: Option<Number<f64>>,
+    ) -> PyResult<Self> {
+        let (seed, settings) = (seed.named("seed")?, settings(close_gaps_m)?);
+        let source = MapSource::Synthetic { count: 1 };
         let scene = run(py, None, |_| source.load(0, seed, settings))?;
         Ok(Self { scene })
     }
@@ -119,8 +155,9 @@ impl Scene {
     ///
     /// Parameters
     /// ----------
-    /// polygons : sequence of array_like, each of shape (n, 2)
-    ///     Outer rings in m, open or closed, turning either way.
+    /// polygons : sequence
+    ///     Of each building its outline, array_like of shape (n, 2) in m, or a list of it and of the outlines of its courtyards, as
+    ///     a polygon of GeoJSON is. Open or closed, turning either way.
     /// area : tuple (left, bottom, right, top), optional
     ///     Rectangle that terminals are confined to, in m; the whole plane by default.
     /// close_gaps_m : float, optional
@@ -129,24 +166,23 @@ impl Scene {
     #[pyo3(signature = (polygons, *, area = None, close_gaps_m = None))]
     fn from_polygons(
         py: Python<'_>,
-        polygons: Vec<Bound<'_, PyAny>>,
-        area: Option<[f64; 4]>,
-        close_gaps_m: Option<f64>,
+        polygons: &Bound<'_, PyAny>,
+        area: Option<Number<[f64; 4]>>,
+        close_gaps_m: Option<Number<f64>>,
     ) -> PyResult<Self> {
-        let outer = |polygon: &Bound<'_, PyAny>| {
-            let argument = Argument::new(polygon, "polygons", Kind::Real, &[None, Some(2)])?;
-            let values = argument.values::<f64>()?;
-            let (points, _) = values.as_chunks();
-            let points: Vec<DVec2> = points.iter().copied().map(DVec2::from).collect();
-            Ok(Footprint::new(points))
+        let Ok(polygons) = polygons.try_iter() else {
+            let kind = polygons.get_type().name()?;
+            let text = format!("polygons: expected a sequence of polygons, got {kind}");
+            return Err(PyValueError::new_err(text));
         };
-        let footprints = polygons.iter().map(outer).collect::<PyResult<Vec<_>>>()?;
+        let footprints = polygons.map(|polygon| footprint(&polygon?));
+        let footprints = footprints.collect::<PyResult<Vec<_>>>()?;
         let config = SceneConfig {
-            area: area.map(|[left, bottom, right, top]| Area {
+            area: optional(area, "area")?.map(|[left, bottom, right, top]| Area {
                 min: DVec2::new(left, bottom),
                 max: DVec2::new(right, top),
             }),
-            close_gaps_m: settings(close_gaps_m).close_gaps_m,
+            close_gaps_m: settings(close_gaps_m)?.close_gaps_m,
         };
         let make = |_: &Control<'_>| Ok(aps_raytrace::Scene::with_config(&footprints, &config)?);
         Ok(Self {
@@ -191,8 +227,13 @@ impl Scene {
     /// ndarray of uint8, shape (size, size)
     ///     1 for pixels in a building. Pixel (x, y) is in row y, column x, and stands for the point (x, y) times the area's side
     ///     over `size`.
-    #[pyo3(signature = (size = 256))]
-    fn raster<'py>(&self, py: Python<'py>, size: usize) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+    #[pyo3(signature = (size = 256.into()), text_signature = "($self, size=256)")]
+    fn raster<'py>(
+        &self,
+        py: Python<'py>,
+        size: Number<usize>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+        let size = size.named("size")?;
         let square = self
             .scene
             .area()

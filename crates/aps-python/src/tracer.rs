@@ -8,7 +8,8 @@ use pyo3::types::PyDict;
 
 use crate::arrays::points;
 use crate::error::exception;
-use crate::paths;
+use crate::numbers::{Number, optional};
+use crate::paths::Paths;
 use crate::run::run;
 use crate::scene::Scene;
 
@@ -34,52 +35,49 @@ impl Tracer {
         })
     }
 
-    fn trace<'py>(
+    fn trace(
         &self,
-        py: Python<'py>,
-        tx: &Bound<'py, PyAny>,
-        rx: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+        py: Python<'_>,
+        tx: &Bound<'_, PyAny>,
+        rx: &Bound<'_, PyAny>,
+    ) -> PyResult<Paths> {
         let (tx, rx) = (points(tx, "tx")?, points(rx, "rx")?);
         let table = run(py, None, |control| {
             trace_links(&self.tracer, &tx, &rx, control)
         })?;
-        paths::arrays(py, table)
+        Ok(Paths::traced(table, &tx, &rx))
     }
 }
 
 /// Reads the settings of a trace.
 ///
 /// # Errors
-/// `TypeError` for an unknown name or a value of another type, `ValueError` for a material of an unknown name.
+/// `TypeError` for an unknown name, `ValueError` for a value of another type or out of its range.
 pub fn config(limits: Option<&Bound<'_, PyDict>>) -> PyResult<TraceConfig> {
     let mut config = TraceConfig::default();
     for (name, value) in limits.into_iter().flatten() {
-        let name: String = name.extract()?;
-        let read = set(&mut config, &name, &value);
-        read.map_err(
-            |error| match error.is_instance_of::<PyTypeError>(value.py()) {
-                true => PyTypeError::new_err(format!("{name}: {}", error.value(value.py()))),
-                false => error,
-            },
-        )?;
+        set(&mut config, &name.extract::<String>()?, &value)?;
     }
     config.validate().map_err(|e| exception(Error::from(e)))?;
     Ok(config)
 }
 
 fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    let number = || value.extract::<Number<usize>>()?.named(name);
     match name {
-        "frequency_hz" => config.frequency_hz = value.extract()?,
+        "frequency_hz" => config.frequency_hz = value.extract::<Number<_>>()?.named(name)?,
         "material" => config.material = material(value)?,
-        "max_reflections" => config.max_reflections = value.extract()?,
-        "max_diffractions" => config.max_diffractions = value.extract()?,
-        "max_interactions" => config.max_interactions = value.extract()?,
-        "dynamic_range_db" => config.dynamic_range_db = value.extract()?,
-        "max_fallback_diffractions" => config.max_fallback_diffractions = value.extract()?,
-        "max_images" => config.max_images = value.extract()?,
-        "max_wave_bytes" => config.max_wave_bytes = value.extract()?,
-        _ => return Err(PyTypeError::new_err("no such setting of a trace")),
+        "max_reflections" => config.max_reflections = number()?,
+        "max_diffractions" => config.max_diffractions = number()?,
+        "max_interactions" => config.max_interactions = number()?,
+        "dynamic_range_db" => config.dynamic_range_db = optional(value.extract()?, name)?,
+        "max_fallback_diffractions" => config.max_fallback_diffractions = number()?,
+        "max_images" => config.max_images = number()?,
+        "max_wave_bytes" => config.max_wave_bytes = number()?,
+        _ => {
+            let text = format!("{name}: no such setting of a trace");
+            return Err(PyTypeError::new_err(text));
+        }
     }
     Ok(())
 }
@@ -92,11 +90,12 @@ fn material(value: &Bound<'_, PyAny>) -> PyResult<Material> {
             conductivity_s_per_m,
         });
     }
-    match value.extract::<String>()?.as_str() {
+    match value.extract().unwrap_or_default() {
         "concrete" => Ok(Material::Concrete),
         "pec" => Ok(Material::PerfectConductor),
-        name => Err(PyValueError::new_err(format!(
-            "material: '{name}' is neither 'concrete' nor 'pec' nor a pair (relative permittivity, conductivity in S/m)"
+        _ => Err(PyValueError::new_err(format!(
+            "material: {} is neither 'concrete' nor 'pec' nor a pair (relative permittivity, conductivity in S/m)",
+            value.repr()?
         ))),
     }
 }

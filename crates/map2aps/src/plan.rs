@@ -10,7 +10,7 @@ use aps_raytrace::glam::DVec2;
 use crate::control::Control;
 use crate::dataset::{Choice, Made, Making, Run};
 use crate::error::Result;
-use crate::maps::{MapError, MapSource, SceneSettings};
+use crate::maps::{self, MapError, MapSource, SceneSettings};
 use crate::sampling::{self, Receivers, Sampling};
 use crate::settings;
 use crate::tally::Tally;
@@ -58,8 +58,9 @@ impl Default for DatasetPlan {
 }
 
 impl DatasetPlan {
-    /// Makes a data set of the given maps, each once, in the folder `out`, split by the plan's seed. Maps that the folder holds
-    /// already are kept: the same call continues what was interrupted.
+    /// Makes a data set of the given maps, each once, in the folder `out`, split by the plan's seed, and of the copies of its
+    /// training maps ([`SceneSettings::orientations`]). Maps that the folder holds already are kept: the same call continues
+    /// what was interrupted.
     ///
     /// # Errors
     /// Settings out of range, a folder with a data set of other settings, maps that cannot be read or hold too few
@@ -80,22 +81,22 @@ impl DatasetPlan {
         access: Access,
         control: &Control<'_>,
     ) -> Result<Made> {
-        let making = self.making(out, maps, access)?;
+        let making = self.making(out, &self.with_copies(maps)?, access)?;
         let made = self.make_maps(&making, control)?;
         if access == Access::Whole {
-            let split = Split::of_maps(making.writer.map_ids(), self.seed);
+            let split = maps::split(&making.writer.map_ids(), self.seed, self.scene.orientations)?;
             making.writer.finish(&split)?;
         }
         Ok(made)
     }
 
-    /// Makes the maps of a given split.
+    /// Makes the maps of a given split of upright maps, and the copies of its training maps.
     ///
     /// # Errors
     /// As [`DatasetPlan::make`], and [`MapError::Twice`].
     pub fn make_split(&self, out: &Path, split: &Split, control: &Control<'_>) -> Result<Made> {
-        let mut maps = [&split.train[..], &split.develop, &split.test].concat();
-        maps.sort_unstable();
+        let split = &maps::with_copies(split.clone(), self.scene.orientations)?;
+        let maps = all(split);
         if let Some(twice) = maps.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(MapError::Twice(twice[0]).into());
         }
@@ -105,13 +106,24 @@ impl DatasetPlan {
         Ok(made)
     }
 
-    /// Returns the given maps that the folder `out` lacks, and refuses settings that would make none of them. Creates
+    /// The ids of the given maps and of the copies that are made of them, ascending.
+    ///
+    /// # Errors
+    /// A number of orientations that a square does not have, and ids without room for copies.
+    pub fn with_copies(&self, maps: &[u32]) -> Result<Vec<u32>> {
+        let split = Split::of_maps(maps.iter().copied(), self.seed);
+        Ok(all(&maps::with_copies(split, self.scene.orientations)?))
+    }
+
+    /// Returns the given maps and copies that the folder `out` lacks, and refuses settings that would make none of them. Creates
     /// the folder if it is not there.
     ///
     /// # Errors
     /// Settings out of range, and a folder with a data set of other settings.
     pub fn missing(&self, out: &Path, maps: &[u32]) -> Result<Vec<u32>> {
-        Ok(self.making(out, maps, Access::Whole)?.todo)
+        Ok(self
+            .making(out, &self.with_copies(maps)?, Access::Whole)?
+            .todo)
     }
 
     /// Settings of the data set, as its manifest keeps them.
@@ -181,4 +193,11 @@ impl DatasetPlan {
         let ring = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect();
         Ok(scene.outlines().iter().map(ring).collect())
     }
+}
+
+/// The maps of all parts, ascending.
+fn all(split: &Split) -> Vec<u32> {
+    let mut maps = [&split.train[..], &split.develop, &split.test].concat();
+    maps.sort_unstable();
+    maps
 }

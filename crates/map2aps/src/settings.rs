@@ -92,7 +92,10 @@ pub fn label_of(configuration: &Value) -> Result<LabelConfig, SettingsError> {
 /// # Errors
 /// Unknown settings.
 pub fn scene_of(configuration: &Value) -> Result<SceneSettings, SettingsError> {
-    let none = SceneSettings { close_gaps_m: 0.0 };
+    let none = SceneSettings {
+        close_gaps_m: 0.0,
+        ..SceneSettings::default()
+    };
     Ok(read(configuration, "scene")?.unwrap_or(none))
 }
 

@@ -136,7 +136,7 @@ fn what_cannot_be_trained_is_told() {
         "{}",
         error.chain()
     );
-    fs::remove_dir_all(&run).unwrap();
+    // The folder can be begun anew, and there is nothing to continue.
     let folder = RunFolder::create(&run).unwrap();
     let error = training().prepare(&dataset, folder, true).unwrap_err();
     assert!(matches!(

@@ -424,6 +424,28 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset =
     return model.eval()
 
 
+def shipped(name: str = "polar_reg") -> nn.Module:
+    """Makes a model with the weights that come with the package, set to evaluation; they are stored in half precision.
+
+    Parameters
+    ----------
+    name : str
+        Model of which weights are shipped: "polar_reg".
+
+    Returns
+    -------
+    torch.nn.Module
+    """
+    from safetensors.torch import load as tensors_of
+
+    from map2aps import _native
+
+    tensors = tensors_of(_native.shipped(name))
+    model = build(name, "small")
+    model.load_state_dict(tensors)
+    return model.eval()
+
+
 def save(model: nn.Module, file: str | os.PathLike[str]) -> None:
     """Writes the weights of a model of `build` so that ``cargo xtask predict`` and ``train --warm-start`` read them."""
     from safetensors.torch import save_file

@@ -157,3 +157,18 @@ def test_a_model_learns_from_a_loader(data: Path) -> None:
             optimizer.step()
             losses.append(loss.item())
     assert np.mean(losses[-3:]) < 0.8 * np.mean(losses[:3])
+
+
+def test_shipped_weights_load_in_one_line(tmp_path: Path) -> None:
+    model = models.shipped("polar_reg")
+    assert not model.training
+    models.save(model, tmp_path / "weights.safetensors")
+    again = models.load(tmp_path / "weights.safetensors").state_dict()
+    for name, tensor in model.state_dict().items():
+        assert torch.equal(tensor, again[name]), name
+    # Open ground all around: no way arrives, and the answer is a spectrum all the same.
+    values = models.POLAR_WAYS * models.POLAR_FEATURES + models.POLAR_NUMBERS
+    spectrum = model(torch.zeros(1, models.POLAR_DIRECTIONS, values))
+    assert spectrum.shape == (1, 180) and torch.isfinite(spectrum).all()
+    with pytest.raises(ValueError, match="no weights of 'vit_reg' are shipped, only of polar_reg"):
+        models.shipped("vit_reg")

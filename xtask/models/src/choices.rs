@@ -1,6 +1,7 @@
 //! Devices and models on the command line.
 
 use aps_model::ModelKind;
+use aps_model::condition::Frame;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use map2aps::training::Device;
 
@@ -22,4 +23,10 @@ pub fn models() -> impl TypedValueParser<Value = ModelKind> {
     let value = |kind: ModelKind| PossibleValue::new(kind.name()).help(kind.title());
     let parser = PossibleValuesParser::new(ModelKind::ALL.map(value));
     parser.try_map(|name| name.parse::<ModelKind>())
+}
+
+/// Parser of `--frame`.
+pub fn frames() -> impl TypedValueParser<Value = Frame> {
+    let parser = PossibleValuesParser::new(Frame::ALL.map(Frame::name));
+    parser.try_map(|name| name.parse::<Frame>())
 }

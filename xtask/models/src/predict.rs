@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Error, Result, bail, ensure};
 use aps_data::npy::{self, Element};
 use aps_data::{Dataset, Part};
+use aps_model::condition::ConditionConfig;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::targets::{self, Target};
@@ -32,15 +33,15 @@ transmitter heatmap, receiver heatmap, of the size the model was trained on.";
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model of the weights [default: as their file says].
+    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of polar_reg.
     #[arg(long)]
     model: Option<ModelKind>,
     /// Its sizes: paper or small [default: as the file of weights says].
     #[arg(long)]
     preset: Option<Preset>,
-    /// Weights: .safetensors, or .pt of PyTorch.
-    #[arg(long)]
-    weights: PathBuf,
+    /// Weights: .safetensors, or .pt of PyTorch [default: those that come with the program].
+    #[arg(long, required_unless_present = "model")]
+    weights: Option<PathBuf>,
     /// Folder of a data set.
     #[arg(long, required_unless_present = "input", conflicts_with = "input")]
     data: Option<PathBuf>,
@@ -79,12 +80,21 @@ impl Args {
     pub fn run(self) -> Result<()> {
         xtask::use_threads(self.threads)?;
         ensure!(self.batch > 0, "--batch must be at least 1");
+        ensure!(
+            self.out.extension().is_some_and(|ending| ending == "npy"),
+            "--out '{}' must be a file named .npy",
+            self.out.display()
+        );
         let device = self.device.open()?;
-        let trained = Trained::load(&self.weights, self.model, self.preset, &device);
+        let trained = match (&self.weights, self.model) {
+            (Some(weights), kind) => Trained::load(weights, kind, self.preset, &device),
+            (None, Some(kind)) => Trained::shipped(kind, &device),
+            (None, None) => bail!("give --weights or --model"),
+        };
         let trained = trained.map_err(advised)?;
         let report = trained.report();
-        if !report.dropped.is_empty() {
-            note!("weights '{}': {report}", self.weights.display());
+        if let (Some(weights), false) = (&self.weights, report.dropped.is_empty()) {
+            note!("weights '{}': {report}", weights.display());
         }
         match (&self.data, &self.input) {
             (Some(root), _) => self.of_dataset(root, trained),
@@ -98,7 +108,8 @@ impl Args {
         let configuration = &dataset.manifest().configuration;
         let open = |maps: &MapsArg| maps.open_for(configuration, &self.tiles);
         let trained = trained.with_maps(self.maps.as_ref().map(open).transpose()?);
-        let trained = &trained;
+        let (.., target) = targets::learning_target(&dataset)?;
+        let trained = &trained.for_targets(target);
         let part = self.split.map_or(Part::Test, Part::from);
         let maps = dataset.manifest().split.maps(part);
         ensure!(
@@ -106,7 +117,7 @@ impl Args {
             "data set '{}' has no {part:?} maps",
             root.display()
         );
-        let image_size = self.image_size_of(trained);
+        let images = self.images_of(trained);
         if let Some(settings) = trained.settings() {
             warn_of_differences(settings, &dataset, root);
         }
@@ -138,7 +149,7 @@ impl Args {
                     .chain(ends.iter().map(f64::to_string));
                 names.write_record(cells)?;
             }
-            let input = trained.input(&examples, image_size).map_err(advised)?;
+            let input = trained.input(&examples, images).map_err(advised)?;
             trained.predict_batches(&*input, &examples, self.batch, |spectra| {
                 output.push(spectra)
             })?;
@@ -190,13 +201,14 @@ impl Args {
         Ok(())
     }
 
-    fn image_size_of(&self, trained: &Trained) -> usize {
-        let own = trained.settings().map(|settings| settings.image_size);
-        let asked = self.image_size.unwrap_or(trained.image_size());
-        if let Some(own) = own.filter(|&own| own != asked) {
-            note!("note: the model was trained on images of {own} pixels, not {asked}");
+    fn images_of(&self, trained: &Trained) -> ConditionConfig {
+        let own = trained.images();
+        let image_size = self.image_size.unwrap_or(own.image_size);
+        if trained.settings().is_some() && image_size != own.image_size {
+            let own = own.image_size;
+            note!("note: the model was trained on images of {own} pixels, not {image_size}");
         }
-        asked
+        ConditionConfig { image_size, ..own }
     }
 
     fn links_path(&self) -> PathBuf {

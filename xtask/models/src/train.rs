@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Error, Result, ensure};
 use aps_data::Dataset;
+use aps_model::condition::Frame;
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
 use map2aps::training::{
@@ -16,7 +17,7 @@ use map2aps::training::{
 use xtask::interrupt::interrupt_flag;
 use xtask::{MapsArg, TileArgs};
 
-use crate::choices::{devices, models};
+use crate::choices::{devices, frames, models};
 use crate::run;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
@@ -57,6 +58,9 @@ pub struct Args {
     /// Rows and columns of condition images [pixels; default: 256 paper, 64 small; none for polar_reg].
     #[arg(long)]
     image_size: Option<usize>,
+    /// Part of the plane that condition images show: the whole map, as in the paper, or a window as large about the receiver.
+    #[arg(long, default_value_t = Frame::Map, value_parser = frames())]
+    frame: Frame,
     /// Passes over the training links.
     #[arg(long, default_value_t = 20)]
     epochs: u64,
@@ -161,6 +165,7 @@ impl Args {
             model: self.model,
             preset: self.preset,
             image_size: self.image_size.unwrap_or(usual_image_size(self.preset)),
+            frame: self.frame,
             config: TrainConfig {
                 epochs: self.epochs,
                 budget_s: self.budget.map(|budget| budget.as_secs_f64()),

@@ -6,8 +6,8 @@ use anyhow::Result;
 use aps_data::Access;
 use aps_label::{LabelConfig, Protocol};
 use clap::{Subcommand, ValueEnum};
-use map2aps::maps::choose;
-use map2aps::{Control, DatasetPlan, Receivers};
+use map2aps::maps::{MAX_ORIENTATIONS, choose};
+use map2aps::{Control, DatasetPlan, Receivers, SceneSettings};
 
 use crate::args::{self, IdList, MapsArg, SceneArgs, Shard, Store, TileArgs, TraceArgs};
 use crate::cautions;
@@ -57,6 +57,10 @@ pub struct Order {
     /// Maps to use, like 0-4,7 [default: by profile].
     #[arg(long)]
     map_ids: Option<IdList>,
+    /// Make the training maps in so many orientations, of 8: quarter turns, then their mirror images, each with terminals of its
+    /// own. Copy k of map 7 is map k000007; development and test maps stay as they are.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_ORIENTATIONS)))]
+    orientations: u32,
     /// Size of the run where nothing else is said.
     #[arg(long, value_enum, default_value_t = Profile::Quick)]
     profile: Profile,
@@ -126,7 +130,10 @@ impl Args {
             Some(shard) => say!(
                 "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
                 out.display(),
-                ids.iter().filter(|&&id| access.covers(id)).count(),
+                plan.with_copies(ids)?
+                    .iter()
+                    .filter(|&&id| access.covers(id))
+                    .count(),
                 command_line::shown(["dataset", "merge"]),
             )?,
         }
@@ -138,7 +145,7 @@ impl Args {
 pub struct OpenOrder {
     /// Settings that decide the data set.
     pub plan: DatasetPlan,
-    /// The maps of the data set, ascending.
+    /// The maps of the data set without their copies, ascending.
     pub ids: Vec<u32>,
     /// Its folder.
     pub out: PathBuf,
@@ -163,7 +170,10 @@ impl Order {
         let stored = args::stored(&self.store);
         let plan = DatasetPlan {
             maps,
-            scene: self.scene.settings(),
+            scene: SceneSettings {
+                orientations: self.orientations,
+                ..self.scene.settings()
+            },
             tx_per_map: self.tx_per_map.unwrap_or(tx_per_map),
             rx_per_map: self.rx_per_map.unwrap_or(rx_per_map),
             receivers: self.receivers,

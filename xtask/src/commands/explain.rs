@@ -12,7 +12,7 @@ use aps_report::picture::Outlines;
 
 use map2aps::is_near;
 
-use crate::args::{MapsArg, OneMapArgs, TraceArgs, parse_point};
+use crate::args::{ArrayArgs, MapsArg, OneMapArgs, TraceArgs, parse_point};
 use crate::cautions;
 use crate::say;
 use crate::source::{LinkId, Source};
@@ -42,6 +42,8 @@ pub struct Args {
     /// Definition of the spectrum whose lobes are explained: paper or released.
     #[arg(long, default_value = "paper")]
     protocol: Protocol,
+    #[command(flatten)]
+    array: ArrayArgs,
     /// File to write: .html for a page, .svg for a picture.
     #[arg(long)]
     out: PathBuf,
@@ -106,7 +108,7 @@ impl Args {
                 title: format!("Map {}, transmitter {}, receiver {}", id.map, id.tx, id.rx),
                 link: map.links(&[row])?.remove(0),
                 outlines: map.outlines,
-                label: source.label().clone(),
+                label: self.array.over(source.label()),
             });
         }
         let (Some(file), Some(tx), Some(rx)) = (&self.map, self.tx, self.rx) else {
@@ -122,7 +124,7 @@ impl Args {
             title: format!("From ({}, {}) m to ({}, {}) m", tx.x, tx.y, rx.x, rx.y),
             outlines: Outlines::of_scene(&scene),
             link: LinkView::traced(tx, rx, &link.paths),
-            label: LabelConfig::default(),
+            label: self.array.over(&LabelConfig::default()),
         })
     }
 }

@@ -4,25 +4,15 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use aps_data::Dataset;
-use aps_label::{Array, DelayAxis, LabelConfig, Protocol};
-use clap::ValueEnum;
+use aps_label::{DelayAxis, LabelConfig, Protocol};
 use map2aps::{Control, relabel, settings};
 
-use crate::args::{self, Store};
+use crate::args::{self, ArrayArgs, Store};
 use crate::command_line;
 use crate::interrupt::interrupt_flag;
 use crate::progress::{self, Bar};
 use crate::say;
 use crate::summary::Summary;
-
-/// Forms of the receiving array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Form {
-    /// Uniform and linear: sees a direction and its mirror image alike.
-    Ula,
-    /// Uniform and circular: sees every direction for itself.
-    Uca,
-}
 
 /// Label the stored paths of a data set anew: another array, bandwidth, delay grid or protocol, without a trace.
 ///
@@ -37,18 +27,8 @@ pub struct Args {
     /// Definition of the label: released (what the published code computes) or paper. Brings its delay grid along.
     #[arg(long)]
     protocol: Option<Protocol>,
-    /// Form of the array.
-    #[arg(long, value_enum)]
-    array: Option<Form>,
-    /// Elements of the array.
-    #[arg(long, alias = "kernel-n")]
-    elements: Option<usize>,
-    /// Spacing of neighbouring elements, on a circle along its arc [wavelengths].
-    #[arg(long)]
-    spacing: Option<f64>,
-    /// Sampling rate of the delay kernel, the bandwidth [Hz].
-    #[arg(long)]
-    fs_hz: Option<f64>,
+    #[command(flatten)]
+    array: ArrayArgs,
     /// Points of the delay axis.
     #[arg(long)]
     delay_points: Option<usize>,
@@ -91,52 +71,11 @@ impl Args {
         let own = own.under(self.protocol.unwrap_or(own.protocol));
         let axis = own.delay_axis;
         LabelConfig {
-            protocol: own.protocol,
-            sampling_rate_hz: self.fs_hz.unwrap_or(own.sampling_rate_hz),
-            array: self.array(own.array),
             delay_axis: DelayAxis {
                 points: self.delay_points.unwrap_or(axis.points),
                 last_s: self.last_delay_s.unwrap_or(axis.last_s),
             },
-            pdp: own.pdp,
+            ..self.array.over(&own)
         }
-    }
-
-    fn array(&self, own: Array) -> Array {
-        let is_asked = self.array.is_some() || self.elements.is_some() || self.spacing.is_some();
-        if !is_asked {
-            return own;
-        }
-        let (form, elements, spacing) = described(own);
-        let elements = self.elements.unwrap_or(elements);
-        let spacing_wavelengths = self.spacing.unwrap_or(spacing);
-        match self.array.unwrap_or(form) {
-            Form::Ula => Array::UniformLinear {
-                elements,
-                spacing_wavelengths,
-            },
-            Form::Uca => Array::UniformCircular {
-                elements,
-                radius_wavelengths: elements as f64 * spacing_wavelengths / std::f64::consts::TAU,
-            },
-        }
-    }
-}
-
-/// Form, elements and spacing [wavelengths] of an array.
-fn described(array: Array) -> (Form, usize, f64) {
-    match array {
-        Array::UniformCircular {
-            elements,
-            radius_wavelengths,
-        } => {
-            let spacing = std::f64::consts::TAU * radius_wavelengths / elements as f64;
-            (Form::Uca, elements, spacing)
-        }
-        Array::UniformLinear {
-            elements,
-            spacing_wavelengths,
-        } => (Form::Ula, elements, spacing_wavelengths),
-        _ => (Form::Ula, 16, 0.5),
     }
 }

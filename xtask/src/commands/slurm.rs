@@ -74,7 +74,7 @@ impl Args {
         let order = self.order.read()?;
         let (plan, ids) = (&order.plan, &order.ids);
         cautions::tell_carrier(&plan.trace);
-        let count = ids.len() as u32;
+        let count = plan.with_copies(ids)?.len() as u32;
         let tasks = self.tasks.unwrap_or_else(|| {
             let by_nodes = self.nodes.saturating_mul(4).min(count);
             by_nodes.min(USUAL_LAST_TASK)

@@ -1,4 +1,5 @@
-//! Input of the models: condition images, or whatever else a [`ModelInput`] makes. Condition images show a link on its map: buildings, transmitter, receiver.
+//! Input of the models: condition images, or whatever else a [`ModelInput`] makes. Condition images show a link on its map:
+//! buildings, transmitter, receiver.
 //!
 //! Images are made where they are used. The rasters of all maps lie on the device as one tensor, and of each link there
 //! come a map number and four coordinates, not 3 x 256 x 256 pixels. A round Gaussian spot is the product of one along x
@@ -6,13 +7,14 @@
 //!
 //! # Sizes
 //!
-//! An image of any size shows the whole raster. Pixel i of W covers \[i, i + 1) / W of the width, so position c, in pixels
+//! An image of any size shows the whole raster, or a window of its size about the receiver ([`Frame`]). Pixel i of W covers \[i, i + 1) / W of the width, so position c, in pixels
 //! of the raster (where pixel i stands for position i, its middle), is at (c + 1/2) S / W - 1/2 in an image S pixels wide;
 //! heights alike. A pixel of the image is the average of the raster over what it covers, and the spots' deviation shrinks
 //! with the image: 20 pixels of a 256-pixel raster are 5 of a 64-pixel image. At the raster's own size images equal those
 //! of `aps_data::ConditionImages` bit for bit.
 
 mod area;
+mod frame;
 mod mirror;
 mod shape;
 
@@ -23,6 +25,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
+pub use frame::Frame;
 pub use mirror::Mirror;
 pub use shape::{InputKind, InputShape, PolarShape};
 
@@ -33,6 +36,9 @@ pub struct ConditionConfig {
     pub image_size: usize,
     /// Standard deviation of the spots \[pixels of the raster\]; positive. 20 in the released data.
     pub sigma_px: f64,
+    /// Part of the plane that an image shows.
+    #[serde(default)]
+    pub frame: Frame,
 }
 
 impl Default for ConditionConfig {
@@ -40,6 +46,7 @@ impl Default for ConditionConfig {
         Self {
             image_size: 256,
             sigma_px: 20.0,
+            frame: Frame::Map,
         }
     }
 }
@@ -124,6 +131,8 @@ pub struct ConditionImages {
     buildings: Tensor,
     /// Copy of the buildings on the host, where images are filled in one pass; empty on other devices.
     host: Vec<f32>,
+    /// Sums over the maps, from which the windows about receivers are averaged on the host; none in the frame of the map.
+    windows: Option<frame::Sums>,
     maps: usize,
     size: usize,
     along: [Axis; 2],
@@ -148,6 +157,7 @@ impl ConditionImages {
         let ConditionConfig {
             image_size: size,
             sigma_px,
+            frame,
         } = config;
         let Rasters {
             pixels,
@@ -190,6 +200,7 @@ impl ConditionImages {
         let buildings = Tensor::from_slice(&resized, (maps, size, size), device)?;
         Ok(Self {
             buildings,
+            windows: (frame == Frame::Receiver).then(|| frame::Sums::new(pixels, [height, width])),
             host: if device.is_cpu() { resized } else { Vec::new() },
             maps,
             size,
@@ -206,9 +217,21 @@ impl ConditionImages {
             .zip(links)
             .for_each(|(image, link)| {
                 let (buildings, spots) = image.split_at_mut(plane);
-                buildings.copy_from_slice(&self.host[link.map as usize * plane..][..plane]);
+                let map = link.map as usize;
+                let first = match &self.windows {
+                    None => {
+                        buildings.copy_from_slice(&self.host[map * plane..][..plane]);
+                        [0.0; 2]
+                    }
+                    Some(windows) => {
+                        let rx = [0, 1].map(|i| self.along[i].place(link.rx_m[i]));
+                        let in_raster = [0, 1].map(|i| (rx[i] + 0.5) / self.along[i].scale);
+                        windows.average(map, in_raster, size, buildings);
+                        rx.map(|rx| rx - 0.5 * (size as f64 - 1.0))
+                    }
+                };
                 for (spot, centre_m) in spots.chunks_exact_mut(plane).zip([link.tx_m, link.rx_m]) {
-                    let [x, y] = [0, 1].map(|i| self.along[i].profile(centre_m[i], size));
+                    let [x, y] = [0, 1].map(|i| self.along[i].profile(centre_m[i], first[i], size));
                     for (row, y) in spot.chunks_exact_mut(size).zip(y) {
                         for (value, x) in row.iter_mut().zip(&x) {
                             *value = (x * y) as f32;
@@ -254,7 +277,7 @@ impl ModelInput for ConditionImages {
                 )));
             }
         }
-        match self.device().is_cpu() {
+        match self.device().is_cpu() || self.windows.is_some() {
             true => self.fill(links),
             false => self.compose(links),
         }
@@ -278,9 +301,9 @@ impl Axis {
         metres / self.metres_per_pixel * self.scale + 0.5 * (self.scale - 1.0)
     }
 
-    /// Computes the spot along this axis.
-    fn profile(self, centre_m: f64, pixels: usize) -> Vec<f64> {
-        let centre = self.place(centre_m);
+    /// Computes the spot along this axis in an image whose first pixel is at the place `first`.
+    fn profile(self, centre_m: f64, first: f64, pixels: usize) -> Vec<f64> {
+        let centre = self.place(centre_m) - first;
         (0..pixels)
             .map(|pixel| (self.exponent * (pixel as f64 - centre).powi(2)).exp())
             .collect()
@@ -305,6 +328,7 @@ mod tests {
         let config = ConditionConfig {
             image_size: 32,
             sigma_px: 7.0,
+            ..ConditionConfig::default()
         };
         let conditions = ConditionImages::new(rasters, config, &Device::Cpu).unwrap();
         let link = |map, tx_m, rx_m| Link { map, tx_m, rx_m };

@@ -73,6 +73,7 @@ fn try_trainer(
     let images = ConditionConfig {
         image_size: size,
         sigma_px: 2.5,
+        ..ConditionConfig::default()
     };
     let input = ConditionImages::new(rasters, images, DEVICE).unwrap();
     let link = |i: usize| Link {

@@ -35,6 +35,7 @@ fn input() -> ConditionImages {
     let config = ConditionConfig {
         image_size: SIZE,
         sigma_px: 2.5,
+        ..ConditionConfig::default()
     };
     ConditionImages::new(rasters, config, &Device::Cpu).unwrap()
 }

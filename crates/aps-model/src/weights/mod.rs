@@ -32,6 +32,7 @@ mod matching;
 mod names;
 mod pickle;
 mod pretrained;
+mod shipped;
 mod source;
 mod torch;
 mod warm_start;
@@ -49,6 +50,7 @@ use crate::parameters::sorted;
 use crate::{Error, ModelKind, Preset, Result};
 use matching::assign;
 use names::{Names, listed};
+pub use shipped::Shipped;
 use source::Source;
 pub use warm_start::warm_start;
 

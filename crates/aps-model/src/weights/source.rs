@@ -44,6 +44,11 @@ impl Source {
     /// Reads the file and its list of tensors. The first bytes tell the format: an archive of `torch.save` is a ZIP file.
     pub(super) fn open(path: &Path) -> Result<Self> {
         let bytes = fs::read(path).map_err(|e| Error::weights_io("read", path, e))?;
+        Self::of_bytes(path, bytes)
+    }
+
+    /// Reads the list of tensors of a file's bytes; errors name the file `path`.
+    pub(super) fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self> {
         let opened = match bytes.starts_with(b"PK\x03\x04") {
             true => Self::archive(bytes),
             false => Self::safetensors(bytes),

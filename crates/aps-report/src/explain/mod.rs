@@ -111,8 +111,8 @@ impl<'a> Explanation<'a> {
         self.listed.iter().find(|l| std::ptr::eq(l.path, path))
     }
 
-    /// Rows of the table of lobes, their cells in the order of [`LOBE_COLUMNS`].
-    fn lobe_rows(&self) -> Vec<(Vec<String>, Option<&Listed<'a>>)> {
+    /// Rows of the table of lobes, their cells in the order of [`LOBE_COLUMNS`], each with the path that makes the lobe.
+    pub fn lobe_rows(&self) -> Vec<(Vec<String>, Option<&Listed<'a>>)> {
         let row = |lobe: &Lobe| {
             let named = |(i, share): (usize, f64)| {
                 let number = self.listed(i).map_or(0, |l| l.number);
@@ -155,7 +155,7 @@ impl<'a> Explanation<'a> {
     }
 
     /// Rows of the table of paths, their cells in the order of [`PATH_COLUMNS`].
-    fn path_rows(&self) -> Vec<(Vec<String>, &Listed<'a>)> {
+    pub fn path_rows(&self) -> Vec<(Vec<String>, &Listed<'a>)> {
         let row = |l: &'_ Listed<'a>| {
             vec![
                 l.number.to_string(),
@@ -174,7 +174,7 @@ impl<'a> Explanation<'a> {
 }
 
 /// Columns of [`Explanation::lobe_rows`].
-const LOBE_COLUMNS: [&str; 6] = [
+pub const LOBE_COLUMNS: [&str; 6] = [
     "lobe",
     "at [deg]",
     "level [dB]",
@@ -184,7 +184,7 @@ const LOBE_COLUMNS: [&str; 6] = [
 ];
 
 /// Columns of [`Explanation::path_rows`].
-const PATH_COLUMNS: [&str; 9] = [
+pub const PATH_COLUMNS: [&str; 9] = [
     "path",
     "interactions",
     "length [m]",

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use aps_data::{Access, DatasetWriter, Plan, Split, Survey, Totals};
+use aps_data::{Access, DatasetWriter, Plan, Survey, Totals};
 
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result};
+use crate::{maps, settings};
 
 /// Fault of shards that are to be joined.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -55,6 +56,7 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
     let sources: BTreeMap<u32, &Part> = parts.iter().rev().flat_map(of_part).collect();
     must_be_all_there(&parts, &sources)?;
     let seed = config.seed;
+    let orientations = settings::scene_of(&config.configuration)?.orientations;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
     let mut todo: Vec<(&u32, &&Part)> = sources.iter().collect();
     todo.retain(|(id, _)| !writer.has_map(**id));
@@ -77,8 +79,8 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
         taken.at(Place::MapFrom(id, part.folder.clone()))?;
         control.progress.advance(1);
     }
-    let ids = writer.map_ids();
-    Ok(writer.finish(&Split::of_maps(ids, seed))?.totals)
+    let split = maps::split(&writer.map_ids(), seed, orientations)?;
+    Ok(writer.finish(&split)?.totals)
 }
 
 /// A folder with shards, and its contents.

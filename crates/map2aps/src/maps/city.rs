@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use aps_raytrace::Scene;
-use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tiling, parse_geojson};
+use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tile, Tiling, parse_geojson};
 use serde_json::{Value, json};
 
 use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, radiomapseer, ranges};
@@ -147,12 +147,17 @@ impl City {
     /// # Errors
     /// [`MapError::EmptyTile`], and buildings that make no scene.
     pub fn load(&self, id: u32, settings: SceneSettings) -> Result<Scene> {
-        let tile = self.tiling.tile(id).ok_or_else(|| MapError::EmptyTile {
-            tile: id,
-            maps: self.ids.clone(),
-        })?;
+        let tile = self.tile(id)?;
         let scene = settings.scene(&tile.footprints, tile.area);
         scene.at(Place::Tile(id))
+    }
+
+    /// One map: a tile with its buildings.
+    pub(super) fn tile(&self, id: u32) -> Result<Tile, MapError> {
+        self.tiling.tile(id).ok_or_else(|| MapError::EmptyTile {
+            tile: id,
+            maps: self.ids.clone(),
+        })
     }
 
     /// Unit of the coordinates, and the digits that place a city.

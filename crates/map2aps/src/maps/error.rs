@@ -25,6 +25,24 @@ pub enum MapError {
     /// A map in two parts of a split.
     #[error("the split names map {0} twice")]
     Twice(u32),
+    /// A number of orientations that a square does not have.
+    #[error("a map has 1 to 8 orientations, not {0}")]
+    Orientations(u32),
+    /// The id of a copy that is not made.
+    #[error(
+        "map {id} would be a copy in an orientation beyond the {orientations} of this data set"
+    )]
+    NoCopy {
+        /// The id.
+        id: u32,
+        /// Orientations that the data set has.
+        orientations: u32,
+    },
+    /// A map whose id leaves no room for the ids of its copies.
+    #[error(
+        "map {0} cannot have copies in other orientations: ids from 1000000 on are those of copies"
+    )]
+    NoRoomForCopies(u32),
     /// A folder without maps.
     #[error("no map in '{}': expected files named 0.json, 1.json, ...", .0.display())]
     NoMap(PathBuf),

@@ -4,6 +4,7 @@
 mod city;
 mod error;
 mod ids;
+mod orientation;
 mod radiomapseer;
 
 use std::fmt;
@@ -18,12 +19,13 @@ use aps_raytrace::scene::{Area, CityConfig, Footprint, SceneConfig};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::error::Result;
+use crate::error::{At, Place, Result};
 
 #[cfg(feature = "geojson")]
 pub use city::{City, TileSettings, load_file};
 pub use error::MapError;
 pub use ids::{choose, parse_ids, ranges};
+pub use orientation::{COPY_STRIDE, MAX_ORIENTATIONS, Orientation, split, with_copies};
 
 /// A map needs a building as large as this [m].
 const MIN_BUILDING_M: f64 = 1.0;
@@ -50,19 +52,35 @@ pub enum MapSource {
 pub struct SceneSettings {
     /// Slits between walls that are narrower are filled \[m\]; 0 leaves all open.
     pub close_gaps_m: f64,
+    /// Orientations that each training map is taken in: the first so many of its quarter turns and their mirror images. Copy
+    /// `k` of map `id` has the id `k * `[`COPY_STRIDE`]` + id`. 1, which manifests do not state, is the map alone.
+    #[serde(default = "upright", skip_serializing_if = "is_upright")]
+    pub orientations: u32,
+}
+
+fn upright() -> u32 {
+    1
+}
+
+fn is_upright(orientations: &u32) -> bool {
+    *orientations == upright()
 }
 
 impl Default for SceneSettings {
     fn default() -> Self {
         Self {
             close_gaps_m: SceneConfig::default().close_gaps_m,
+            orientations: upright(),
         }
     }
 }
 
 impl SceneSettings {
     /// Makes a scene in the area of a map.
-    fn scene(self, footprints: &[Footprint], area: Area) -> Result<Scene> {
+    ///
+    /// # Errors
+    /// Footprints that make no scene.
+    pub fn scene(self, footprints: &[Footprint], area: Area) -> Result<Scene> {
         let config = SceneConfig {
             area: Some(area),
             close_gaps_m: self.close_gaps_m,
@@ -141,30 +159,61 @@ impl MapSource {
         }
     }
 
-    /// Reads and checks one map. Synthetic city `id` has the seed `seed + id`, whatever the number of maps.
+    /// Reads and checks one map, or the copy of it that the id stands for. Synthetic city `id` has the seed `seed + id`, whatever
+    /// the number of maps.
     ///
     /// # Errors
-    /// A map that is not there, cannot be read, or makes no scene.
+    /// A map that is not there, cannot be read, or makes no scene; the id of a copy that the settings do not have.
     pub fn load(&self, id: u32, seed: u64, settings: SceneSettings) -> Result<Scene> {
+        let (map, orientation) = Orientation::of_id(id, settings.orientations)?;
+        let (footprints, area) = self.footprints(map, seed)?;
+        let scene = settings.scene(&orientation.turn(footprints, area), area);
         match self {
             Self::Folder(folder) => {
-                radiomapseer::load(&radiomapseer::file_of(folder, id)?, settings)
+                scene.at_file(Place::MapFile, &radiomapseer::file_of(folder, map)?)
             }
             #[cfg(feature = "geojson")]
-            Self::City(city) => city.load(id, settings),
-            Self::Synthetic { .. } => {
-                let config = CityConfig {
-                    seed: seed.wrapping_add(u64::from(id)),
-                    ..CityConfig::default()
-                };
-                let area = Area {
-                    min: DVec2::ZERO,
-                    max: DVec2::splat(config.size_m.into()),
-                };
-                settings.scene(&config.footprints()?, area)
-            }
+            Self::City(_) => scene.at(Place::Tile(map)),
+            Self::Synthetic { .. } => scene,
         }
     }
+
+    /// Reads the footprints of one map as they are, before any repair, and its area.
+    ///
+    /// # Errors
+    /// A map that is not there or cannot be read.
+    pub fn footprints(&self, id: u32, seed: u64) -> Result<(Vec<Footprint>, Area)> {
+        match self {
+            Self::Folder(folder) => {
+                let file = radiomapseer::file_of(folder, id)?;
+                let bytes = std::fs::read(&file).at_file(Place::MapFile, &file)?;
+                let footprints = radiomapseer::footprints(&bytes);
+                Ok((
+                    footprints.at_file(Place::MapFile, &file)?,
+                    Area::RADIOMAPSEER,
+                ))
+            }
+            #[cfg(feature = "geojson")]
+            Self::City(city) => {
+                let tile = city.tile(id)?;
+                Ok((tile.footprints, tile.area))
+            }
+            Self::Synthetic { .. } => synthetic(id, seed),
+        }
+    }
+}
+
+/// Footprints and area of synthetic city `id`.
+fn synthetic(id: u32, seed: u64) -> Result<(Vec<Footprint>, Area)> {
+    let config = CityConfig {
+        seed: seed.wrapping_add(u64::from(id)),
+        ..CityConfig::default()
+    };
+    let area = Area {
+        min: DVec2::ZERO,
+        max: DVec2::splat(config.size_m.into()),
+    };
+    Ok((config.footprints()?, area))
 }
 
 impl fmt::Display for MapSource {

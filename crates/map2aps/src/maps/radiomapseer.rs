@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{Area, parse_radiomapseer};
+use aps_raytrace::scene::{Area, Footprint, parse_radiomapseer};
 
 use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds};
 use crate::error::{At, Error, Place, Result};
@@ -52,14 +52,13 @@ pub fn file_of(folder: &Path, id: u32) -> Result<PathBuf, MapError> {
     }
 }
 
-/// Reads and checks one file.
-pub fn load(path: &Path, settings: SceneSettings) -> Result<Scene> {
-    let bytes = std::fs::read(path).at_file(Place::MapFile, path)?;
-    scene(&bytes, settings).at_file(Place::MapFile, path)
-}
-
 /// The scene of a file's bytes.
 pub fn scene(bytes: &[u8], settings: SceneSettings) -> Result<Scene> {
+    settings.scene(&footprints(bytes)?, Area::RADIOMAPSEER)
+}
+
+/// The footprints in a file's bytes.
+pub fn footprints(bytes: &[u8]) -> Result<Vec<Footprint>> {
     let footprints = parse_radiomapseer(bytes)?;
     let boxes: Vec<(DVec2, DVec2)> = footprints.iter().map(|f| bounds(&f.outer)).collect();
     let Some(&(first, _)) = boxes.first() else {
@@ -71,13 +70,12 @@ pub fn scene(bytes: &[u8], settings: SceneSettings) -> Result<Scene> {
         let buildings = footprints.len();
         return Err(MapError::Unit { buildings, size_m }.into());
     }
-    let area = Area::RADIOMAPSEER;
-    let Area { min, max } = area;
+    let Area { min, max } = Area::RADIOMAPSEER;
     if !boxes
         .iter()
         .any(|(low, high)| low.cmplt(max).all() && high.cmpgt(min).all())
     {
         return Err(MapError::Elsewhere { min, max, first }.into());
     }
-    settings.scene(&footprints, area)
+    Ok(footprints)
 }

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use aps_model::candle_core;
 use aps_model::weights::Label;
+use aps_model::{ModelKind, candle_core};
 
 use super::Device;
 use crate::error::Error;
@@ -102,7 +102,7 @@ pub enum TrainingError {
     NoArray(#[source] crate::SettingsError),
     /// Images given to a model that takes other input.
     #[error("{0} takes no condition images")]
-    NoImages(aps_model::ModelKind),
+    NoImages(ModelKind),
     /// A log of other columns.
     #[error("its columns are not those of this run; move it away to continue without it")]
     LogColumns,
@@ -114,6 +114,17 @@ pub enum TrainingError {
     /// A run without a score.
     #[error("no epoch has ended")]
     NoEpoch,
+    /// A model of which no weights are shipped.
+    #[error(
+        "no weights of {kind} are shipped, only of {}; train it, or give a file",
+        names(shipped)
+    )]
+    NotShipped {
+        /// The model.
+        kind: ModelKind,
+        /// Models of which some are.
+        shipped: Vec<ModelKind>,
+    },
     /// Weights that do not name their model.
     #[error("'{}' does not say which model it is of", .0.display())]
     Unnamed(PathBuf),
@@ -135,4 +146,9 @@ pub enum TrainingError {
         "the prediction of sample {0} is not finite: the weights are damaged, or belong elsewhere"
     )]
     NotFinite(usize),
+}
+
+fn names(kinds: &[ModelKind]) -> String {
+    let names: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
+    names.join(", ")
 }

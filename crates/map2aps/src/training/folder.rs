@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use aps_label::MeanStd;
+use aps_label::{MeanStd, Normalization};
+use aps_model::condition::Frame;
 use aps_model::train::TrainConfig;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -22,6 +23,9 @@ pub struct Settings {
     pub image_size: usize,
     /// Standard deviation of their spots \[pixels of the raster\].
     pub sigma_px: f64,
+    /// Part of the plane that they show.
+    #[serde(default)]
+    pub frame: Frame,
     /// Initial weights: `random`, the file of the backbone, or that of the whole model.
     pub initial_weights: String,
     /// Device that the training ran on.
@@ -59,8 +63,19 @@ impl Settings {
         if !path.is_file() {
             return Ok(None);
         }
-        let read = || -> Result<Self> { Ok(serde_json::from_str(&fs::read_to_string(&path)?)?) };
+        let read = || Self::parse(&fs::read_to_string(&path)?);
         read().map(Some).at_file(Place::File, &path)
+    }
+
+    /// Reads the settings in the text of a `config.json`.
+    pub(super) fn parse(text: &str) -> Result<Self> {
+        Ok(serde_json::from_str(text)?)
+    }
+
+    /// Method by which the targets of the training were made; `None` for a protocol that this version does not know.
+    pub(super) fn normalization(&self) -> Option<Normalization> {
+        let protocol = self.protocol.parse().ok()?;
+        Some(Normalization::of(protocol, self.training_statistics))
     }
 }
 

@@ -62,7 +62,7 @@ impl Examples {
     pub fn input(
         &self,
         kind: ModelKind,
-        image_size: usize,
+        images: ConditionConfig,
         maps: Option<&MapSource>,
         device: &Device,
     ) -> Result<Box<dyn ModelInput>> {
@@ -70,7 +70,7 @@ impl Examples {
         let rasters = self.rasters(&pixels);
         match kind.input() {
             InputKind::Images => {
-                let images = ConditionImages::new(rasters, images(image_size), device)?;
+                let images = ConditionImages::new(rasters, images, device)?;
                 Ok(Box::new(images))
             }
             InputKind::Polar => {
@@ -114,14 +114,6 @@ impl Examples {
             width: grid.width,
             metres_per_pixel: grid.metres_per_pixel,
         }
-    }
-}
-
-/// The images of the benchmark, in a size.
-pub(super) fn images(image_size: usize) -> ConditionConfig {
-    ConditionConfig {
-        image_size,
-        ..ConditionConfig::default()
     }
 }
 
@@ -208,7 +200,12 @@ mod tests {
     fn a_model_of_geometry_asks_for_the_maps() {
         let (_root, dataset) = dataset(Precision::F16, "paper");
         let examples = Examples::of_maps(&dataset, &[0, 1], Target::Linear, None).unwrap();
-        let asked = examples.input(ModelKind::PolarReg, 64, None, &Device::Cpu);
+        let asked = examples.input(
+            ModelKind::PolarReg,
+            ConditionConfig::default(),
+            None,
+            &Device::Cpu,
+        );
         let error = asked.unwrap_err();
         let cause = error.cause();
         assert!(

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use aps_data::Split;
 
 use super::TrainingError;
-use crate::maps::parse_ids;
+use crate::maps::{Orientation, parse_ids};
 
 /// Choice of the maps by which the best weights are chosen.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -35,10 +35,12 @@ impl FromStr for DevelopmentMaps {
     }
 }
 
-/// Returns the maps to train on and those to choose the weights by, both ascending; test maps are neither.
+/// Returns the maps to train on and those to choose the weights by, both ascending; test maps are neither, and no copy of a map
+/// is trained on whose other copies choose.
 pub fn divide(
     split: &Split,
     chosen: &DevelopmentMaps,
+    orientations: u32,
 ) -> Result<(Vec<u32>, Vec<u32>), TrainingError> {
     let mut pool = [split.train.as_slice(), &split.develop].concat();
     pool.sort_unstable();
@@ -60,7 +62,9 @@ pub fn divide(
     if develop.is_empty() {
         return Err(TrainingError::NoDevelopmentMaps { pool });
     }
-    pool.retain(|id| !develop.contains(id));
+    let map = |&id: &u32| Orientation::of_id(id, orientations).map_or(id, |(map, _)| map);
+    let chosen: Vec<u32> = develop.iter().map(map).collect();
+    pool.retain(|id| !chosen.contains(&map(id)));
     match pool.is_empty() {
         true => Err(TrainingError::NoTrainingMaps { develop }),
         false => Ok((pool, develop)),
@@ -80,7 +84,7 @@ mod tests {
             test: vec![6],
         };
         let chosen = chosen.map_or(DevelopmentMaps::OfSplit, |text| text.parse().unwrap());
-        divide(&split, &chosen)
+        divide(&split, &chosen, 1)
     }
 
     #[test]
@@ -95,6 +99,18 @@ mod tests {
             parts(Some("count:3")).unwrap(),
             (vec![0, 1, 4], vec![2, 3, 5])
         );
+    }
+
+    #[test]
+    fn copies_of_development_maps_are_not_trained_on() {
+        let split = Split {
+            train: vec![0, 1, 1_000_000, 1_000_001],
+            develop: vec![2],
+            test: vec![3],
+        };
+        let of = |chosen: &str| divide(&split, &chosen.parse().unwrap(), 2).unwrap();
+        assert_eq!(of("1000001"), (vec![0, 2, 1_000_000], vec![1_000_001]));
+        assert_eq!(of("count:1"), (vec![0, 1, 1_000_000, 1_000_001], vec![2]));
     }
 
     #[test]

@@ -3,10 +3,9 @@
 use aps_data::Dataset;
 use aps_model::ModelKind;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ConditionImages, InputKind, ModelInput, Rasters};
+use aps_model::condition::{ConditionConfig, ConditionImages, InputKind, ModelInput, Rasters};
 use aps_model::data::{self, Mirrored};
 
-use super::input::images;
 use super::polar::PolarWays;
 use crate::error::Result;
 use crate::examples::Examples;
@@ -20,7 +19,7 @@ pub fn mirrored(
     dataset: &Dataset,
     train: Examples,
     development: &Examples,
-    (kind, image_size): (ModelKind, usize),
+    (kind, images): (ModelKind, ConditionConfig),
     maps: Option<&MapSource>,
     device: &Device,
 ) -> Result<(Box<dyn data::Examples>, Box<dyn ModelInput>)> {
@@ -33,7 +32,7 @@ pub fn mirrored(
         InputKind::Images => {
             let pixels = &rasters.mirrored();
             let rasters = Rasters { pixels, ..rasters };
-            Box::new(ConditionImages::new(rasters, images(image_size), device)?)
+            Box::new(ConditionImages::new(rasters, images, device)?)
         }
         InputKind::Polar => {
             let maps = [train.polar_maps(maps)?, development.polar_maps(maps)?].concat();

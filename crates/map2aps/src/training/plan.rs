@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use aps_data::Dataset;
 use aps_label::{MeanStd, Protocol};
-use aps_model::condition::{ConditionConfig, InputKind};
+use aps_model::condition::{ConditionConfig, Frame, InputKind};
 use aps_model::data;
 use aps_model::train::{TrainConfig, Trainer};
 use aps_model::weights::Label;
@@ -38,6 +38,8 @@ pub struct Training {
     pub preset: Preset,
     /// Rows and columns of condition images \[pixels\].
     pub image_size: usize,
+    /// Part of the plane that they show.
+    pub frame: Frame,
     /// Settings of the optimization; its seed draws initial weights and links too.
     pub config: TrainConfig,
     /// Maps to choose the best weights by.
@@ -66,6 +68,7 @@ impl Training {
             model,
             preset,
             image_size: usual_image_size(preset),
+            frame: Frame::default(),
             config: model.train_config(preset),
             development_maps: DevelopmentMaps::default(),
             development_links: None,
@@ -106,7 +109,9 @@ impl Training {
         }
         let device = self.device.open()?;
         check(dataset)?;
-        let (train_maps, dev_maps) = divide(&dataset.manifest().split, &self.development_maps)?;
+        let orientations = settings::scene_of(&dataset.manifest().configuration)?.orientations;
+        let split = &dataset.manifest().split;
+        let (train_maps, dev_maps) = divide(split, &self.development_maps, orientations)?;
         let (protocol, training_statistics, target) = targets::learning_target(dataset)?;
         let seed = self.config.seed;
         let load = |part, maps: &[u32], limit: Option<usize>| -> Result<Examples> {
@@ -123,11 +128,17 @@ impl Training {
         };
         let train = load("training", &train_maps, self.links)?;
         let development = load("development", &dev_maps, self.development_links)?;
+        let images = ConditionConfig {
+            image_size: self.image_size,
+            frame: self.frame,
+            ..ConditionConfig::default()
+        };
         let settings = Settings {
             model: self.model.to_string(),
             preset: self.preset.to_string(),
             image_size: self.image_size,
-            sigma_px: ConditionConfig::default().sigma_px,
+            sigma_px: images.sigma_px,
+            frame: self.frame,
             initial_weights: self.initial.to_string(),
             device: self.device,
             data: dataset.root().into(),
@@ -144,17 +155,17 @@ impl Training {
         let mean_target = train.mean_target();
         let maps = self.maps.as_ref();
         let development = Development {
-            input: development.input(self.model, self.image_size, maps, &device)?,
+            input: development.input(self.model, images, maps, &device)?,
             examples: development,
             protocol: protocol.into(),
         };
         let (train, input): (Box<dyn data::Examples>, _) = match self.mirror {
             false => {
-                let input = train.input(self.model, self.image_size, maps, &device)?;
+                let input = train.input(self.model, images, maps, &device)?;
                 (Box::new(train), input)
             }
             true => {
-                let model = (self.model, self.image_size);
+                let model = (self.model, images);
                 mirrored(dataset, train, &development.examples, model, maps, &device)?
             }
         };

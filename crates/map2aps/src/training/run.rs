@@ -1,5 +1,6 @@
 //! One training from its first, or next, step to its last: weights, logs and checkpoints in a folder.
 
+use std::fs;
 use std::num::NonZeroU64;
 
 use aps_metrics::{GroupReport, Metric};
@@ -12,7 +13,7 @@ use super::log::Log;
 use super::score::{Development, mean};
 use super::{RunFolder, Settings, TrainingError, rows};
 use crate::control::{Control, Work};
-use crate::error::Result;
+use crate::error::{At, Place, Result};
 
 /// Steps between two checkpoints within an epoch.
 const STEPS_BETWEEN_CHECKPOINTS: NonZeroU64 = NonZeroU64::new(1000).unwrap();
@@ -133,6 +134,9 @@ impl Run {
             }
         }
         if self.trainer.steps_done() == 0 {
+            // The time is spent, so that there is nothing to continue: the folder can be begun anew.
+            let checkpoint = self.folder.checkpoint();
+            fs::remove_file(&checkpoint).at_file(Place::File, &checkpoint)?;
             return Err(TrainingError::NoStep(self.trainer.seconds()).into());
         }
         // A checkpoint, or the scores before, took the time that was left.

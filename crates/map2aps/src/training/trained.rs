@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use aps_label::{MeanStd, Normalization};
 use aps_model::candle_core::{DType, Device, Tensor};
 use aps_model::candle_nn::VarMap;
-use aps_model::condition::{InputKind, ModelInput};
+use aps_model::condition::{ConditionConfig, InputKind, ModelInput};
 use aps_model::train::predict;
-use aps_model::weights::{self, Label, LoadReport};
+use aps_model::weights::{self, Label, LoadReport, Shipped};
 use aps_model::{
     ANGLE_BINS, Error as ModelError, Model, ModelKind, Preset, frozen, seeded, trainable,
 };
@@ -16,6 +17,7 @@ use super::{Settings, TrainingError, usual_image_size};
 use crate::error::{At, Place, Result};
 use crate::examples::Examples;
 use crate::maps::MapSource;
+use crate::targets::Target;
 
 /// Links predicted at a time by [`Trained::predict`].
 const BATCH: usize = 64;
@@ -29,6 +31,8 @@ pub struct Trained {
     parameters: usize,
     settings: Option<Settings>,
     maps: Option<MapSource>,
+    /// Methods by which the targets of the training and those wanted are made, where these differ.
+    target: Option<[Normalization; 2]>,
     report: LoadReport,
 }
 
@@ -45,7 +49,38 @@ impl Trained {
         device: &Device,
     ) -> Result<Self> {
         let label = label_of(path, kind, preset)?;
-        let (parameters, report) = read(path, label, device)?;
+        let trained = Self::of(label, read(path, label, device)?, device)?;
+        let settings = Settings::beside(path)?;
+        Ok(Self {
+            settings,
+            ..trained
+        })
+    }
+
+    /// Takes the weights that come with `aps-model`.
+    ///
+    /// # Errors
+    /// [`TrainingError::NotShipped`], and failures of the device.
+    pub fn shipped(kind: ModelKind, device: &Device) -> Result<Self> {
+        let all = || Shipped::all().map(|shipped| shipped.label.kind);
+        let shipped = Shipped::of(kind).ok_or_else(|| TrainingError::NotShipped {
+            kind,
+            shipped: all().collect(),
+        })?;
+        let label = shipped.label;
+        let filled = filled(label, |parameters| shipped.load(parameters), device)?;
+        let settings = Some(Settings::parse(shipped.settings)?);
+        Ok(Self {
+            settings,
+            ..Self::of(label, filled, device)?
+        })
+    }
+
+    fn of(
+        label: Label,
+        (parameters, report): (VarMap, LoadReport),
+        device: &Device,
+    ) -> Result<Self> {
         let counts = trainable(&parameters).into_iter();
         let Label { kind, preset } = label;
         Ok(Self {
@@ -53,8 +88,9 @@ impl Trained {
             model: kind.build(preset, shape_for(kind), frozen(&parameters)?)?,
             device: device.clone(),
             parameters: counts.map(|(_, var)| var.elem_count()).sum(),
-            settings: Settings::beside(path)?,
+            settings: None,
             maps: None,
+            target: None,
             report,
         })
     }
@@ -63,6 +99,19 @@ impl Trained {
     #[must_use]
     pub fn with_maps(self, maps: Option<MapSource>) -> Self {
         Self { maps, ..self }
+    }
+
+    /// Predicts targets that are made by another method than those of the training, as of a data set with other statistics.
+    /// Nothing changes where the settings of the training are not known, or its targets do not tell their power.
+    #[must_use]
+    pub fn for_targets(self, wanted: Target) -> Self {
+        let Target::Normalised(wanted) = wanted else {
+            return self;
+        };
+        let own = self.settings.as_ref().and_then(Settings::normalization);
+        let differ = |&own: &Normalization| own != wanted;
+        let target = own.filter(differ).map(|own| [own, wanted]);
+        Self { target, ..self }
     }
 
     /// The model and its sizes.
@@ -90,20 +139,32 @@ impl Trained {
         &self.report
     }
 
-    /// Rows and columns of the condition images that the model was trained on; if that is not known, those that its preset is
-    /// meant for.
-    pub fn image_size(&self) -> usize {
-        let trained = self.settings.as_ref().map(|settings| settings.image_size);
-        trained.unwrap_or(usual_image_size(self.label.preset))
+    /// Condition images that the model was trained on; where that is not known, of the size that its preset is meant for.
+    pub fn images(&self) -> ConditionConfig {
+        match &self.settings {
+            None => ConditionConfig {
+                image_size: usual_image_size(self.label.preset),
+                ..ConditionConfig::default()
+            },
+            Some(settings) => ConditionConfig {
+                image_size: settings.image_size,
+                sigma_px: settings.sigma_px,
+                frame: settings.frame,
+            },
+        }
     }
 
     /// Prepares the input of the model for some links.
     ///
     /// # Errors
     /// As [`Examples::input`].
-    pub fn input(&self, examples: &Examples, image_size: usize) -> Result<Box<dyn ModelInput>> {
+    pub fn input(
+        &self,
+        examples: &Examples,
+        images: ConditionConfig,
+    ) -> Result<Box<dyn ModelInput>> {
         let (kind, maps) = (self.label.kind, self.maps.as_ref());
-        examples.input(kind, image_size, maps, &self.device)
+        examples.input(kind, images, maps, &self.device)
     }
 
     /// Predicts the normalised spectra of all examples; shape (examples, [`ANGLE_BINS`]).
@@ -111,7 +172,7 @@ impl Trained {
     /// # Errors
     /// A prediction that is not finite, and failures of the device.
     pub fn predict(&self, examples: &Examples) -> Result<Vec<f32>> {
-        let input = self.input(examples, self.image_size())?;
+        let input = self.input(examples, self.images())?;
         let mut all = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
         self.predict_batches(&*input, examples, BATCH, |spectra| {
             all.extend_from_slice(spectra);
@@ -137,7 +198,12 @@ impl Trained {
             input,
             examples.links(),
             batch,
-            |_, spectra| take(spectra),
+            |_, spectra| match self.target {
+                Some([Normalization::Paper(own), wanted]) => {
+                    take(&converted(spectra, own, wanted)?)
+                }
+                _ => take(spectra),
+            },
         )
     }
 
@@ -177,13 +243,35 @@ impl Trained {
     }
 }
 
+/// Targets made by the paper's method with some statistics as those of another method.
+fn converted(spectra: &[f32], own: MeanStd, wanted: Normalization) -> Result<Vec<f32>> {
+    let mut all = Vec::with_capacity(spectra.len());
+    for spectrum in spectra.chunks(ANGLE_BINS) {
+        let power = spectrum.iter().map(|&x| f64::from(x) * own.std + own.mean);
+        let mut values: Vec<f64> = power.collect();
+        wanted.apply_to_power(&mut values)?;
+        all.extend(values.iter().map(|&x| x as f32));
+    }
+    Ok(all)
+}
+
 /// Reads weights of a model onto a device.
 pub(super) fn read(path: &Path, label: Label, device: &Device) -> Result<(VarMap, LoadReport)> {
-    let (Label { kind, preset }, parameters) = (label, VarMap::new());
+    let model = format!("{}, preset {}", label.kind, label.preset);
+    let load = |parameters: &VarMap| weights::load(path, parameters);
+    filled(label, load, device).at(Place::WeightsOf(path.into(), model))
+}
+
+/// Makes the tensors of a model and fills them.
+fn filled(
+    Label { kind, preset }: Label,
+    load: impl FnOnce(&VarMap) -> Result<LoadReport, ModelError>,
+    device: &Device,
+) -> Result<(VarMap, LoadReport)> {
+    let parameters = VarMap::new();
     let vb = seeded(&parameters, 0, DType::F32, device);
     kind.build(preset, shape_for(kind), vb)?;
-    let place = Place::WeightsOf(path.into(), format!("{kind}, preset {preset}"));
-    let report = weights::load(path, &parameters).at(place)?;
+    let report = load(&parameters)?;
     Ok((parameters, report))
 }
 

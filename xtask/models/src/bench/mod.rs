@@ -21,6 +21,7 @@ use std::time::Instant;
 use answer::Answer;
 use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Dataset, Part as SplitPart, Split};
+use aps_model::weights::Shipped;
 use aps_model::{ModelKind, candle_core};
 use aps_report::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
 use config::Config;
@@ -46,6 +47,8 @@ enum Job {
     /// Most interactions on a path.
     Tracer(usize),
     Model(ModelKind),
+    /// Weights that come with the program.
+    Shipped(ModelKind),
     /// Weights that were trained before.
     Weights(String, PathBuf),
     External(String, PathBuf),
@@ -59,6 +62,7 @@ impl Job {
             Self::Tracer(1) => ("tracer, 1 interaction".into(), EntryKind::Tracer),
             Self::Tracer(most) => (format!("tracer, {most} interactions"), EntryKind::Tracer),
             Self::Model(kind) => (kind.title().into(), EntryKind::Model),
+            Self::Shipped(kind) => (format!("{}, shipped", kind.title()), EntryKind::Shipped),
             Self::Weights(name, _) => (name.clone(), EntryKind::Shipped),
             Self::External(name, _) => (name.clone(), EntryKind::External),
         }
@@ -131,6 +135,11 @@ impl Bench {
             say!("failed: {}: {}", failure.name, failure.message)?;
         }
         say!("{}", self.out.join("report.html").display())?;
+        let is_model = |entry: &Entry| entry.kind == EntryKind::Model;
+        ensure!(
+            results.failed.is_empty() || results.entries.iter().any(is_model),
+            "every model failed"
+        );
         Ok(())
     }
 
@@ -156,6 +165,7 @@ impl Bench {
         let interactions = self.config.tracer.interactions.iter();
         jobs.extend(interactions.copied().map(Job::Tracer));
         jobs.extend(self.config.kinds().into_iter().map(Job::Model));
+        jobs.extend(Shipped::all().map(|shipped| Job::Shipped(shipped.label.kind)));
         let weights = self.config.weights.iter();
         jobs.extend(weights.map(|(name, file)| Job::Weights(name.clone(), file.clone())));
         let external = self.config.external.iter();
@@ -223,6 +233,10 @@ impl Bench {
         let made_of = match (job, &training) {
             (_, Some((_, part))) => json!(part.hash()),
             (Job::External(_, file) | Job::Weights(_, file), _) => external_settings(file)?,
+            (&Job::Shipped(kind), _) => {
+                let bytes = Shipped::of(kind).map_or(&[][..], |shipped| shipped.bytes);
+                json!(stamp::digest(bytes)?)
+            }
             _ => json!([self.config.training.links, self.config.seed]),
         };
         let part = Part::new(
@@ -258,10 +272,9 @@ impl Bench {
                 ..Answer::default()
             },
             (Job::Weights(_, file), _) => {
-                let trained = Trained::load(file, None, None, &self.device)?;
-                let trained = trained.with_maps(Some(context.plan.maps.clone()));
-                model::ask(&trained, None, &self.question(test))?
+                self.ask(Trained::load(file, None, None, &self.device)?, context)?
             }
+            (&Job::Shipped(kind), _) => self.ask(Trained::shipped(kind, &self.device)?, context)?,
             (Job::Model(_), Some((plan, training))) => {
                 let made = model::train(training, plan, &context.dataset, self.fresh, interrupted)?;
                 let trained = model::trained(training, plan, &self.device)?;
@@ -272,6 +285,14 @@ impl Bench {
         let entry = answer::keep(answer, (&name, kind), test, &self.out, &folder)?;
         part.finish()?;
         Ok(entry)
+    }
+
+    /// Asks a model that was trained elsewhere, perhaps on data with other statistics.
+    fn ask(&self, trained: Trained, context: &BenchContext) -> Result<Answer> {
+        let trained = trained
+            .with_maps(Some(context.plan.maps.clone()))
+            .for_targets(Target::Normalised(context.test.normalization()));
+        model::ask(&trained, None, &self.question(&context.test))
     }
 
     fn question<'a>(&'a self, test: &'a TestSet) -> model::Question<'a> {
@@ -355,11 +376,9 @@ impl Bench {
 
 /// Settings that decide predictions or weights from elsewhere: the digest of their file.
 fn external_settings(file: &Path) -> Result<Value> {
-    let place = || format!("file '{}'", file.display());
-    let mut digest = stamp::Digest::default();
-    std::io::copy(&mut fs::File::open(file).with_context(place)?, &mut digest)
-        .with_context(place)?;
-    Ok(json!(digest.hex()))
+    let digest = fs::File::open(file).and_then(stamp::digest);
+    let digest = digest.with_context(|| format!("file '{}'", file.display()))?;
+    Ok(json!(digest))
 }
 
 /// The name of an entry as that of a folder.

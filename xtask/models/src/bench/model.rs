@@ -137,7 +137,7 @@ pub struct Question<'a> {
 /// Predicts the test links with trained weights, and measures the time that takes.
 pub fn ask(trained: &Trained, training: Option<Training>, asked: &Question<'_>) -> Result<Answer> {
     let examples = asked.test.examples();
-    let input = trained.input(examples, trained.image_size())?;
+    let input = trained.input(examples, trained.images())?;
     let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
     trained.predict_batches(&*input, examples, BATCH, |spectra| {
         if asked.interrupted.load(Ordering::Relaxed) {

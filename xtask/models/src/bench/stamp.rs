@@ -103,33 +103,24 @@ impl Part {
 
 /// SHA-256 of JSON with its keys in order, in hexadecimal digits.
 fn hash(settings: &Value) -> String {
-    Digest(Sha256::new_with_prefix(format!("{VERSION} {settings}"))).hex()
+    hex(Sha256::new_with_prefix(format!("{VERSION} {settings}")))
 }
 
-/// SHA-256 of the bytes written to it.
-#[derive(Default)]
-pub struct Digest(Sha256);
-
-impl Digest {
-    /// Hexadecimal digits.
-    pub fn hex(self) -> String {
-        self.0
-            .finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect()
+/// SHA-256 of all bytes, in hexadecimal digits.
+pub fn digest(mut bytes: impl io::Read) -> io::Result<String> {
+    let mut digest = Sha256::new();
+    let mut block = vec![0; 1 << 16];
+    loop {
+        match bytes.read(&mut block)? {
+            0 => return Ok(hex(digest)),
+            read => digest.update(&block[..read]),
+        }
     }
 }
 
-impl io::Write for Digest {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.update(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
+fn hex(digest: Sha256) -> String {
+    let bytes = digest.finalize();
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Writes a value as JSON, whole or not at all.

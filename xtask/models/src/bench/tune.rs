@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 use aps_data::{Part as SplitPart, replace_file};
 use aps_metrics::Metric;
 use aps_model::ModelKind;
+use aps_model::condition::InputKind;
 use map2aps::training::{RunFolder, usual_image_size};
 use toml::Table;
 use xtask::{note, say};
@@ -100,9 +101,10 @@ impl Bench {
         context: &BenchContext,
         links: &TestSet,
     ) -> Result<ModelConfig> {
+        let takes_images = kind.input() == InputKind::Images;
         let papers = kind.train_config(self.config.training.preset);
         let usual = ModelConfig {
-            image_size: Some(usual_image_size(self.config.training.preset)),
+            image_size: takes_images.then(|| usual_image_size(self.config.training.preset)),
             batch: Some(papers.batch),
             learning_rate: Some(papers.learning_rate),
             warmup_steps: Some(papers.warmup_steps),
@@ -114,6 +116,9 @@ impl Bench {
             for change in line {
                 let mut settings = before;
                 change(&mut settings, &usual);
+                if settings.image_size != before.image_size && !takes_images {
+                    continue;
+                }
                 let cosine = score(settings)?;
                 if cosine > best.1 {
                     best = (settings, cosine);

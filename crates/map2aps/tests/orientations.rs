@@ -1,0 +1,88 @@
+//! Data sets whose training maps are copied in other orientations.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use map2aps::maps::{COPY_STRIDE, SceneSettings};
+use map2aps::{Access, Control, Dataset, DatasetPlan, MapSource, Verify, merge};
+
+fn plan() -> DatasetPlan {
+    DatasetPlan {
+        maps: MapSource::Synthetic { count: 3 },
+        scene: SceneSettings {
+            orientations: 8,
+            ..SceneSettings::default()
+        },
+        tx_per_map: 2,
+        rx_per_map: 10,
+        ..DatasetPlan::default()
+    }
+}
+
+#[test]
+fn copies_of_training_maps_are_turned_and_stay_in_training() {
+    let folder = tempfile::tempdir().unwrap();
+    plan()
+        .make(folder.path(), &[0, 1, 2], &Control::default())
+        .unwrap();
+    let dataset = Dataset::open(folder.path()).unwrap();
+    let split = &dataset.manifest().split;
+    let [map] = split.train[..1].try_into().unwrap();
+    let copies: Vec<u32> = (0..8).map(|k| k * COPY_STRIDE + map).collect();
+    assert_eq!(split.train, copies);
+    assert_eq!((split.develop.len(), split.test.len()), (1, 1));
+
+    // Corners of the buildings, in millimetres.
+    let corners = |k: u32| -> BTreeSet<[i64; 2]> {
+        let rings = plan().outlines(k * COPY_STRIDE + map).unwrap();
+        let corners = rings.iter().flatten();
+        corners
+            .map(|p| p.map(|x| (x * 1e3).round() as i64))
+            .collect()
+    };
+    let upright = corners(0);
+    for k in 1..8 {
+        let turned = |&[x, y]: &[i64; 2]| {
+            let mirrored = if k >= 4 { [256_000 - x, y] } else { [x, y] };
+            (0..k % 4).fold(mirrored, |[x, y], _| [256_000 - y, x])
+        };
+        assert_eq!(corners(k), upright.iter().map(turned).collect(), "{k}");
+    }
+
+    // The links are those of the turned maps: all are computed again.
+    let mut found = Vec::new();
+    let verify = Verify {
+        maps: Some(plan().maps),
+        sample: Some(200),
+        ..Verify::default()
+    };
+    let verified = verify
+        .run(&dataset, &Control::default(), &mut |finding| {
+            found.push(finding)
+        })
+        .unwrap();
+    assert_eq!((found, verified.sampled), (vec![], 200));
+}
+
+#[test]
+fn shards_of_a_data_set_with_copies_join_to_the_bytes_of_one_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let maps = [0, 1, 2];
+    plan()
+        .make(&at("whole"), &maps, &Control::default())
+        .unwrap();
+    for index in 0..2 {
+        let shard = Access::Shard { index, count: 2 };
+        plan()
+            .make_shard(&at("shards"), &maps, shard, &Control::default())
+            .unwrap();
+    }
+    merge(&[], &at("shards"), &Control::default()).unwrap();
+    let split = Dataset::open(at("whole")).unwrap().manifest().split.clone();
+    let copy = split.train.last().unwrap();
+    for name in ["manifest.json", &format!("map_{copy:04}/aps_db.npy")] {
+        let read = |set: &str| fs::read(at(set).join(name)).unwrap();
+        assert!(read("whole") == read("shards"), "{name}");
+    }
+}

@@ -1,0 +1,176 @@
+// The page: what is asked when, and what is drawn of the answers.
+
+import { ask, Lane } from './ask.js';
+import * as charts from './charts.js';
+import * as city from './city.js';
+import * as coverage from './coverage.js';
+import * as houses from './houses.js';
+import * as settings from './settings.js';
+import * as tables from './tables.js';
+import { cityQuestion, fromFragment, linkQuestion, state, toFragment } from './state.js';
+
+const part = id => document.getElementById(id);
+
+/** Rest after the last change before anything slow is asked [ms]. */
+const PAUSE = 250;
+
+let maps = { source: '', ids: [] };
+let answer = null;
+let converged = null;
+/** The comparison before the changes that are not told yet, and these. */
+let before = null;
+let pending = null;
+let timer = null;
+let isCoverageDue = false;
+/** Answers drawn, for whoever measures. */
+window.explorer = { drawn: 0, compared: 0 };
+
+function fail(fault) {
+  part('fault').textContent = fault.message;
+  part('fault').hidden = false;
+}
+
+const failed = fault => { fail(fault); document.body.classList.add('is-stale'); };
+
+const link = new Lane('/api/link', (got) => {
+  answer = got;
+  part('fault').hidden = true;
+  document.body.classList.remove('is-stale');
+  city.drawLink(answer);
+  redraw();
+  tables.draw(answer);
+  summary();
+  window.explorer.drawn += 1;
+}, failed);
+
+const comparison = new Lane('/api/compare', (got, asked) => {
+  window.explorer.compared += 1;
+  converged = got.curve;
+  const isSameLink = before && JSON.stringify([before.asked.city, before.asked.tx, before.asked.rx]) === JSON.stringify([asked.city, asked.tx, asked.rx]);
+  if (pending && isSameLink) settings.tellEffect(pending, before.got, got);
+  pending = null;
+  before = { got, asked };
+  settings.showEffects(settings.toldNow(got));
+  if (part('with-converged').checked && answer) redraw();
+}, fault => { pending = null; fail(fault); });
+
+const cityLane = new Lane('/api/map', (got, asked) => {
+  part('fault').hidden = true;
+  city.drawCity(got);
+  coverage.measure(got.area);
+  houses.drawHouses(got);
+  const changed = got.repairs === got.repairs_as_read ? '' : ` (as read: ${got.repairs_as_read})`;
+  const own = got.houses.filter(h => h.repairs && (h.id >= got.as_read || asked.houses.moved.some(m => m[0] === h.id)));
+  part('repairs').textContent = `${got.walls} walls; repairs of the houses: ${got.repairs}${changed}`
+    + own.map(h => `; house ${h.id}: ${h.repairs}`).join('');
+  state.tx ??= got.tx;
+  state.rx ??= got.rx;
+  city.drawTerminals();
+  changedPlace();
+}, fault => {
+  // Houses that make no scene: as they were before, with the reason.
+  if (houses.undo()) setTimeout(() => fail(fault), PAUSE);
+  else fail(fault);
+});
+
+function redraw() {
+  charts.draw(answer, { other: part('with-other').checked, converged: part('with-converged').checked ? converged : null });
+}
+
+function summary() {
+  const db = answer.path_loss_db === null ? 'no path' : `path loss ${answer.path_loss_db.toFixed(1)} dB, delay spread ${answer.delay_spread_ns.toFixed(0)} ns`;
+  part('summary').textContent = `${answer.distance_m.toFixed(0)} m, ${answer.line_of_sight ? 'line of sight' : 'no line of sight'}, `
+    + `${answer.link.paths.length} paths, ${db}`;
+  part('other-name').textContent = `protocol ${answer.other?.protocol ?? (state.protocol === 'paper' ? 'released' : 'paper')}`;
+}
+
+/** Something of the link has changed: ask at once, and for the slow things when nothing changes any more. */
+function changedPlace(isOver = true, needsCoverage = true) {
+  if (!state.tx || !state.rx) return;
+  link.ask(linkQuestion());
+  converged = null;
+  isCoverageDue ||= needsCoverage || coverage.isRunning();
+  if (isCoverageDue) coverage.stop();
+  clearTimeout(timer);
+  timer = setTimeout(() => {
+    history.replaceState(null, '', toFragment());
+    if (!isOver) return;
+    comparison.ask(linkQuestion());
+    if (isCoverageDue) coverage.start(fail);
+    isCoverageDue = false;
+  }, PAUSE);
+}
+
+function changedCity() {
+  city.clearLink();
+  coverage.clear();
+  cityLane.ask(cityQuestion());
+}
+
+function takeFile(name) {
+  const names = { map: `map-${state.map}.json`, paths: 'link.json', picture: 'link.svg', explanation: 'link.html' };
+  return async () => {
+    try {
+      const file = await (await ask(`/api/file/${name}`, linkQuestion())).blob();
+      if (name === 'command') {
+        part('command').textContent = await file.text();
+        part('command').hidden = false;
+        return;
+      }
+      const address = URL.createObjectURL(file);
+      Object.assign(document.createElement('a'), { href: address, download: names[name] }).click();
+      setTimeout(() => URL.revokeObjectURL(address), 10_000);
+    } catch (fault) {
+      fail(fault);
+    }
+  };
+}
+
+/** Shows the state that the address holds. */
+function takeAddress() {
+  fromFragment(location.hash);
+  if (!maps.ids.includes(state.map)) {
+    if (state.map !== null) fail({ message: `there is no map ${state.map} among those of ${maps.source}` });
+    Object.assign(state, { map: maps.ids[0], tx: null, rx: null });
+  }
+  part('maps').value = state.map;
+  part('show').value = state.show;
+  settings.showControls();
+  houses.forget();
+  changedCity();
+}
+
+async function begin() {
+  maps = await (await ask('/api/maps')).json();
+  part('maps').append(...maps.ids.map(id => new Option(`${id}`, id)));
+  part('maps').title = maps.source;
+  settings.makeControls(change => {
+    pending = pending?.key === change.key ? { ...change, before: pending.before } : change;
+    changedPlace();
+  });
+  city.watchTerminals({
+    // A receiver that moves leaves finished coverage as it is.
+    moved: (end, isOver) => changedPlace(isOver, end === 'tx'),
+    isActive: () => !houses.isDrawing(),
+    snap: coverage.snap,
+  });
+  houses.watchHouses(changedCity);
+  tables.watch(city.markTwin);
+  for (const id of ['with-other', 'with-converged']) part(id).addEventListener('change', () => answer && redraw());
+  for (const button of document.querySelectorAll('[data-file]')) button.addEventListener('click', takeFile(button.dataset.file));
+  part('maps').addEventListener('change', event => {
+    Object.assign(state, { map: Number(event.target.value), tx: null, rx: null, houses: { moved: [], gone: [], drawn: [] } });
+    houses.forget();
+    changedCity();
+  });
+  part('show').addEventListener('change', event => {
+    state.show = event.target.value;
+    history.replaceState(null, '', toFragment());
+    coverage.start(fail);
+  });
+  addEventListener('hashchange', takeAddress);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => answer && redraw());
+  takeAddress();
+}
+
+begin().catch(fail);

@@ -1,0 +1,304 @@
+//! A quantity over a whole map, cell by cell, the coarse picture first.
+//!
+//! The answer is a line of JSON for each block of cells: the first tells the grid, the last cells come with the lowest stride. A
+//! cell that can hold no receiver has no value.
+
+use std::sync::Arc;
+
+use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::Area;
+use aps_raytrace::{Link, Tracer, Transmitter};
+use map2aps::aps_data::sample_of;
+use rayon::prelude::*;
+use serde::Serialize;
+use xtask_studies::SpectrumError;
+
+use crate::fault::Fault;
+use crate::link::seen;
+use crate::request::{CoverageQuestion, LabelChoice, Show};
+use crate::stock::{Prepared, Stock};
+use crate::ticket::Ticket;
+
+/// Most cells along a side.
+const MAX_SIDE: f64 = 256.0;
+
+/// Cells between those of each pass.
+const STRIDES: [u32; 5] = [16, 8, 4, 2, 1];
+
+/// Cells of a line.
+const BLOCK: usize = 256;
+
+/// Place of the receiver in its cell, in sides: walls stand on whole metres, as middles would.
+const MIDDLE: f64 = 0.45;
+
+/// Cells of a map.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Grid {
+    min: [f64; 2],
+    cell_m: f64,
+    middle: f64,
+    columns: u32,
+    rows: u32,
+    of: u32,
+}
+
+impl Grid {
+    fn new(area: Area, cell_m: f64) -> Result<Self, Fault> {
+        let size = area.max - area.min;
+        let side = size.max_element();
+        Fault::range("cell_m", cell_m, side / MAX_SIDE..=side)?;
+        let [x, y] = (size / cell_m).ceil().to_array().map(|n| n as u32);
+        Ok(Self {
+            min: area.min.to_array(),
+            cell_m,
+            middle: MIDDLE,
+            columns: x,
+            rows: y,
+            of: x * y,
+        })
+    }
+
+    fn place(&self, cell: u32) -> DVec2 {
+        let (i, j) = (cell % self.columns, cell / self.columns);
+        let steps = DVec2::new(f64::from(i), f64::from(j)) + MIDDLE;
+        DVec2::from(self.min) + self.cell_m * steps
+    }
+
+    /// The cells of a pass: those of its stride that no pass before had.
+    fn pass(&self, pass: usize) -> Vec<u32> {
+        let is_on = |cell: u32, stride: u32| {
+            (cell % self.columns).is_multiple_of(stride)
+                && (cell / self.columns).is_multiple_of(stride)
+        };
+        let before = pass.checked_sub(1).map(|before| STRIDES[before]);
+        let is_new = |&cell: &u32| {
+            is_on(cell, STRIDES[pass]) && !before.is_some_and(|stride| is_on(cell, stride))
+        };
+        (0..self.of).filter(is_new).collect()
+    }
+}
+
+/// Everything that is needed for all cells.
+pub struct Survey {
+    /// The cells.
+    pub grid: Grid,
+    show: Show,
+    label: LabelChoice,
+    labeler: Labeler,
+    /// The chosen limits, and for an error the converged ones.
+    sides: Vec<(Arc<Prepared<Tracer<'static>>>, Arc<Prepared<Transmitter>>)>,
+}
+
+/// The values of some cells, those first that come first.
+#[derive(Debug, Default, Serialize)]
+struct Block {
+    stride: u32,
+    done: u32,
+    at: Vec<u32>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    level_db: Vec<Option<f64>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    paths: Vec<usize>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    sight: Vec<u8>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    direction_deg: Vec<Option<f64>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    error_db: Vec<Option<f64>>,
+}
+
+/// Values of a cell.
+enum Value {
+    Link {
+        level_db: Option<f64>,
+        paths: usize,
+        sight: bool,
+        direction_deg: Option<f64>,
+    },
+    /// None where the converged limits find no path either.
+    Error(Option<f64>),
+}
+
+/// Buffers of a thread.
+#[derive(Default)]
+struct Buffers {
+    link: Link,
+    samples: Vec<PathSample>,
+    scratch: Scratch,
+    labels: [Label; 2],
+}
+
+impl Survey {
+    /// Prepares map and transmitter.
+    ///
+    /// # Errors
+    /// As for a link.
+    pub fn new(stock: &Stock, question: &CoverageQuestion, ticket: &Ticket) -> Result<Self, Fault> {
+        let label = LabelConfig {
+            pdp: false,
+            ..question.label.config()?
+        };
+        let city = stock.city(&question.city)?;
+        let mut configs = vec![question.trace.config()?];
+        if question.show == Show::Error {
+            configs.push(question.trace.converged()?);
+        }
+        let mut sides = Vec::new();
+        for config in &configs {
+            ticket.check()?;
+            let tracer = stock.tracer(&city, config)?;
+            ticket.check()?;
+            let tx = stock.transmitter(&tracer, question.tx)?;
+            sides.push((tracer, tx));
+        }
+        Ok(Self {
+            grid: Grid::new(city.area, question.cell_m)?,
+            show: question.show,
+            label: question.label.clone(),
+            labeler: Labeler::new(&label).map_err(Fault::of)?,
+            sides,
+        })
+    }
+
+    /// Computes all cells and sends them line by line, until one is not taken.
+    pub fn run(&self, ticket: &Ticket, send: impl Fn(Vec<u8>) -> bool) {
+        if !send(line(&self.grid)) {
+            return;
+        }
+        let mut done = 0;
+        for (pass, &stride) in STRIDES.iter().enumerate() {
+            for cells in self.grid.pass(pass).chunks(BLOCK) {
+                done += cells.len() as u32;
+                let is_sent = match self.block(cells, ticket) {
+                    Ok(block) => send(line(&Block {
+                        stride,
+                        done,
+                        ..block
+                    })),
+                    Err(fault) => {
+                        send(line(&fault.told()));
+                        false
+                    }
+                };
+                if !is_sent {
+                    return;
+                }
+            }
+        }
+    }
+
+    fn block(&self, cells: &[u32], ticket: &Ticket) -> Result<Block, Fault> {
+        let one = |buffers: &mut Buffers, &cell: &u32| {
+            ticket.check()?;
+            self.value(self.grid.place(cell), buffers)
+        };
+        let values: Vec<Option<Value>> = cells
+            .par_iter()
+            .map_init(Buffers::default, one)
+            .collect::<Result<_, Fault>>()?;
+        let mut block = Block::default();
+        for (&cell, value) in cells.iter().zip(values) {
+            let Some(value) = value else { continue };
+            block.at.push(cell);
+            match value {
+                Value::Link {
+                    level_db,
+                    paths,
+                    sight,
+                    direction_deg,
+                } => {
+                    block.level_db.push(level_db.map(tenths));
+                    block.paths.push(paths);
+                    block.sight.push(sight.into());
+                    block.direction_deg.push(direction_deg.map(tenths));
+                }
+                Value::Error(error_db) => block.error_db.push(error_db.map(tenths)),
+            }
+        }
+        Ok(block)
+    }
+
+    /// The values at a place; none where no receiver can stand.
+    fn value(&self, place: DVec2, buffers: &mut Buffers) -> Result<Option<Value>, Fault> {
+        for (i, (tracer, tx)) in self.sides.iter().enumerate() {
+            // Inside of a building, on a wall, or beyond the border, as half of a last cell can be.
+            let Ok(rx) = tracer.value.receiver(place) else {
+                return Ok(None);
+            };
+            if tx.value.position() == place {
+                return Ok(None);
+            }
+            let joined = tracer.value.link(&tx.value, &rx, &mut buffers.link);
+            joined.map_err(Fault::of)?;
+            let paths = &buffers.link.paths;
+            if self.show == Show::Link {
+                let total: f64 = paths.iter().map(|p| p.power()).sum();
+                let strongest = paths.iter().max_by(|p, q| p.power().total_cmp(&q.power()));
+                return Ok(Some(Value::Link {
+                    level_db: (total > 0.0).then(|| 10.0 * total.log10()),
+                    paths: paths.len(),
+                    sight: paths.iter().any(|p| p.is_line_of_sight()),
+                    direction_deg: strongest.map(|p| p.arrival_azimuth_rad.to_degrees()),
+                }));
+            }
+            buffers.samples.clear();
+            buffers.samples.extend(paths.iter().map(|path| {
+                let sample = sample_of(path);
+                PathSample {
+                    arrival_azimuth_rad: seen(sample.arrival_azimuth_rad, &self.label),
+                    ..sample
+                }
+            }));
+            let label = &mut buffers.labels[i];
+            let status = self
+                .labeler
+                .label_into(&buffers.samples, &mut buffers.scratch, label);
+            if status.map_err(Fault::of)? == Status::NoPath {
+                label.aps_db.clear();
+            }
+        }
+        let [found, truth] = &buffers.labels;
+        let found = (!found.aps_db.is_empty()).then_some(found.aps_db.as_slice());
+        let error = SpectrumError::of(&truth.aps_db, found);
+        let error_db = (!truth.aps_db.is_empty()).then_some(error.mean_db);
+        Ok(Some(Value::Error(error_db)))
+    }
+}
+
+fn tenths(value: f64) -> f64 {
+    (value * 10.0).round() / 10.0
+}
+
+fn line(value: &impl Serialize) -> Vec<u8> {
+    let mut line = serde_json::to_vec(value).unwrap_or_default();
+    line.push(b'\n');
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_have_every_cell_once() {
+        let area = Area {
+            min: DVec2::new(-3.0, 5.0),
+            max: DVec2::new(97.0, 38.0),
+        };
+        let grid = Grid::new(area, 2.0).unwrap();
+        assert_eq!((grid.columns, grid.rows), (50, 17));
+        let mut cells: Vec<u32> = (0..STRIDES.len()).flat_map(|i| grid.pass(i)).collect();
+        cells.sort_unstable();
+        assert!(cells.into_iter().eq(0..50 * 17));
+        assert!(grid.place(51).distance(DVec2::new(-0.1, 7.9)) < 1e-12);
+    }
+
+    #[test]
+    fn cells_without_end_are_refused() {
+        for cell_m in [0.0, -1.0, 0.9, f64::NAN, 1e9] {
+            assert!(Grid::new(Area::RADIOMAPSEER, cell_m).is_err(), "{cell_m}");
+        }
+        assert!(Grid::new(Area::RADIOMAPSEER, 1.0).is_ok());
+    }
+}

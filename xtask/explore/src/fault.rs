@@ -1,0 +1,170 @@
+//! Faults of requests, and the status that each is answered with.
+
+use std::ops::RangeInclusive;
+
+use hyper::StatusCode;
+use map2aps::error::chain;
+use serde::Serialize;
+
+/// An end of a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum End {
+    /// The transmitter.
+    Tx,
+    /// The receiver.
+    Rx,
+}
+
+/// A request that is not answered as it was meant.
+#[derive(Debug, thiserror::Error)]
+pub enum Fault {
+    /// A request that no page of this server makes.
+    #[error("{0}")]
+    Foreign(&'static str),
+    /// An address that is not there.
+    #[error("there is nothing at this address")]
+    NotFound,
+    /// An address that is asked in another way.
+    #[error("this address is asked with {0}")]
+    Method(&'static str),
+    /// A body that is no JSON by its own account.
+    #[error("send the body as application/json")]
+    MediaType,
+    /// A body that is too large.
+    #[error("the body is larger than {0} bytes")]
+    TooLarge(usize),
+    /// A body that does not end.
+    #[error("the body did not arrive within {0} s")]
+    Slow(u64),
+    /// A connection that ends within the body.
+    #[error("the body ends too early")]
+    Cut,
+    /// JSON of another form.
+    #[error("the request cannot be read: {0}")]
+    Form(String),
+    /// A number outside of its range.
+    #[error("{name} = {value} is not between {} and {}", range.start(), range.end())]
+    Range {
+        /// The setting.
+        name: &'static str,
+        /// The value asked for.
+        value: f64,
+        /// The values that are allowed.
+        range: RangeInclusive<f64>,
+    },
+    /// A material that does not exist.
+    #[error("material: {0}")]
+    Material(String),
+    /// A house that the map does not have.
+    #[error("the map has no house {house}, only {count}")]
+    NoHouse {
+        /// The house asked for.
+        house: usize,
+        /// Houses of the map.
+        count: usize,
+    },
+    /// More drawn vertices than are traced here.
+    #[error("the drawn houses have {0} vertices, more than {limit}", limit = crate::houses::MAX_VERTICES)]
+    Vertices(usize),
+    /// A terminal that cannot stand where it is.
+    #[error("the terminal cannot be used")]
+    Terminal {
+        /// The end of the link.
+        end: End,
+        /// Fault of its place.
+        source: aps_raytrace::TerminalError,
+    },
+    /// A map, a link or a label that cannot be made.
+    #[error(transparent)]
+    Library(#[from] map2aps::Error),
+    /// An explanation that cannot be made.
+    #[error(transparent)]
+    Report(#[from] aps_report::ReportError),
+    /// A link without a path has no picture.
+    #[error("the link has no path that the protocol counts: there is nothing to explain")]
+    NoSpectrum,
+    /// A map that no file in a format of the command line holds.
+    #[error("{0}")]
+    NoFile(&'static str),
+    /// A newer request of the same page, or the page has gone.
+    #[error("a newer request has overtaken this one")]
+    Overtaken,
+    /// A bug.
+    #[error("the computation broke off: a bug, please report it with the page's address")]
+    Broken,
+}
+
+impl Fault {
+    /// The status of the answer. A question that was understood is answered, if only with the reason why there is no link: a
+    /// browser writes every other status into its console.
+    pub fn status(&self) -> StatusCode {
+        match self {
+            Self::Foreign(_) => StatusCode::FORBIDDEN,
+            Self::NotFound => StatusCode::NOT_FOUND,
+            Self::Method(_) => StatusCode::METHOD_NOT_ALLOWED,
+            Self::MediaType => StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            Self::TooLarge(_) => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::Slow(_) => StatusCode::REQUEST_TIMEOUT,
+            Self::Range { .. } | Self::Material(_) | Self::NoHouse { .. } => {
+                StatusCode::UNPROCESSABLE_ENTITY
+            }
+            Self::Broken => StatusCode::INTERNAL_SERVER_ERROR,
+            Self::Cut | Self::Form(_) => StatusCode::BAD_REQUEST,
+            Self::Vertices(_)
+            | Self::Terminal { .. }
+            | Self::Library(_)
+            | Self::Report(_)
+            | Self::NoSpectrum
+            | Self::NoFile(_)
+            | Self::Overtaken => StatusCode::OK,
+        }
+    }
+
+    /// The fault as JSON.
+    pub fn told(&self) -> Told {
+        let (kind, end) = match self {
+            Self::Foreign(_) => ("foreign", None),
+            Self::NotFound | Self::Method(_) => ("address", None),
+            Self::MediaType | Self::Cut | Self::Form(_) => ("form", None),
+            Self::TooLarge(_) | Self::Slow(_) | Self::Vertices(_) => ("size", None),
+            Self::Range { .. } | Self::Material(_) => ("setting", None),
+            Self::NoHouse { .. } => ("house", None),
+            Self::Terminal { end, .. } => ("terminal", Some(*end)),
+            Self::Library(_) | Self::Report(_) => ("library", None),
+            Self::NoSpectrum | Self::NoFile(_) => ("nothing", None),
+            Self::Overtaken => ("overtaken", None),
+            Self::Broken => ("broken", None),
+        };
+        let message = chain(self);
+        Told {
+            error: Error { kind, message, end },
+        }
+    }
+
+    /// A library's fault.
+    pub fn of(error: impl Into<map2aps::Error>) -> Self {
+        Self::Library(error.into())
+    }
+
+    /// Refuses a number outside of a range, and NaN.
+    pub fn range(name: &'static str, value: f64, range: RangeInclusive<f64>) -> Result<(), Self> {
+        match range.contains(&value) {
+            true => Ok(()),
+            false => Err(Self::Range { name, value, range }),
+        }
+    }
+}
+
+/// A fault in an answer.
+#[derive(Debug, Serialize)]
+pub struct Told {
+    error: Error,
+}
+
+#[derive(Debug, Serialize)]
+struct Error {
+    kind: &'static str,
+    message: String,
+    end: Option<End>,
+}

@@ -1,0 +1,249 @@
+//! The answer about one link: its paths, its spectra, its lobes.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use aps_label::Protocol;
+use aps_raytrace::Link;
+use aps_raytrace::glam::DVec2;
+use aps_report::explain::{Explanation, LOBE_COLUMNS, PATH_COLUMNS};
+use aps_report::link::{LinkView, PathView, Spectrum, angle_deg, mirror_deg};
+use map2aps::path_list::LinkEntry;
+use serde::Serialize;
+
+use crate::fault::Fault;
+use crate::request::{LabelChoice, LinkQuestion};
+use crate::stock::{City, Stock};
+use crate::ticket::Ticket;
+
+/// A link traced, as its array sees it.
+#[derive(Debug)]
+pub struct Traced {
+    /// The map.
+    pub city: Arc<City>,
+    /// The link.
+    pub link: Link,
+    /// The same for pictures, arrival azimuths counted from the heading of the array.
+    pub view: LinkView,
+    /// Times of the stages.
+    pub times: Times,
+}
+
+/// Times of the stages of a link \[us\].
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Times {
+    /// Preparation of the map.
+    pub map: f64,
+    /// Preparation of the transmitter.
+    pub tx: f64,
+    /// Preparation of the receiver.
+    pub rx: f64,
+    /// Join of the two.
+    pub join: f64,
+    /// Label of the paths.
+    pub label: f64,
+}
+
+/// Microseconds, to a tenth.
+pub fn us(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e7).round() / 10.0
+}
+
+impl Traced {
+    /// Traces a link.
+    ///
+    /// # Errors
+    /// Maps, terminals and links that cannot be used, and [`Fault::Overtaken`].
+    pub fn new(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result<Self, Fault> {
+        ticket.check()?;
+        let city = stock.city(&question.city)?;
+        let tracer = stock.tracer(&city, &question.trace.config()?)?;
+        ticket.check()?;
+        let tx = stock.transmitter(&tracer, question.tx)?;
+        let rx = stock.receiver(&tracer, question.rx)?;
+        ticket.check()?;
+        let began = Instant::now();
+        let mut link = Link::default();
+        let joined = tracer.value.link(&tx.value, &rx.value, &mut link);
+        joined.map_err(Fault::of)?;
+        let times = Times {
+            map: us(tracer.took),
+            tx: us(tx.took),
+            rx: us(rx.took),
+            join: us(began.elapsed()),
+            label: 0.0,
+        };
+        let [from, to] = [question.tx, question.rx].map(DVec2::from);
+        let mut view = LinkView::traced(from, to, &link.paths);
+        for path in &mut view.paths {
+            path.arrival_azimuth_rad = seen(path.arrival_azimuth_rad, &question.label);
+        }
+        Ok(Self {
+            city,
+            link,
+            view,
+            times,
+        })
+    }
+}
+
+/// An arrival azimuth counted from the heading of the array, in (-pi, pi]; the same bits where that is 0.
+pub fn seen(azimuth_rad: f64, label: &LabelChoice) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    match label.heading_deg {
+        0.0 => azimuth_rad,
+        heading_deg => PI - (PI - (azimuth_rad - heading_deg.to_radians())).rem_euclid(TAU),
+    }
+}
+
+/// The answer about a link.
+#[derive(Debug, Serialize)]
+pub struct Answer {
+    link: LinkEntry,
+    /// Turn that takes an angle of the spectrum into the direction on the map that the path comes from \[deg\].
+    turn_deg: f64,
+    distance_m: f64,
+    line_of_sight: bool,
+    is_enclosed: bool,
+    path_loss_db: Option<f64>,
+    delay_spread_ns: Option<f64>,
+    omitted: usize,
+    spectrum: Option<Curve>,
+    other: Option<Curve>,
+    has_mirrors: bool,
+    columns: [&'static [&'static str]; 2],
+    lobes: Vec<LobeAnswer>,
+    paths: Vec<PathAnswer>,
+    times_us: Times,
+}
+
+/// A spectrum in hundredths of a decibel.
+#[derive(Debug, Serialize)]
+pub struct Curve {
+    protocol: Protocol,
+    angles_deg: Vec<f64>,
+    aps_db: Vec<f64>,
+    /// Power over delay, in steps of `step_ns` from 0.
+    pdp_db: Vec<f64>,
+    step_ns: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct LobeAnswer {
+    angle_deg: f64,
+    level_db: f64,
+    is_mirror: bool,
+    twin: Option<usize>,
+    /// Number and colour of the path that makes it.
+    path: Option<usize>,
+    colour: String,
+    cells: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct PathAnswer {
+    /// Place among the paths of the link.
+    index: usize,
+    number: usize,
+    colour: String,
+    /// The angle at which the spectrum shows it \[deg\].
+    angle_deg: f64,
+    /// And its mirror image, if the array makes one \[deg\].
+    mirror_deg: Option<f64>,
+    gain_db: f64,
+    delay_ns: f64,
+    cells: Vec<String>,
+}
+
+/// Hundredths: as much as a picture shows, in few bytes.
+fn hundredths(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let round = |v: f64| (v * 100.0).round() / 100.0;
+    values.into_iter().map(round).collect()
+}
+
+impl Curve {
+    /// The curve of a spectrum, its angles in the sense of `protocol`.
+    pub fn of(spectrum: &Spectrum, protocol: Protocol) -> Self {
+        let points = spectrum.points(protocol);
+        Self {
+            protocol: spectrum.protocol,
+            angles_deg: hundredths(points.iter().map(|p| p[0])),
+            aps_db: hundredths(points.iter().map(|p| p[1])),
+            pdp_db: hundredths(spectrum.pdp.iter().map(|p| p[1])),
+            step_ns: spectrum.pdp.get(1).map_or(0.0, |p| p[0]),
+        }
+    }
+}
+
+/// Angle of a spectrum to direction on the map \[deg\].
+pub fn turn_deg(label: &LabelChoice) -> f64 {
+    let sense = match label.protocol {
+        Protocol::Paper => 0.0,
+        Protocol::Released => 180.0,
+    };
+    sense + label.heading_deg
+}
+
+/// Answers a question about a link.
+///
+/// # Errors
+/// As [`Traced::new`], and paths that make no label.
+pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result<Answer, Fault> {
+    let label = question.label.config()?;
+    let mut traced = Traced::new(stock, question, ticket)?;
+    let began = Instant::now();
+    let protocol = question.label.protocol;
+    let explanation = Explanation::of(&traced.view, protocol, &label)?;
+    traced.times.label = us(began.elapsed());
+    let view = &traced.view;
+    let index = |path: &PathView| view.paths.iter().position(|p| std::ptr::eq(p, path));
+    let (mut lobes, mut paths) = (Vec::new(), Vec::new());
+    if let Some(e) = &explanation {
+        for (lobe, (cells, cause)) in e.lobes.iter().zip(e.lobe_rows()) {
+            lobes.push(LobeAnswer {
+                angle_deg: lobe.angle_deg,
+                level_db: lobe.level_db,
+                is_mirror: lobe.is_mirror,
+                twin: lobe.twin,
+                path: cause.map(|l| l.number),
+                colour: cause.map_or("soft".into(), |l| l.colour.to_string()),
+                cells,
+            });
+        }
+        for (cells, listed) in e.path_rows() {
+            let path = listed.path;
+            let own_deg = angle_deg(path.arrival_azimuth_rad, protocol);
+            paths.push(PathAnswer {
+                index: index(path).unwrap_or_default(),
+                number: listed.number,
+                colour: listed.colour.to_string(),
+                angle_deg: own_deg,
+                mirror_deg: e.has_mirrors.then(|| mirror_deg(own_deg)),
+                gain_db: path.gain_db,
+                delay_ns: path.delay_s * 1e9,
+                cells,
+            });
+        }
+    }
+    let curve = |s: &Spectrum| Curve::of(s, protocol);
+    Ok(Answer {
+        link: LinkEntry::new(view.tx, view.rx, &traced.link.paths),
+        turn_deg: turn_deg(&question.label),
+        distance_m: view.distance_m(),
+        line_of_sight: view.has_line_of_sight(),
+        is_enclosed: traced.link.is_enclosed,
+        path_loss_db: view.path_loss_db(),
+        delay_spread_ns: view.delay_spread_s().map(|s| s * 1e9),
+        omitted: traced.link.omitted.by_bound + traced.link.omitted.by_gain,
+        spectrum: explanation.as_ref().map(|e| curve(&e.spectrum)),
+        other: explanation
+            .as_ref()
+            .and_then(|e| e.other.as_ref())
+            .map(curve),
+        has_mirrors: explanation.as_ref().is_some_and(|e| e.has_mirrors),
+        columns: [&LOBE_COLUMNS, &PATH_COLUMNS],
+        lobes,
+        paths,
+        times_us: traced.times,
+    })
+}

@@ -1,0 +1,25 @@
+//! The command `explore` of `cargo xtask`. The runner builds and starts this program when it is asked for.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use xtask_explore::command;
+
+/// Links live in a browser.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Look at links live in a browser: drag a terminal through the city, and paths and spectrum follow.
+    Explore(command::Args),
+}
+
+fn main() -> ExitCode {
+    let Command::Explore(args) = Cli::parse().command;
+    xtask::cli::exit_code(args.run())
+}

@@ -1,0 +1,73 @@
+//! Things made on demand, of which the most recently used are kept.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A list of things by their keys, the most recently used first.
+#[derive(Debug)]
+pub struct Recent<K, V> {
+    most: usize,
+    #[expect(clippy::type_complexity, reason = "named nowhere else")]
+    kept: Mutex<Vec<(K, Arc<Mutex<Option<Arc<V>>>>)>>,
+}
+
+impl<K: PartialEq, V> Recent<K, V> {
+    /// Keeps up to `most` things.
+    pub fn new(most: usize) -> Self {
+        Self {
+            most,
+            kept: Mutex::default(),
+        }
+    }
+
+    /// The thing of a key, made now if it is not there. Whoever asks for it meanwhile waits; a failure is not kept.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
+        let place = self.place(key);
+        let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(value) = &*place {
+            return Ok(Arc::clone(value));
+        }
+        let value = Arc::new(make()?);
+        *place = Some(Arc::clone(&value));
+        Ok(value)
+    }
+
+    fn place(&self, key: K) -> Arc<Mutex<Option<Arc<V>>>> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let entry = match kept.iter().position(|(known, _)| *known == key) {
+            Some(i) => kept.remove(i),
+            None => (key, Arc::default()),
+        };
+        let place = Arc::clone(&entry.1);
+        kept.insert(0, entry);
+        kept.truncate(self.most);
+        place
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn things_are_made_once_while_they_are_in_use() {
+        let recent = Recent::new(2);
+        let make = |value: u32| move || Ok::<_, ()>(value);
+        let fail = || Err::<u32, _>("made again");
+        recent.get("a", make(1)).unwrap();
+        recent.get("b", make(2)).unwrap();
+        assert_eq!(*recent.get("a", fail).unwrap(), 1);
+        recent.get("c", make(3)).unwrap();
+        assert_eq!(*recent.get("a", fail).unwrap(), 1);
+        assert_eq!(recent.get("b", fail), Err("made again"));
+    }
+
+    #[test]
+    fn failure_is_not_kept() {
+        let recent = Recent::new(2);
+        assert_eq!(recent.get("a", || Err::<u32, _>("no")), Err("no"));
+        assert_eq!(*recent.get("a", || Ok::<_, ()>(1)).unwrap(), 1);
+    }
+}

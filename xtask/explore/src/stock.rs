@@ -1,0 +1,198 @@
+//! Maps, tracers and terminals that were prepared: made when they are first asked for, and kept while they are in use.
+//!
+//! A map is prepared once for each configuration, a terminal once for each place. So a receiver that is dragged costs the look
+//! around it and its join with the transmitter.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::scene::Area;
+use aps_raytrace::{Receiver, Scene, TerminalError, TraceConfig, Tracer, Transmitter};
+use aps_report::picture::Outlines;
+use map2aps::{MapSource, SceneSettings};
+
+use crate::fault::{End, Fault};
+use crate::houses::House;
+use crate::recent::Recent;
+use crate::request::CityQuestion;
+
+/// Scenes, tracers and terminals that are kept. A tracer may take some hundred megabytes.
+const SCENES: usize = 8;
+const TRACERS: usize = 4;
+const TERMINALS: usize = 8;
+
+/// The maps to choose from.
+#[derive(Debug)]
+pub struct Maps {
+    /// Their source.
+    pub source: MapSource,
+    /// Their numbers.
+    pub ids: Vec<u32>,
+    /// Seed of synthetic cities and of first places.
+    pub seed: u64,
+    /// Settings of their scenes.
+    pub scene: SceneSettings,
+}
+
+impl Maps {
+    /// Lists the maps of a source.
+    ///
+    /// # Errors
+    /// A source that cannot be read, or holds no map.
+    pub fn new(source: MapSource, seed: u64, scene: SceneSettings) -> map2aps::Result<Self> {
+        Ok(Self {
+            ids: source.ids()?,
+            source,
+            seed,
+            scene,
+        })
+    }
+}
+
+/// A map with its buildings as they stand.
+#[derive(Debug)]
+pub struct City {
+    number: u64,
+    /// Number of houses of the map as it was read.
+    pub as_read: usize,
+    /// The houses that were given.
+    pub houses: Vec<House>,
+    /// The square of the map.
+    pub area: Area,
+    /// The scene that they make.
+    pub scene: Scene,
+    /// Its walls.
+    pub outlines: Outlines,
+}
+
+/// Something prepared, with the time it took.
+#[derive(Debug)]
+pub struct Prepared<T> {
+    number: u64,
+    /// The thing.
+    pub value: T,
+    /// Time that its preparation took.
+    pub took: Duration,
+}
+
+/// All that is kept.
+#[derive(Debug)]
+pub struct Stock {
+    maps: Maps,
+    counter: AtomicU64,
+    cities: Recent<CityQuestion, City>,
+    tracers: Recent<(u64, TraceConfig), Prepared<Tracer<'static>>>,
+    transmitters: Recent<(u64, [u64; 2]), Prepared<Transmitter>>,
+    receivers: Recent<(u64, [u64; 2]), Prepared<Receiver>>,
+}
+
+impl Stock {
+    /// Nothing but the list of maps.
+    pub fn new(maps: Maps) -> Self {
+        Self {
+            maps,
+            counter: AtomicU64::new(0),
+            cities: Recent::new(SCENES),
+            tracers: Recent::new(TRACERS),
+            transmitters: Recent::new(TERMINALS),
+            receivers: Recent::new(TERMINALS),
+        }
+    }
+
+    /// The maps to choose from.
+    pub fn maps(&self) -> &Maps {
+        &self.maps
+    }
+
+    /// A map.
+    ///
+    /// # Errors
+    /// A map that is not there, changes that do not fit it, and houses that make no scene.
+    pub fn city(&self, question: &CityQuestion) -> Result<Arc<City>, Fault> {
+        self.cities.get(question.clone(), || {
+            let maps = &self.maps;
+            let (footprints, area) = maps.source.footprints(question.map, maps.seed)?;
+            let as_read = footprints.len();
+            let houses = question.houses.apply(footprints)?;
+            let given: Vec<_> = houses.iter().map(|h| h.footprint.clone()).collect();
+            let scene = maps.scene.scene(&given, area)?;
+            Ok(City {
+                number: self.number(),
+                outlines: Outlines::of_scene(&scene),
+                as_read,
+                houses,
+                area,
+                scene,
+            })
+        })
+    }
+
+    /// A tracer for a map.
+    ///
+    /// # Errors
+    /// Limits under which the map takes too much memory.
+    pub fn tracer(
+        &self,
+        city: &City,
+        config: &TraceConfig,
+    ) -> Result<Arc<Prepared<Tracer<'static>>>, Fault> {
+        self.tracers.get((city.number, config.clone()), || {
+            self.prepare(|| Tracer::owning(city.scene.clone(), config.clone()).map_err(Fault::of))
+        })
+    }
+
+    /// A transmitter.
+    ///
+    /// # Errors
+    /// [`Fault::Terminal`].
+    pub fn transmitter(
+        &self,
+        tracer: &Prepared<Tracer<'static>>,
+        place: [f64; 2],
+    ) -> Result<Arc<Prepared<Transmitter>>, Fault> {
+        let make = |p| tracer.value.transmitter(p);
+        let key = (tracer.number, place.map(f64::to_bits));
+        self.transmitters
+            .get(key, || self.terminal(End::Tx, place, make))
+    }
+
+    /// A receiver.
+    ///
+    /// # Errors
+    /// [`Fault::Terminal`].
+    pub fn receiver(
+        &self,
+        tracer: &Prepared<Tracer<'static>>,
+        place: [f64; 2],
+    ) -> Result<Arc<Prepared<Receiver>>, Fault> {
+        let make = |p| tracer.value.receiver(p);
+        let key = (tracer.number, place.map(f64::to_bits));
+        self.receivers
+            .get(key, || self.terminal(End::Rx, place, make))
+    }
+
+    fn terminal<T>(
+        &self,
+        end: End,
+        place: [f64; 2],
+        make: impl FnOnce(DVec2) -> Result<T, TerminalError>,
+    ) -> Result<Prepared<T>, Fault> {
+        let at = |source| Fault::Terminal { end, source };
+        self.prepare(|| make(DVec2::from(place)).map_err(at))
+    }
+
+    fn prepare<T>(&self, make: impl FnOnce() -> Result<T, Fault>) -> Result<Prepared<T>, Fault> {
+        let began = Instant::now();
+        Ok(Prepared {
+            number: self.number(),
+            value: make()?,
+            took: began.elapsed(),
+        })
+    }
+
+    fn number(&self) -> u64 {
+        self.counter.fetch_add(1, Ordering::Relaxed)
+    }
+}
