@@ -14,6 +14,7 @@ mod maps;
 mod metrics;
 mod numbers;
 mod paths;
+mod polar;
 mod run;
 mod scene;
 mod shipped;
@@ -36,6 +37,8 @@ mod _native {
     use super::metrics::metrics;
     #[pymodule_export]
     use super::paths::Paths;
+    #[pymodule_export]
+    use super::polar::PolarView;
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
