@@ -119,13 +119,14 @@ export function watchTerminals({ moved, isActive, snap }) {
     drawTerminals();
     moved(end, isOver);
   };
+  // A drag may end without a click, which must not cost the next one.
+  svg.addEventListener('pointerdown', () => { hasMoved = false; }, { capture: true });
   for (const end of ['tx', 'rx']) {
     const g = part(end);
     g.addEventListener('pointerdown', event => {
       if (!isActive() || event.button !== 0) return;
       const [x, y] = under(event);
       dragged = { end, offset: [state[end][0] - x, state[end][1] - y] };
-      hasMoved = false;
       g.setPointerCapture(event.pointerId);
     });
     g.addEventListener('pointermove', event => {
@@ -148,7 +149,6 @@ export function watchTerminals({ moved, isActive, snap }) {
   svg.addEventListener('click', event => {
     const isFree = !event.target.closest('.terminal, #houses, #outlines');
     if (isActive() && isFree && !hasMoved && state.rx) put('rx', snap(under(event)), true);
-    hasMoved = false;
   });
 }
 

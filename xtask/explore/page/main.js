@@ -38,7 +38,7 @@ const link = new Lane('/api/link', (got) => {
   document.body.classList.remove('is-stale');
   city.drawLink(answer);
   redraw();
-  tables.draw(answer);
+  tables.show(answer);
   summary();
   window.explorer.drawn += 1;
 }, failed);
@@ -104,6 +104,8 @@ function changedPlace(isOver = true, needsCoverage = true) {
 function changedCity() {
   city.clearLink();
   coverage.clear();
+  before = null;
+  settings.showEffects('The converged limits are prepared for this map ...');
   cityLane.ask(cityQuestion());
 }
 

@@ -19,8 +19,21 @@ function row(item) {
   return tr;
 }
 
-/** Draws both tables. The rows are new ones only when the reader does not stand in one of them. */
-export function draw(answer) {
+/** Rest between two drawings while answers come thirty times a second [ms]: nobody reads faster. */
+const REST = 100;
+let last = -Infinity;
+let waiting = null;
+
+/** Draws both tables, at once or a little later with what came last. Whoever stands in a row stays there. */
+export function show(answer) {
+  clearTimeout(waiting);
+  const rest = last + REST - performance.now();
+  if (rest > 0) waiting = setTimeout(() => draw(answer), rest);
+  else draw(answer);
+}
+
+function draw(answer) {
+  last = performance.now();
   const section = document.getElementById('tables');
   const focused = [...section.querySelectorAll('tbody tr')].indexOf(document.activeElement);
   section.replaceChildren(...[answer.lobes, answer.paths].map((items, i) => {

@@ -32,6 +32,9 @@ const MAX_BODY: usize = 1 << 18;
 /// Time for a body to arrive \[s\].
 const BODY_S: u64 = 10;
 
+/// Places of each kind of terminal that the first ones are chosen from.
+const FIRST: usize = 16;
+
 /// Blocks of cells that may wait for their reader.
 const BLOCKS_AHEAD: usize = 4;
 
@@ -266,8 +269,14 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
         }
     });
     let seed = stock.maps().seed;
-    let first = sampling::draw(&city.scene, seed, question.map, 1, 1..=1).ok();
-    let place = |points: &[DVec2]| points.first().map(|p| p.to_array());
+    let drawn = sampling::draw(&city.scene, seed, question.map, FIRST, 1..=FIRST).ok();
+    // In the streets, if there is a choice: between two courtyards there is no path.
+    let place = |points: &[DVec2]| {
+        let in_street = points
+            .iter()
+            .find(|&&p| city.scene.courtyard_of(p).is_none());
+        in_street.or(points.first()).map(|p| p.to_array())
+    };
     Ok(MapAnswer {
         area: [city.area.min, city.area.max].map(|p| p.to_array()),
         rings: city.outlines.rings.iter().map(numbers).collect(),
@@ -276,7 +285,7 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
         walls: city.scene.walls().len(),
         repairs: report.to_string(),
         repairs_as_read,
-        tx: first.as_ref().and_then(|first| place(&first.tx)),
-        rx: first.as_ref().and_then(|first| place(&first.rx)),
+        tx: drawn.as_ref().and_then(|drawn| place(&drawn.tx)),
+        rx: drawn.as_ref().and_then(|drawn| place(&drawn.rx)),
     })
 }
