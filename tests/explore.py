@@ -247,17 +247,18 @@ RINGS = """(async () => {
 })()"""
 
 
+def is_indoors(rings, x, y):
+    """Even-odd rule."""
+    crossings = 0
+    for ring in rings:
+        for (ax, ay), (bx, by) in zip(ring, ring[1:] + ring[:1]):
+            crossings += (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
+    return crossings % 2 == 1
+
+
 def is_street(rings, x, y):
-    """Even-odd rule; with some room around, so that neither rounding nor a pixel leads indoors."""
-
-    def is_free(x, y):
-        crossings = 0
-        for ring in rings:
-            for (ax, ay), (bx, by) in zip(ring, ring[1:] + ring[:1]):
-                crossings += (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
-        return crossings % 2 == 0
-
-    return all(is_free(x + dx, y + dy) for dx in (-1.1, 0, 1.1) for dy in (-1.1, 0, 1.1))
+    """Outdoors with some room around, so that neither rounding nor a pixel leads indoors."""
+    return not any(is_indoors(rings, x + dx, y + dy) for dx in (-1.1, 0, 1.1) for dy in (-1.1, 0, 1.1))
 
 
 def street(page, near, least=4.0):
@@ -422,9 +423,9 @@ def check_house_with_faults(page):
 
 def check_inside(page):
     """A terminal in a house is told, and nothing is written to the console."""
-    ring = next(ring for ring in page.eval(RINGS) if len(ring) == 4)
-    middle = [sum(p[i] for p in ring) / 4 for i in (0, 1)]
-    page.eval(f"import('/state.js').then(s => {{ s.state.rx = {middle}; location.hash = s.toFragment(); }})")
+    rings = page.eval(RINGS)
+    indoors = next([x + 0.3, y + 0.3] for x in range(9, 250) for y in range(9, 250) if is_indoors(rings, x + 0.3, y + 0.3))
+    page.eval(f"import('/state.js').then(s => {{ s.state.rx = {indoors}; location.hash = s.toFragment(); }})")
     page.wait("document.body.classList.contains('is-stale') && !document.getElementById('fault').hidden")
     must("inside building" in page.eval("document.getElementById('fault').textContent"), "a receiver in a house is told")
     page.eval("import('/state.js').then(s => { location.hash = '#map=' + s.state.map; })")
