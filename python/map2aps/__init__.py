@@ -10,7 +10,8 @@ Lengths are metres, times seconds, angles radians counter-clockwise from x unles
 function takes anything that NumPy makes an array of, copies it, and computes in double precision on all cores without Python's
 lock; Ctrl-C ends it. Results are the same bits for any number of threads, which ``RAYON_NUM_THREADS`` limits.
 
-Input of a wrong shape, type or value raises ``ValueError``, an unknown setting ``TypeError``, what the system refuses ``OSError``.
+Arrays and numbers of a wrong shape, type or value raise ``ValueError``, an unknown setting or an object of another class
+``TypeError``, what the system refuses ``OSError``.
 """
 
 from ._arrays import UniformCircular, UniformLinear
@@ -20,6 +21,7 @@ from ._labels import Labels, Profiles, label, pdp
 from ._metrics import Scores, metrics
 from ._native import Scene
 from ._paths import Paths, Tracer
+from ._polar import PolarView
 
 __all__ = [
     "Dataset",
@@ -27,6 +29,7 @@ __all__ = [
     "Labels",
     "Map",
     "Paths",
+    "PolarView",
     "Profiles",
     "Scene",
     "Scores",

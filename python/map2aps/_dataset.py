@@ -125,6 +125,8 @@ class Dataset:
 
     def split(self, part: Literal["train", "develop", "test"]) -> list[int]:
         """Ids of the maps of a part of the split."""
+        if part not in ("train", "develop", "test"):
+            raise ValueError(f"part: '{part}' is none of 'train', 'develop' and 'test'")
         return list(self.manifest["split"][part])
 
 

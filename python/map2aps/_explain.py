@@ -34,6 +34,7 @@ class Html:
 
 
 def _one(paths: Paths, link: int) -> Paths:
+    held(paths)
     one = paths[link]
     if not (np.isfinite(one.tx_m).all() and np.isfinite(one.rx_m).all()):
         raise ValueError(f"paths: it is not known where the ends of link {link} are; give them by replace(tx_m=..., rx_m=...)")

@@ -7,7 +7,19 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Examples", "Paths", "Scene", "Tracer", "explain", "label", "make_dataset", "manifest", "metrics"]
+__all__ = [
+    "Examples",
+    "Paths",
+    "PolarView",
+    "Scene",
+    "Tracer",
+    "explain",
+    "label",
+    "make_dataset",
+    "manifest",
+    "metrics",
+    "shipped",
+]
 
 @final
 class Scene:
@@ -59,6 +71,11 @@ class Paths:
     def column(self, name: str) -> npt.NDArray[Any]: ...
     def take(self, links: Sequence[int]) -> Paths: ...
 
+@final
+class PolarView:
+    def __new__(cls, scene: Scene) -> PolarView: ...
+    def input(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> npt.NDArray[np.float32]: ...
+
 def label(paths: Paths, settings: dict[str, Any], pdp: bool) -> dict[str, npt.NDArray[Any]]: ...
 def make_dataset(
     out: str | os.PathLike[str],
@@ -82,9 +99,17 @@ def explain(
 @final
 class Examples:
     def __new__(
-        cls, folder: str | os.PathLike[str], split: str, size: int, mirror: bool, linear: bool
+        cls,
+        folder: str | os.PathLike[str],
+        split: str,
+        size: int,
+        mirror: bool,
+        linear: bool,
+        polar: bool,
+        maps: int | str | os.PathLike[str] | None,
     ) -> Examples: ...
     def __len__(self) -> int: ...
     def batch(self, numbers: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
     @property
     def links(self) -> npt.NDArray[np.int64]: ...
+def shipped(name: str) -> bytes: ...

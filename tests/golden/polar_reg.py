@@ -110,16 +110,21 @@ def train(net, x, a):
     return out
 
 
-def main():
-    OUT.mkdir(exist_ok=True)
+def model():
+    """The model with weights by the rule, in evaluation, told of an array of 16 elements."""
     net = package.PolarReg()
     fixed, net.fixed = net.fixed.double(), nn.Identity()
     net = set_weights(net)
     net.fixed = fixed
     fixed.array, fixed.mean, fixed.deviation = array_response(16), torch.tensor(MEAN).double(), torch.tensor(DEVIATION).double()
-    x = inputs()
+    return net.eval()
+
+
+def main():
+    OUT.mkdir(exist_ok=True)
+    net, x = model(), inputs()
+    fixed = net.fixed
     out = {"array": np.array([row("array", fixed.array)])}
-    net.eval()
     with torch.no_grad():
         out["power"], out["eval"] = net.power(x).numpy(), net(x).numpy()
         of_16, fixed.array = fixed.array, array_response(8)

@@ -8,7 +8,9 @@ import map2aps
 
 
 def test_a_data_set_has_its_maps_and_arrays(data: Path) -> None:
-    dataset = map2aps.Dataset(data)
+    dataset = map2aps.Dataset(str(data))
+    with pytest.raises(ValueError, match="'training'"):
+        dataset.split("training")
     assert len(dataset) == 6 and dataset.links == 72
     assert sorted(i for part in ("train", "develop", "test") for i in dataset.split(part)) == list(range(6))
     for one in dataset:
@@ -60,7 +62,7 @@ def test_maps_settings_of_labels_and_limits_reach_the_data_set(tmp_path: Path) -
     dataset = map2aps.make_dataset(
         tmp_path / "set",
         10,
-        map_ids=[2, 5],
+        map_ids=np.array([2, 5]),
         tx_per_map=1,
         rx_per_map=3,
         receivers="outdoor",
@@ -95,9 +97,26 @@ def test_settings_that_make_no_data_set_are_named(tmp_path: Path) -> None:
         (lambda: make(tmp_path / "a", tmp_path, progress=None), ValueError, "map"),
         (lambda: make("/proc/none/set", 1, progress=None), OSError, "cannot create"),
         (lambda: map2aps.Dataset(tmp_path), ValueError, "not a data set"),
+        (lambda: map2aps.Dataset(tmp_path / "none"), (ValueError, OSError), "none"),
+        (lambda: make(tmp_path / "a", -1, progress=None), ValueError, "maps.*int -1"),
+        (lambda: make(tmp_path / "a", 1.5, progress=None), ValueError, "maps.*float 1.5"),
+        (lambda: make(tmp_path / "a", 3, map_ids=[-1], progress=None), ValueError, "map_ids: .*-1 is out of range"),
+        (lambda: make(tmp_path / "a", 3, map_ids=[0.5], progress=None), ValueError, "map_ids: expected integers .*float64"),
+        (lambda: make(tmp_path / "a", 3, tx_per_map=-1, progress=None), ValueError, "tx_per_map: .*int -1"),
+        (lambda: make(tmp_path / "a", 3, rx_per_map="9", progress=None), ValueError, "rx_per_map: .*str '9'"),
+        (lambda: make(tmp_path / "a", 3, seed=-1, progress=None), ValueError, "seed: .*int -1"),
+        (lambda: make(tmp_path / "a", 3, sampling_rate_hz=np.nan, progress=None), ValueError, "sampling_rate_hz"),
+        (lambda: make(tmp_path / "a", 3, max_reflections=-2, progress=None), ValueError, "max_reflections: .*int -2"),
+        (lambda: make(tmp_path / "a", 3, array=16, progress=None), TypeError, "UniformLinear"),
     ]:
         with pytest.raises(error, match=told):
             call()
+
+
+def test_no_maps_and_no_links_make_an_empty_data_set(tmp_path: Path) -> None:
+    assert len(map2aps.make_dataset(tmp_path / "maps", 3, map_ids=[], progress=None)) == 0
+    none = map2aps.make_dataset(tmp_path / "links", 1, tx_per_map=1, rx_per_map=0, progress=None)
+    assert none.links == 0 and none[0]["aps_db"].shape == (0, 180) and none[0].is_valid.shape == (0,)
 
 
 def test_a_data_set_is_pickled_by_its_place(data: Path) -> None:

@@ -20,8 +20,15 @@ def test_links_that_cannot_be_explained_are_named(scene: map2aps.Scene, paths: m
     nowhere = map2aps.Paths.from_arrays([0, 1], [1e-7], [0.1], [1e-4])
     with pytest.raises(ValueError, match="where the ends of link 0 are"):
         map2aps.explain(scene, nowhere)
+    known = nowhere.replace(tx_m=paths.tx_m[:1], rx_m=paths.rx_m[:1])
+    assert "Lobes and paths" in str(map2aps.explain(scene, known))
     with pytest.raises(IndexError):
         map2aps.explain(scene, paths, 100)
+    with pytest.raises(ValueError, match="`old`"):
+        map2aps.explain(scene, paths, 0, "old")
+    for call in (lambda: map2aps.explain(None, paths), lambda: map2aps.explain(scene, [1.0])):
+        with pytest.raises(TypeError):
+            call()
     tracer = map2aps.Tracer(scene, max_reflections=0, max_diffractions=0)
     blocked = next(i for i in range(len(paths)) if len(tracer.trace(paths.tx_m[i], paths.rx_m[i]).delay_s) == 0)
     with pytest.raises(ValueError, match="no path"):

@@ -98,6 +98,8 @@ def test_columns_of_paths_that_do_not_fit_are_named() -> None:
     for name, value, told in [
         ("delay_s", np.array([np.nan]), "delay_s"),
         ("delay_s", np.array([2.0]), "are the units seconds"),
+        ("gain", np.array([np.nan]), "gain"),
+        ("arrival_azimuth_rad", np.array([np.inf]), "azimuth"),
         ("delay_s", np.zeros(2), "departure_azimuth_rad: .*of shape \\(1,\\)"),
         ("gain", np.array(["a"]), "gain: expected complex numbers .*<U1"),
         ("path_offset", np.array([0.0, 1.0]), "path_offset: expected integers .*float64"),

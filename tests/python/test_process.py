@@ -48,6 +48,18 @@ def test_threads_share_a_tracer(scene: map2aps.Scene, outdoors: np.ndarray) -> N
     assert all(np.array_equal(a, b) for a, b in zip(alone, at_once))
 
 
+def test_threads_share_paths(scene: map2aps.Scene, outdoors: np.ndarray) -> None:
+    tracer = map2aps.Tracer(scene)
+    alone = tracer.trace(outdoors[:4], outdoors[20:60])
+    paths = tracer.trace(outdoors[:4], outdoors[20:60])
+    expected = map2aps.label(alone).aps_db
+    with ThreadPoolExecutor(8) as threads:
+        gains = [threads.submit(lambda: paths.gain) for _ in range(8)]
+        labels = [threads.submit(lambda: map2aps.label(paths).aps_db) for _ in range(8)]
+        assert all(np.array_equal(gain.result(), alone.gain) for gain in gains)
+        assert all(np.array_equal(label.result(), expected, equal_nan=True) for label in labels)
+
+
 def test_the_number_of_threads_changes_no_bit() -> None:
     script = (
         "import map2aps, hashlib, numpy as np\n"

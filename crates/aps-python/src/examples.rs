@@ -2,25 +2,27 @@
 
 use std::path::PathBuf;
 
+use map2aps::maps::TileSettings;
 use map2aps::{Dataset, Domain, DrawnExamples, Part};
 use numpy::PyArrayDyn;
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, Kind, shaped};
+use crate::maps::Maps;
 use crate::numbers::Number;
 use crate::run::run;
 
 /// Largest side of an image \[pixels\].
 const MAX_SIZE: usize = 4096;
 
-/// Condition images and targets of a part of a data set.
+/// Inputs of a model and targets, of a part of a data set.
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct Examples {
     drawn: DrawnExamples,
 }
 
-/// Images of shape (numbers, 3, size, size), and targets of shape (numbers, bins).
+/// Inputs of shape (numbers, 3, size, size) or (numbers, directions, values), and targets of shape (numbers, bins).
 type Batch<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>);
 
 #[pymethods]
@@ -33,6 +35,8 @@ impl Examples {
         size: Number<usize>,
         mirror: bool,
         linear: bool,
+        polar: bool,
+        maps: Option<Maps>,
     ) -> PyResult<Self> {
         let part = match split {
             "train" => Part::Train,
@@ -52,8 +56,16 @@ impl Examples {
             true => Domain::Linear,
             false => Domain::Normalised,
         };
+        let source = maps.map(Maps::source).transpose()?;
         let drawn = run(py, None, |_| {
-            DrawnExamples::load(&Dataset::open(&folder)?, part, domain, size, mirror)
+            let dataset = Dataset::open(&folder)?;
+            let drawn = DrawnExamples::load(&dataset, part, domain, size, mirror)?;
+            if !polar {
+                return Ok(drawn);
+            }
+            let tiles = TileSettings::of_dataset(&dataset.manifest().configuration);
+            let maps = source.map(|source| source(tiles)).transpose()?;
+            drawn.with_geometry(maps.as_ref())
         })?;
         Ok(Self { drawn })
     }
@@ -71,16 +83,16 @@ impl Examples {
             let text = format!("numbers: {numbers:?} must be from 0 to below {count}");
             return Err(PyIndexError::new_err(text));
         };
-        let examples = self.drawn.examples();
-        let (bins, [rows, columns]) = (examples.bins(), examples.image_shape());
-        let (images, targets) = run(py, None, |_| {
-            let mut images = vec![0.0; numbers.len() * examples.image_len()];
+        let (shape, bins) = (self.drawn.input_shape(), self.drawn.examples().bins());
+        let shape = [&[numbers.len()], &shape[..]].concat();
+        let (inputs, targets) = run(py, None, |_| {
+            let mut inputs = vec![0.0; shape.iter().product()];
             let mut targets = vec![0.0; numbers.len() * bins];
-            self.drawn.write(&numbers, &mut images, &mut targets)?;
-            Ok((images, targets))
+            self.drawn.write(&numbers, &mut inputs, &mut targets)?;
+            Ok((inputs, targets))
         })?;
-        let images = shaped(py, images, [numbers.len(), 3, rows, columns])?;
-        Ok((images, shaped(py, targets, [numbers.len(), bins])?))
+        let inputs = shaped(py, inputs, shape)?;
+        Ok((inputs, shaped(py, targets, [numbers.len(), bins])?))
     }
 
     /// Map, row of the link in it, and rows of transmitter and receiver of each example; shape (examples, 4).

@@ -14,8 +14,10 @@ mod maps;
 mod metrics;
 mod numbers;
 mod paths;
+mod polar;
 mod run;
 mod scene;
+mod shipped;
 mod tracer;
 
 use pyo3::prelude::*;
@@ -36,7 +38,11 @@ mod _native {
     #[pymodule_export]
     use super::paths::Paths;
     #[pymodule_export]
+    use super::polar::PolarView;
+    #[pymodule_export]
     use super::scene::Scene;
+    #[pymodule_export]
+    use super::shipped::shipped;
     #[pymodule_export]
     use super::tracer::Tracer;
 }

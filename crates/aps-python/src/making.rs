@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use map2aps::maps::TileSettings;
 use map2aps::{Control, Dataset, DatasetPlan, Receivers, Stored};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -51,8 +52,13 @@ pub fn make_dataset(
         ids.integers::<u32>()
     });
     let map_ids = map_ids.transpose()?;
-    let tile_m = optional(settings.tile_m, "tile_m")?;
-    let source = settings.maps.source(tile_m, settings.metric)?;
+    let default = TileSettings::default();
+    let tiles = TileSettings {
+        tile_m: optional(settings.tile_m, "tile_m")?.unwrap_or(default.tile_m),
+        metric: settings.metric,
+        ..default
+    };
+    let source = settings.maps.source()?;
     let plan = DatasetPlan {
         tx_per_map: settings.tx_per_map.named("tx_per_map")?,
         rx_per_map: settings.rx_per_map.named("rx_per_map")?,
@@ -68,7 +74,7 @@ pub fn make_dataset(
         ..DatasetPlan::default()
     };
     let made = |control: &Control<'_>| {
-        let maps = source()?;
+        let maps = source(tiles)?;
         let available = maps.ids()?;
         let ids = match &map_ids {
             Some(chosen) => map2aps::maps::choose(&available, chosen)?,

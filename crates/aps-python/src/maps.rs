@@ -20,30 +20,20 @@ pub enum Maps {
 }
 
 impl Maps {
-    /// The source, of which the file of a city is yet to be read.
+    /// The source, made of the settings by which the file of a city is cut. Making it reads that file.
     ///
     /// # Errors
     /// `ValueError` for what is neither a path nor a number.
-    pub fn source(
-        self,
-        tile_m: Option<f64>,
-        metric: bool,
-    ) -> PyResult<impl FnOnce() -> Result<MapSource, Error>> {
-        let default = TileSettings::default();
-        let tiles = TileSettings {
-            tile_m: tile_m.unwrap_or(default.tile_m),
-            metric,
-            ..default
-        };
+    pub fn source(self) -> PyResult<impl FnOnce(TileSettings) -> Result<MapSource, Error>> {
         let of_number = |number: Number<u32>| {
-            let count = number.named("maps, the number of synthetic cities or else a path")?;
+            let count = number.named("maps, a path or the number of synthetic cities")?;
             Ok::<_, PyErr>(MapSource::Synthetic { count })
         };
         let known = match self {
             Self::Path(path) => Err(path),
             Self::Synthetic(number) => Ok(of_number(number)?),
         };
-        Ok(move || match known {
+        Ok(move |tiles| match known {
             Ok(synthetic) => Ok(synthetic),
             Err(path) if path.is_dir() => Ok(MapSource::Folder(path)),
             Err(path) => MapSource::geojson(path, tiles),

@@ -1,23 +1,31 @@
 //! Examples drawn in batches, for networks of other programs.
 
+use std::sync::Arc;
+
 use aps_data::{Dataset, Part};
+use aps_raytrace::polar::Mirror;
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::examples::Examples;
+use crate::examples::{Example, Examples};
+use crate::maps::MapSource;
 use crate::mirror::negated_bins;
+use crate::polar::{PolarViews, SeenLink};
 use crate::scores::{Domain, ScoreError};
 
 /// Images of an example: as it is, mirrored in x, in y, in both.
 const IMAGES: usize = 4;
 
-/// The examples of a part of a data set, drawn as condition images of any size with their targets, alone or with their mirror
-/// images: number 4 n + i is then example n in image i, the numbers of `aps_model::data::Mirrored`.
+/// The examples of a part of a data set, drawn as condition images of any size, or as the geometry that Polar-Reg is given, with their
+/// targets; alone or with their mirror images: number 4 n + i is then example n in image i, the numbers of
+/// `aps_model::data::Mirrored`.
 #[derive(Debug, Clone)]
 pub struct DrawnExamples {
     examples: Examples,
     /// For each bin the one at the negative of its angle, where there are mirror images.
     negated: Option<Vec<usize>>,
+    /// What is drawn in place of images.
+    views: Option<Arc<PolarViews>>,
 }
 
 impl DrawnExamples {
@@ -40,7 +48,29 @@ impl DrawnExamples {
         Ok(Self {
             negated: negated.transpose()?,
             examples: examples.with_image_size(image_size),
+            views: None,
         })
+    }
+
+    /// The same examples with the geometry of [`PolarViews`] in place of images. The maps that the data set was made from must be
+    /// given, unless they are synthetic.
+    ///
+    /// # Errors
+    /// [`MapError::NoScene`](crate::MapError::NoScene), [`MapError::NoImage`](crate::MapError::NoImage) and
+    /// [`MapError::OtherBuildings`](crate::MapError::OtherBuildings); maps that cannot be read.
+    pub fn with_geometry(self, maps: Option<&MapSource>) -> Result<Self> {
+        let views = Some(Arc::new(self.examples.polar_views(maps)?));
+        Ok(Self { views, ..self })
+    }
+
+    /// Shape of an input: planes, rows and columns of an image; directions and values of geometry.
+    pub fn input_shape(&self) -> Vec<usize> {
+        let [rows, columns] = self.examples.image_shape();
+        let shape = PolarViews::shape();
+        match &self.views {
+            None => vec![3, rows, columns],
+            Some(_) => vec![shape.directions, shape.per_direction()],
+        }
     }
 
     /// The examples.
@@ -62,47 +92,75 @@ impl DrawnExamples {
         self.negated.as_ref().map_or(1, |_| IMAGES)
     }
 
-    /// Draws examples on all threads: `images` takes (numbers, 3, rows, columns), `targets` (numbers, bins).
+    /// Draws examples on all threads: `inputs` takes each in [the shape](Self::input_shape) of an input, `targets` (numbers, bins).
     ///
     /// # Errors
-    /// A label that cannot be normalised.
+    /// A label that cannot be normalised, and an end of a link that is in a building of its map.
     ///
     /// # Panics
     /// When there is no such example, or a slice has another length.
-    pub fn write(&self, numbers: &[usize], images: &mut [f32], targets: &mut [f32]) -> Result<()> {
-        let (length, bins) = (self.examples.image_len(), self.examples.bins());
-        assert_eq!(images.len(), numbers.len() * length, "an image for each");
+    pub fn write(&self, numbers: &[usize], inputs: &mut [f32], targets: &mut [f32]) -> Result<()> {
+        let length = self.input_shape().iter().product::<usize>();
+        let bins = self.examples.bins();
+        assert_eq!(inputs.len(), numbers.len() * length, "an input for each");
         assert_eq!(targets.len(), numbers.len() * bins, "a target for each");
-        let images = images.par_chunks_mut(length.max(1));
-        let rows = images.zip(targets.par_chunks_mut(bins)).zip(numbers);
-        rows.try_for_each_init(
+        match &self.views {
+            None => {
+                let images = inputs.par_chunks_mut(length.max(1)).zip(numbers);
+                images.for_each(|(image, &number)| self.draw(number, image));
+            }
+            Some(views) => {
+                let links: Vec<SeenLink> = numbers.iter().map(|&n| self.seen(n)).collect();
+                views.write(&links, inputs)?;
+            }
+        }
+        let targets = targets.par_chunks_mut(bins).zip(numbers);
+        targets.try_for_each_init(
             || vec![0.0; bins],
-            |upright, ((image, target), &number)| self.write_one(number, image, target, upright),
+            |upright, (target, &number)| self.write_target(number, target, upright),
         )
     }
 
-    fn write_one(
-        &self,
-        number: usize,
-        image: &mut [f32],
-        target: &mut [f32],
-        upright: &mut [f64],
-    ) -> Result<()> {
-        let (example, mirror) = (number / self.images(), number % self.images());
-        let (in_x, in_y) = (mirror % 2 == 1, mirror >= 2);
+    /// The example of a number, and the axes along which it is mirrored.
+    fn of(&self, number: usize) -> (usize, Mirror) {
+        let image = number % self.images();
+        let mirror = Mirror {
+            x: image % 2 == 1,
+            y: image >= 2,
+        };
+        (number / self.images(), mirror)
+    }
+
+    fn seen(&self, number: usize) -> SeenLink {
+        let (example, mirror) = self.of(number);
+        let Example { tx_m, rx_m, .. } = self.examples.list()[example];
+        SeenLink {
+            map: self.examples.map_index(example),
+            tx_m,
+            rx_m,
+            mirror,
+        }
+    }
+
+    fn draw(&self, number: usize, image: &mut [f32]) {
+        let (example, mirror) = self.of(number);
         self.examples.write_condition(example, image);
         let [rows, columns] = self.examples.image_shape();
-        if in_x {
+        if mirror.x {
             image.chunks_exact_mut(columns).for_each(<[f32]>::reverse);
         }
-        if in_y {
+        if mirror.y {
             image
                 .chunks_exact_mut(rows * columns)
                 .for_each(|plane| turn_over(plane, columns));
         }
+    }
+
+    fn write_target(&self, number: usize, target: &mut [f32], upright: &mut [f64]) -> Result<()> {
+        let (example, mirror) = self.of(number);
         self.examples.write_target(example, upright)?;
         match &self.negated {
-            Some(negated) if in_y => {
+            Some(negated) if mirror.y => {
                 let bins = target.iter_mut().zip(negated);
                 bins.for_each(|(value, &bin)| *value = upright[bin] as f32);
             }
@@ -177,6 +235,47 @@ mod tests {
         for (i, found) in targets.chunks_exact(180).enumerate() {
             let expected = if i / 2 == 1 { &backwards } else { &target };
             assert_eq!(found, &expected[..], "image {i}");
+        }
+    }
+
+    #[test]
+    fn geometry_is_that_of_the_link_and_its_mirror_images_have_other_directions() {
+        let root = tempfile::tempdir().unwrap();
+        let dataset = dataset(&root);
+        let load = |mirrored| {
+            let part = Part::Train;
+            DrawnExamples::load(&dataset, part, Domain::Normalised, 8, mirrored).unwrap()
+        };
+        let drawn = load(true).with_geometry(None).unwrap();
+        let [directions, values] = drawn.input_shape()[..] else {
+            panic!("{:?}", drawn.input_shape());
+        };
+        let mut inputs = vec![0.0; 4 * directions * values];
+        let (mut targets, mut of_images) = (vec![0.0; 4 * 180], vec![0.0; 4 * 180]);
+        let numbers = [12, 13, 14, 15];
+        drawn.write(&numbers, &mut inputs, &mut targets).unwrap();
+        let mut images = vec![0.0; 4 * 3 * 8 * 8];
+        load(true)
+            .write(&numbers, &mut images, &mut of_images)
+            .unwrap();
+        assert_eq!(targets, of_images);
+
+        let Example {
+            map, tx_m, rx_m, ..
+        } = drawn.examples().list()[3];
+        let maps = MapSource::Synthetic { count: 3 };
+        let scene = maps.load(map, 42, crate::SceneSettings::default());
+        let views = PolarViews::new([scene.map(|scene| (map, scene))].into_iter()).unwrap();
+        for (found, mirror) in inputs.chunks_exact(directions * values).zip(Mirror::ALL) {
+            let link = SeenLink {
+                map: 0,
+                tx_m,
+                rx_m,
+                mirror,
+            };
+            let mut expected = vec![0.0; directions * values];
+            views.write(&[link], &mut expected).unwrap();
+            assert!(found == expected, "{mirror:?}");
         }
     }
 

@@ -107,6 +107,9 @@ pub enum Error {
     /// Spectra that cannot be normalised.
     #[error(transparent)]
     Normalization(#[from] aps_label::NormalizationError),
+    /// The geometry of a link.
+    #[error(transparent)]
+    Polar(#[from] aps_raytrace::polar::PolarError),
     /// Limits of the tracer.
     #[error(transparent)]
     TraceConfig(#[from] aps_raytrace::ConfigError),
@@ -192,6 +195,8 @@ pub enum Place {
     Writing(PathBuf),
     /// A folder that was to be created.
     Creating(PathBuf),
+    /// A file that was to be removed.
+    Removing(PathBuf),
     /// A data set.
     Dataset(PathBuf),
     /// The file of a map.
@@ -243,6 +248,7 @@ impl fmt::Display for Place {
             Self::Reading(path) => write!(f, "cannot read '{}'", path.display()),
             Self::Writing(path) => write!(f, "cannot write '{}'", path.display()),
             Self::Creating(path) => write!(f, "cannot create '{}'", path.display()),
+            Self::Removing(path) => write!(f, "cannot remove '{}'", path.display()),
             Self::Dataset(path) => write!(f, "data set '{}'", path.display()),
             Self::MapFile(path) => write!(f, "map '{}'", path.display()),
             Self::MapFolder(path) => write!(

@@ -6,8 +6,12 @@ use aps_data::{ConditionConfig, ConditionImages, Dataset, MapData, Part, Raster,
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
 
 use crate::error::{At, Place, Result};
+use crate::maps::{MapError, MapSource};
+use crate::polar::PolarViews;
+use crate::scenes::{Scenes, is_blank};
 use crate::scores::{Domain, ScoreError};
 use crate::targets::{self, Target};
 
@@ -54,8 +58,7 @@ pub struct Examples {
     /// Settings of the condition images.
     images: ConditionConfig,
     /// Settings and seed of the data set's maps, as its manifest has them.
-    #[cfg(feature = "models")]
-    pub(crate) origin: (serde_json::Value, u64),
+    origin: (Value, u64),
 }
 
 /// The buildings of a map, and its image painter from the first image on.
@@ -108,7 +111,6 @@ impl Examples {
             bins,
             target,
             images: ConditionConfig::default(),
-            #[cfg(feature = "models")]
             origin: {
                 let manifest = dataset.manifest();
                 (manifest.configuration.clone(), manifest.seed)
@@ -183,6 +185,25 @@ impl Examples {
     /// Length of a condition image: 3 planes.
     pub fn image_len(&self) -> usize {
         3 * self.image_shape().iter().product::<usize>()
+    }
+
+    /// The geometry of all maps, which a data set does not keep: those that it was made from must be given, unless they are
+    /// synthetic. Links name their maps by [`Examples::map_index`].
+    ///
+    /// # Errors
+    /// [`MapError::NoScene`], [`MapError::NoImage`] and [`MapError::OtherBuildings`]; maps that cannot be read.
+    pub(crate) fn polar_views(&self, maps: Option<&MapSource>) -> Result<PolarViews> {
+        let (configuration, seed) = &self.origin;
+        let scenes = Scenes::new(configuration, *seed, maps.cloned())?;
+        let scene = |map: &ExampleMap| {
+            let found = scenes.scene(map.id, &map.buildings)?;
+            let missing = || match is_blank(&map.buildings) {
+                true => MapError::NoImage(map.id),
+                false => MapError::NoScene(map.id),
+            };
+            Ok((map.id, found.ok_or_else(missing)?))
+        };
+        PolarViews::new(self.maps.iter().map(scene))
     }
 
     /// Place of an example's map among those of the examples.

@@ -10,6 +10,7 @@
 //! | shards of a data set | [`merge`] | the data set that one run would have made |
 //! | a data set, its maps | [`Verify`] | findings |
 //! | a data set | [`Examples`], [`DrawnExamples`] | condition images and targets |
+//! | a scene or a data set's maps, links | [`PolarViews`] | the geometry that Polar-Reg is given |
 //! | a data set | `training` (feature `models`) | trained weights, predictions |
 //! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
 //! | a tracer, many terminals | [`trace_links`], [`label_links`] | paths and labels in memory |
@@ -56,6 +57,7 @@ mod mirror;
 mod overview;
 pub mod path_list;
 mod plan;
+mod polar;
 pub mod sampling;
 mod scenes;
 mod scores;
@@ -91,6 +93,7 @@ pub use maps::{MapError, MapSource, SceneSettings};
 pub use mirror::MirrorError;
 pub use overview::Overview;
 pub use plan::DatasetPlan;
+pub use polar::{PolarViews, SeenLink};
 pub use sampling::Receivers;
 pub use scores::{ArrayFile, Domain, Labels, Prediction, ScoreError, Scores, Scoring, Truth};
 pub use settings::SettingsError;

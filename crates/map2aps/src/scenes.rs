@@ -36,7 +36,7 @@ impl Scenes {
     /// if it is.
     ///
     /// # Errors
-    /// A given map that is not there or cannot be read, and [`MapError::OtherBuildings`].
+    /// A given map that is not there or cannot be read, [`MapError::OtherBuildings`] and [`MapError::NoImage`].
     pub fn scene(&self, id: u32, buildings: &Raster) -> Result<Option<Scene>> {
         let Some((maps, is_given)) = &self.maps else {
             return Ok(None);
@@ -50,6 +50,7 @@ impl Scenes {
         match (raster == *buildings, is_given) {
             (true, _) => Ok(Some(scene)),
             (false, false) => Ok(None),
+            (false, true) if is_blank(buildings) => Err(MapError::NoImage(id).into()),
             (false, true) => Err(MapError::OtherBuildings {
                 id,
                 maps: maps.to_string(),
@@ -57,4 +58,9 @@ impl Scenes {
             .into()),
         }
     }
+}
+
+/// Tells if an image shows no building, as that of a data set that came without maps.
+pub(crate) fn is_blank(buildings: &Raster) -> bool {
+    buildings.pixels().iter().all(|&pixel| pixel == 0)
 }

@@ -27,8 +27,8 @@ Example: TypeAlias = tuple[Tensor, Tensor]
 class ApsDataset(Dataset[Example]):
     """The labelled links of a part of a data set, as pairs (condition, target).
 
-    A condition of shape (3, size, size) shows buildings, transmitter and receiver; a target of shape (180,) is the spectrum as models
-    learn it. Both are float32. Conditions are drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on
+    A condition of shape (3, size, size) shows buildings, transmitter and receiver, or is the input of Polar-Reg, of shape
+    (180, 214) (see `map2aps.PolarView`); a target of shape (180,) is the spectrum as models learn it. Both are float32. Conditions are drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on
     all cores: worker processes are seldom of use, and each that is spawned, not forked, loads the labels again.
 
     Parameters
@@ -43,6 +43,11 @@ class ApsDataset(Dataset[Example]):
         ``n`` has the numbers ``4 n`` to ``4 n + 3``. The other parts have none. Refused for arrays that are not linear.
     domain : {"normalised", "linear"}
         Targets as the benchmark's models learn them, or power relative to the link's largest, in [0, 1].
+    condition : {"image", "polar"}
+        Images, or the input of Polar-Reg.
+    maps : path-like, optional
+        Folder of RadioMapSeer files or GeoJSON file that the data set was made from: the input of Polar-Reg needs it, unless the maps
+        are synthetic.
     """
 
     def __init__(
@@ -52,12 +57,18 @@ class ApsDataset(Dataset[Example]):
         size: int = 64,
         mirror: bool = True,
         domain: Literal["normalised", "linear"] = "normalised",
+        condition: Literal["image", "polar"] = "image",
+        maps: str | os.PathLike[str] | None = None,
     ) -> None:
         if domain not in ("normalised", "linear"):
             raise ValueError(f"domain: '{domain}' is neither 'normalised' nor 'linear'")
-        self._settings = (os.fspath(path), split, size, mirror, domain)
+        if condition not in ("image", "polar"):
+            raise ValueError(f"condition: '{condition}' is neither 'image' nor 'polar'")
+        self._settings = (path, split, size, mirror, domain, condition, maps)
         is_mirrored = mirror and split == "train"
-        self._examples = _native.Examples(path, split, size, is_mirrored, domain == "linear")
+        self._examples = _native.Examples(
+            path, split, size, is_mirrored, domain == "linear", condition == "polar", maps
+        )
 
     def __len__(self) -> int:
         return len(self._examples)
@@ -79,10 +90,10 @@ class ApsDataset(Dataset[Example]):
 
         Returns
         -------
-        conditions : Tensor, shape (n, 3, size, size)
+        conditions : Tensor, shape (n, 3, size, size) or (n, 180, 214)
         targets : Tensor, shape (n, 180)
         """
-        images, targets = self._examples.batch(np.asarray(indices, dtype=np.int64))
+        images, targets = self._examples.batch(indices)
         return torch.from_numpy(images), torch.from_numpy(targets)
 
     @property

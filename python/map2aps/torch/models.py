@@ -1,7 +1,7 @@
 """The models of the benchmark in PyTorch, with the names and shapes of parameters that the files of ``cargo xtask train`` have.
 
-Each but Polar-Reg, whose input the package does not make yet, takes condition images of shape (batch, 3, height, width), and gives spectra of shape (batch, 180) in the data set's
-normalised domain. All sizes but the spectrum's follow from ``width``, the channels of the first stage: 64 in the paper, 32 in the preset
+Each takes condition images of shape (batch, 3, height, width), Polar-Reg what `map2aps.PolarView` makes; `map2aps.torch.ApsDataset`
+has both. They give spectra of shape (batch, 180) in the data set's normalised domain. All sizes but the spectrum's follow from ``width``, the channels of the first stage: 64 in the paper, 32 in the preset
 "small" for CPUs (16 of RadioUNet; a smaller transformer).
 """
 
@@ -421,6 +421,28 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset =
         else:
             model = build(name, preset)
         model.load_state_dict({tensor: weights.get_tensor(tensor) for tensor in weights.keys()})
+    return model.eval()
+
+
+def shipped(name: str = "polar_reg") -> nn.Module:
+    """Makes a model with the weights that come with the package, set to evaluation; they are stored in half precision.
+
+    Parameters
+    ----------
+    name : str
+        Model of which weights are shipped: "polar_reg".
+
+    Returns
+    -------
+    torch.nn.Module
+    """
+    from safetensors.torch import load as tensors_of
+
+    from map2aps import _native
+
+    tensors = tensors_of(_native.shipped(name))
+    model = build(name, "small")
+    model.load_state_dict(tensors)
     return model.eval()
 
 

@@ -15,7 +15,7 @@ import torch
 from safetensors.numpy import load_file
 
 from map2aps.torch import models
-from pages import ROOT
+from pages import ROOT, blocks
 
 GOLDEN = ROOT / "tests" / "golden"
 
@@ -116,16 +116,18 @@ def test_onnx_runtime_computes_what_the_runner_predicts_for_images_of_other_size
     assert error < 1e-4
 
 
-def test_a_file_tells_what_its_tensors_are(tmp_path: Path) -> None:
+def test_a_file_tells_what_its_tensors_are_and_what_the_weights_were_trained_on(tmp_path: Path) -> None:
     exported(models.build("resnet_mlp", "small"), tmp_path)
     graph = onnx.load(tmp_path / "model.onnx").graph
     assert "Gaussian spot at the transmitter" in graph.input[0].doc_string
     assert "normalised as the labels" in graph.output[0].doc_string
+    run("export-onnx", "--model", "polar_reg", "--out", tmp_path / "shipped.onnx")
+    facts = {fact.key: fact.value for fact in onnx.load(tmp_path / "shipped.onnx").metadata_props}
+    assert list(facts) == ["model", "preset", "protocol", "training_statistics", "label"]
+    assert "array" in json.loads(facts["label"]) and json.loads(facts["training_statistics"])["std"] > 0
 
 
 def test_the_python_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from pages import blocks
-
     monkeypatch.chdir(tmp_path)
     models.save(models.build("ms_mlp", "small"), "weights.safetensors")
     run("export-onnx", "--weights", tmp_path / "weights.safetensors", "--out", tmp_path / "model.onnx")

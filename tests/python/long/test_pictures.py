@@ -2,6 +2,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+import pytest
 
 import map2aps
 
@@ -23,6 +24,8 @@ def test_a_link_is_drawn_with_its_paths_and_walls(scene: map2aps.Scene, paths: m
     axes = map2aps.plot_link(paths, link, scene)
     assert len(axes.lines) == len(scene.walls) + len(paths[link].delay_s) + 2
     axes.figure.savefig(tmp_path / "link.png")
+    with pytest.raises(ValueError, match="where the ends of link 0 are"):
+        map2aps.plot_link(map2aps.Paths.from_arrays([0, 1], [1e-7], [0.1], [1e-4]))
     assert len(map2aps.plot_link(paths, link, ax=axes).lines) == len(scene.walls) + 2 * len(paths[link].delay_s) + 4
 
 

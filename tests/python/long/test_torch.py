@@ -1,5 +1,6 @@
 import importlib.util
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
 
@@ -42,6 +43,10 @@ def test_targets_of_all_training_links_are_normalised(data: Path) -> None:
     assert torch.isfinite(targets).all()
     again = torch.stack([examples[i][1] for i in range(len(examples))])
     assert torch.equal(again, targets)
+    conditions, nothing = examples.batch([])
+    assert conditions.shape == (0, 3, 64, 64) and nothing.shape == (0, 180)
+    for numbers in (np.arange(6)[::2], torch.arange(0, 6, 2), np.array([0, 2, 4], np.uint8)):
+        assert torch.equal(examples.batch(numbers)[1], targets[:6:2])
 
 
 def test_mirror_images_stand_behind_their_example_in_the_training_part_alone(data: Path) -> None:
@@ -69,6 +74,14 @@ def test_loaders_give_the_same_batches_with_any_workers(data: Path, workers: int
     assert torch.equal(conditions, expected[0]) and torch.equal(targets, expected[1])
 
 
+def test_threads_share_examples(data: Path) -> None:
+    examples = ApsDataset(data, "train")
+    expected = examples.batch(np.arange(20))
+    with ThreadPoolExecutor(4) as threads:
+        for conditions, targets in threads.map(lambda _: examples.batch(np.arange(20)), range(8)):
+            assert torch.equal(conditions, expected[0]) and torch.equal(targets, expected[1])
+
+
 def test_examples_are_pickled_by_their_place(data: Path) -> None:
     examples = ApsDataset(data, "test", size=16)
     again = pickle.loads(pickle.dumps(examples))
@@ -80,6 +93,10 @@ def test_bad_settings_and_numbers_are_named(data: Path, tmp_path: Path) -> None:
         (lambda: ApsDataset(data, "training"), ValueError, "'training'"),
         (lambda: ApsDataset(data, "train", size=0), ValueError, "size: 0"),
         (lambda: ApsDataset(data, "train", domain="db"), ValueError, "'db'"),
+        (lambda: ApsDataset(data, "train", condition="map"), ValueError, "'map'"),
+        (lambda: ApsDataset(data, "train", size=-1), ValueError, "size: .*int -1"),
+        (lambda: ApsDataset(data, "train", condition="polar", maps=1.5), ValueError, "maps.*float 1.5"),
+        (lambda: ApsDataset(data, "test").batch([0.5]), ValueError, "numbers: expected integers .*float64"),
         (lambda: ApsDataset(tmp_path, "train"), ValueError, "not a data set"),
         (lambda: ApsDataset(data, "test")[10_000], IndexError, "10000"),
         (lambda: ApsDataset(data, "test")[-1], IndexError, "-1"),
@@ -111,6 +128,39 @@ def test_models_are_those_that_the_rust_ones_are_held_to(name: str, golden: Modu
     with torch.no_grad():
         found = model(golden.images(64)).numpy()
     assert np.allclose(found, stored["eval_64"], rtol=1e-9, atol=1e-9)
+
+
+def test_polar_reg_is_the_one_that_the_rust_one_is_held_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(GOLDEN))
+    script, stored = importlib.import_module("polar_reg"), load_file(GOLDEN / "models" / "polar_reg.safetensors")
+    model, ways = script.model(), script.inputs()
+    with torch.no_grad():
+        for name, found in (("power", model.power(ways)), ("eval", model(ways))):
+            assert np.allclose(found.numpy(), stored[name], rtol=1e-9, atol=1e-9), name
+
+
+def test_polar_reg_takes_the_geometry_of_a_data_set(data: Path, tmp_path: Path) -> None:
+    dataset = map2aps.Dataset(data)
+    part = next(part for part in ("train", "develop", "test") if 0 in dataset.split(part))
+    examples = ApsDataset(data, part, mirror=False, condition="polar")
+    of_map = np.flatnonzero(examples.links[:, 0] == 0)
+    conditions, targets = examples.batch(of_map)
+    # The first synthetic map of a seed is that of a scene.
+    view, one = map2aps.PolarView(map2aps.Scene.synthetic(dataset.manifest["seed"])), dataset[0]
+    for condition, (_, _, tx, rx) in zip(conditions, examples.links[of_map]):
+        assert np.array_equal(condition, view.input(one["tx"][tx], one["rx"][rx])[0])
+    assert torch.equal(targets, ApsDataset(data, part, mirror=False).batch(of_map)[1])
+    model = models.build("polar_reg").eval()
+    model.fixed.array.fill_(0.5)
+    with torch.no_grad():
+        assert torch.isfinite(model(conditions)).all() and model(conditions).shape == targets.shape
+    mirrored = ApsDataset(data, "train", condition="polar")[5]
+    assert mirrored[0].shape == (180, 214)
+    again = pickle.loads(pickle.dumps(examples))
+    assert torch.equal(again[1][0], examples[1][0])
+    for maps, error, told in [(tmp_path, OSError, "0.json"), (tmp_path / "none", OSError, "none")]:
+        with pytest.raises(error, match=told):
+            ApsDataset(data, part, condition="polar", maps=maps)
 
 
 def test_small_models_have_the_numbers_of_parameters_that_the_rust_ones_have() -> None:
@@ -157,3 +207,18 @@ def test_a_model_learns_from_a_loader(data: Path) -> None:
             optimizer.step()
             losses.append(loss.item())
     assert np.mean(losses[-3:]) < 0.8 * np.mean(losses[:3])
+
+
+def test_shipped_weights_load_in_one_line(tmp_path: Path) -> None:
+    model = models.shipped("polar_reg")
+    assert not model.training
+    models.save(model, tmp_path / "weights.safetensors")
+    again = models.load(tmp_path / "weights.safetensors").state_dict()
+    for name, tensor in model.state_dict().items():
+        assert torch.equal(tensor, again[name]), name
+    # Open ground all around: no way arrives, and the answer is a spectrum all the same.
+    values = models.POLAR_WAYS * models.POLAR_FEATURES + models.POLAR_NUMBERS
+    spectrum = model(torch.zeros(1, models.POLAR_DIRECTIONS, values))
+    assert spectrum.shape == (1, 180) and torch.isfinite(spectrum).all()
+    with pytest.raises(ValueError, match="no weights of 'vit_reg' are shipped, only of polar_reg"):
+        models.shipped("vit_reg")

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use aps_data::replace_file;
 use aps_model::{ModelKind, Preset};
 use map2aps::training::OnnxModel;
@@ -23,15 +23,15 @@ folder of a run. `batch` is any number of links:
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model of the weights [default: as their file says].
+    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of polar_reg.
     #[arg(long, value_parser = models())]
     model: Option<ModelKind>,
     /// Its sizes: paper or small [default: as the file of weights says].
     #[arg(long)]
     preset: Option<Preset>,
-    /// Weights: .safetensors, or .pt of PyTorch.
-    #[arg(long)]
-    weights: PathBuf,
+    /// Weights: .safetensors, or .pt of PyTorch [default: those that come with the program].
+    #[arg(long, required_unless_present = "model")]
+    weights: Option<PathBuf>,
     /// Rows and columns of condition images [pixels; default: as trained, by the config.json beside the weights; else
     /// 256 paper, 64 small].
     #[arg(long)]
@@ -52,10 +52,15 @@ impl Args {
             "'{}' is there already; replace it with --overwrite, or give another --out",
             self.out.display()
         );
-        let model = OnnxModel::of(&self.weights, self.model, self.preset, self.image_size);
+        let size = self.image_size;
+        let model = match (&self.weights, self.model) {
+            (Some(weights), kind) => OnnxModel::load(weights, kind, self.preset, size),
+            (None, Some(kind)) => OnnxModel::shipped(kind, size),
+            (None, None) => bail!("give --weights or --model"),
+        };
         let model = model.map_err(advised)?;
-        if !model.report.dropped.is_empty() {
-            note!("weights '{}': {}", self.weights.display(), model.report);
+        if let (Some(weights), false) = (&self.weights, model.report.dropped.is_empty()) {
+            note!("weights '{}': {}", weights.display(), model.report);
         }
         replace_file(&self.out, &model.bytes)
             .with_context(|| format!("cannot write '{}'", self.out.display()))?;

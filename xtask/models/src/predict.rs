@@ -12,7 +12,7 @@ use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::targets::{self, Target};
 use map2aps::training::{self, Device, Settings, Trained, TrainingError};
-use map2aps::{Example, Examples};
+use map2aps::{Example, Examples, MapError};
 use xtask::{MapsArg, PartName, TileArgs, note};
 
 use crate::choices::devices;
@@ -237,7 +237,7 @@ pub fn advised(error: map2aps::Error) -> Error {
         map2aps::Error::Training(TrainingError::Unnamed(_)) => {
             Error::new(error).context("give --model")
         }
-        map2aps::Error::Training(TrainingError::NoScene(_)) => Error::new(error).context("--maps"),
+        map2aps::Error::Map(MapError::NoScene(_)) => Error::new(error).context("--maps"),
         _ => error.into(),
     }
 }

@@ -10,6 +10,7 @@ use aps_data::Dataset;
 use aps_model::condition::Frame;
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
+use map2aps::MapError;
 use map2aps::training::{
     self, DevelopmentMaps, Device, InitialWeights, RunFolder, Training, TrainingError,
     usual_image_size,
@@ -198,7 +199,7 @@ fn advised(error: Error) -> Error {
             TrainingError::NotATrainingMap { .. } | TrainingError::NoDevelopmentMaps { .. },
         )) => error.context("--dev-maps"),
         Some(map2aps::Error::Mirror(_)) => error.context("train without --mirror"),
-        Some(map2aps::Error::Training(TrainingError::NoScene(_))) => error.context("--maps"),
+        Some(map2aps::Error::Map(MapError::NoScene(_))) => error.context("--maps"),
         _ => error,
     }
 }

@@ -348,6 +348,11 @@ fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
         told.contains("resnet_mlp") && told.contains("ms_mlp"),
         "{told}"
     );
+
+    let shipped = folder.path().join("shipped.onnx");
+    let args = ["export-onnx", "--model", "polar_reg", "--out"];
+    assert!(succeed(&[&args[..], &[text(&shipped)]].concat()).contains("polar_reg"));
+    assert!(fail(&["export-onnx", "--model", "ms_mlp", "--out", "no.onnx"]).contains("polar_reg"));
 }
 
 #[test]

@@ -23,6 +23,9 @@ pub enum ExchangeError {
     /// A folder with another export.
     #[error("'{}' is of another export; give another folder", .0.display())]
     OtherExport(PathBuf),
+    /// A folder with files of others.
+    #[error("'{}' holds other files; give an empty folder, or one that is not there yet", .0.display())]
+    NotEmpty(PathBuf),
     /// A link whose places make no file name.
     #[error("map {map}, link {link} from {tx_m:?} to {rx_m:?} m: too far away for a name")]
     TooFar {

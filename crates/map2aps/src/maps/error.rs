@@ -117,6 +117,18 @@ pub enum MapError {
         /// Name of the maps.
         maps: String,
     },
+    /// Links whose geometry is asked for, without the maps.
+    #[error(
+        "the model is given the outlines of buildings, which a data set does not keep, and the maps that map {0} was made \
+         from are not at hand: give them, or use a model of images"
+    )]
+    NoScene(u32),
+    /// A data set without maps.
+    #[error(
+        "the data set came without maps: its image of map {0} shows no building. Import it again, with the maps that it was \
+         made from"
+    )]
+    NoImage(u32),
     /// Text that names no choice of receivers.
     #[error("'{0}' is none of reached, outdoor")]
     Receivers(String),

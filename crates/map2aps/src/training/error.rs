@@ -89,12 +89,6 @@ pub enum TrainingError {
         /// The maps.
         maps: Vec<u32>,
     },
-    /// A model that is given the geometry, and maps without it.
-    #[error(
-        "the model is given the outlines of buildings, which a data set does not keep, and the maps that map {0} was made \
-         from are not at hand: give them, or train a model on images"
-    )]
-    NoScene(u32),
     /// Labels of an unknown array, for a model that computes with it.
     #[error(
         "the model computes with the response of the array, and the data set does not say which one its labels are of"

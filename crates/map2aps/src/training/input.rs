@@ -1,21 +1,16 @@
 //! Examples as models take them: their input on a device, their targets in single precision.
 
-use std::sync::Arc;
-
 use aps_data::Raster;
 use aps_model::candle_core::Device;
 use aps_model::condition::{
     ConditionConfig, ConditionImages, InputKind, InputShape, Link, ModelInput, Rasters,
 };
 use aps_model::{ANGLE_BINS, ModelKind, data};
-use aps_raytrace::polar::PolarMap;
 
-use super::TrainingError;
-use super::polar::{self, PolarWays, polar_maps};
+use super::polar::{self, PolarWays};
 use crate::error::Result;
-use crate::examples::{ExampleMap, Examples};
+use crate::examples::Examples;
 use crate::maps::MapSource;
-use crate::scenes::Scenes;
 
 /// Shape of the input that a model takes.
 pub(super) fn shape_for(kind: ModelKind) -> InputShape {
@@ -58,7 +53,7 @@ impl Examples {
     ///
     /// # Errors
     /// An image size that the model does not take, memory that the device does not have, and
-    /// [`TrainingError::NoScene`].
+    /// [`MapError::NoScene`](crate::MapError::NoScene).
     pub fn input(
         &self,
         kind: ModelKind,
@@ -74,25 +69,10 @@ impl Examples {
                 Ok(Box::new(images))
             }
             InputKind::Polar => {
-                let (maps, far_end_m) = (self.polar_maps(maps)?, rasters.far_end_m());
-                Ok(Box::new(PolarWays::new(maps, far_end_m, device.clone())))
+                let (views, far_end_m) = (self.polar_views(maps)?, rasters.far_end_m());
+                Ok(Box::new(PolarWays::new(views, far_end_m, device.clone())))
             }
         }
-    }
-
-    /// Prepares the scenes of all maps, which must be at hand.
-    pub(super) fn polar_maps(
-        &self,
-        maps: Option<&MapSource>,
-    ) -> Result<Vec<Arc<PolarMap<'static>>>> {
-        let (configuration, seed) = &self.origin;
-        let scenes = Scenes::new(configuration, *seed, maps.cloned())?;
-        let scene = |map: &ExampleMap| {
-            let found = scenes.scene(map.id, &map.buildings)?;
-            let scene = found.ok_or(TrainingError::NoScene(map.id))?;
-            Ok((map.id, scene))
-        };
-        polar_maps(self.maps.iter().map(scene))
     }
 
     /// The buildings of all maps; shape (maps, height, width).
@@ -142,6 +122,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::maps::MapError;
     use crate::targets::{self, Target};
 
     /// Two maps of 3 x 3 links, one of each without a label, with values that take all digits a precision has.
@@ -200,18 +181,21 @@ mod tests {
     fn a_model_of_geometry_asks_for_the_maps() {
         let (_root, dataset) = dataset(Precision::F16, "paper");
         let examples = Examples::of_maps(&dataset, &[0, 1], Target::Linear, None).unwrap();
-        let asked = examples.input(
-            ModelKind::PolarReg,
-            ConditionConfig::default(),
-            None,
-            &Device::Cpu,
-        );
-        let error = asked.unwrap_err();
-        let cause = error.cause();
-        assert!(
-            matches!(cause, crate::Error::Training(TrainingError::NoScene(0))),
-            "{cause:?}"
-        );
+        // Without its own image there is nothing to hold given maps to.
+        for maps in [None, Some(&MapSource::Synthetic { count: 2 })] {
+            let asked = examples.input(
+                ModelKind::PolarReg,
+                ConditionConfig::default(),
+                maps,
+                &Device::Cpu,
+            );
+            let error = asked.unwrap_err();
+            let cause = error.cause();
+            assert!(
+                matches!(cause, crate::Error::Map(MapError::NoImage(0))),
+                "{cause:?}"
+            );
+        }
     }
 
     /// Whatever a data set stores, a model learns what it is scored against.

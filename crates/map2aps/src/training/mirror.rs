@@ -35,8 +35,9 @@ pub fn mirrored(
             Box::new(ConditionImages::new(rasters, images, device)?)
         }
         InputKind::Polar => {
-            let maps = [train.polar_maps(maps)?, development.polar_maps(maps)?].concat();
-            Box::new(PolarWays::new(maps, rasters.far_end_m(), device.clone()))
+            let views = train.polar_views(maps)?;
+            let views = views.with(development.polar_views(maps)?);
+            Box::new(PolarWays::new(views, rasters.far_end_m(), device.clone()))
         }
     };
     Ok((Box::new(Mirrored::new(train, rasters, negated)?), input))

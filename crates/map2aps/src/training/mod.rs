@@ -24,6 +24,7 @@ mod device;
 mod error;
 mod folder;
 mod input;
+mod loaded;
 mod log;
 mod maps;
 mod mirror;

@@ -8,8 +8,8 @@ use aps_model::weights::{Label, LoadReport};
 use aps_model::{ModelKind, Preset, onnx};
 
 use super::input::shape_for;
-use super::trained::{label_of, read};
-use super::{Settings, usual_image_size};
+use super::loaded::Loaded;
+use super::usual_image_size;
 use crate::error::Result;
 
 /// A model as a file of ONNX: see [`aps_model::onnx`].
@@ -30,19 +30,37 @@ impl OnnxModel {
     /// without it the size that the model was trained on, as far as that is known.
     ///
     /// The metadata tell model, preset and size, and for weights in the folder of a run what they were trained on: the labels'
-    /// settings (array, bandwidth, protocol), the statistics that normalise them, and the width of the spots.
+    /// settings (array, bandwidth, protocol), the statistics that normalise them, width of the spots and frame of the images.
     ///
     /// # Errors
     /// Those of [`Trained::load`](super::Trained::load), and an image size that the model does not take.
-    pub fn of(
+    pub fn load(
         weights: &Path,
         kind: Option<ModelKind>,
         preset: Option<Preset>,
         image_size: Option<usize>,
     ) -> Result<Self> {
-        let label = label_of(weights, kind, preset)?;
-        let (parameters, report) = read(weights, label, &Device::Cpu)?;
-        let settings = Settings::beside(weights)?;
+        Self::of(
+            Loaded::file(weights, kind, preset, &Device::Cpu)?,
+            image_size,
+        )
+    }
+
+    /// Makes the file of the weights that come with `aps-model`, as [`load`](Self::load) does.
+    ///
+    /// # Errors
+    /// Those of [`Trained::shipped`](super::Trained::shipped), and an image size that the model does not take.
+    pub fn shipped(kind: ModelKind, image_size: Option<usize>) -> Result<Self> {
+        Self::of(Loaded::shipped(kind, &Device::Cpu)?, image_size)
+    }
+
+    fn of(loaded: Loaded, image_size: Option<usize>) -> Result<Self> {
+        let Loaded {
+            label,
+            parameters,
+            report,
+            settings,
+        } = loaded;
         let trained_on = settings.as_ref().map(|settings| settings.image_size);
         let size = image_size.or(trained_on);
         let size = size.unwrap_or(usual_image_size(label.preset));
@@ -55,6 +73,7 @@ impl OnnxModel {
             let statistics = serde_json::to_string(&settings.training_statistics)?;
             if has_images {
                 facts.push(("sigma_px", settings.sigma_px.to_string()));
+                facts.push(("frame", settings.frame.to_string()));
             }
             facts.push(("protocol", settings.protocol));
             facts.push(("training_statistics", statistics));

@@ -3,18 +3,16 @@
 use std::path::Path;
 
 use aps_label::{MeanStd, Normalization};
-use aps_model::candle_core::{DType, Device, Tensor};
-use aps_model::candle_nn::VarMap;
+use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::{ConditionConfig, InputKind, ModelInput};
 use aps_model::train::predict;
-use aps_model::weights::{self, Label, LoadReport, Shipped};
-use aps_model::{
-    ANGLE_BINS, Error as ModelError, Model, ModelKind, Preset, frozen, seeded, trainable,
-};
+use aps_model::weights::{Label, LoadReport};
+use aps_model::{ANGLE_BINS, Model, ModelKind, Preset, frozen, trainable};
 
 use super::input::shape_for;
+use super::loaded::Loaded;
 use super::{Settings, TrainingError, usual_image_size};
-use crate::error::{At, Place, Result};
+use crate::error::Result;
 use crate::examples::Examples;
 use crate::maps::MapSource;
 use crate::targets::Target;
@@ -48,13 +46,7 @@ impl Trained {
         preset: Option<Preset>,
         device: &Device,
     ) -> Result<Self> {
-        let label = label_of(path, kind, preset)?;
-        let trained = Self::of(label, read(path, label, device)?, device)?;
-        let settings = Settings::beside(path)?;
-        Ok(Self {
-            settings,
-            ..trained
-        })
+        Self::of(Loaded::file(path, kind, preset, device)?, device)
     }
 
     /// Takes the weights that come with `aps-model`.
@@ -62,25 +54,16 @@ impl Trained {
     /// # Errors
     /// [`TrainingError::NotShipped`], and failures of the device.
     pub fn shipped(kind: ModelKind, device: &Device) -> Result<Self> {
-        let all = || Shipped::all().map(|shipped| shipped.label.kind);
-        let shipped = Shipped::of(kind).ok_or_else(|| TrainingError::NotShipped {
-            kind,
-            shipped: all().collect(),
-        })?;
-        let label = shipped.label;
-        let filled = filled(label, |parameters| shipped.load(parameters), device)?;
-        let settings = Some(Settings::parse(shipped.settings)?);
-        Ok(Self {
-            settings,
-            ..Self::of(label, filled, device)?
-        })
+        Self::of(Loaded::shipped(kind, device)?, device)
     }
 
-    fn of(
-        label: Label,
-        (parameters, report): (VarMap, LoadReport),
-        device: &Device,
-    ) -> Result<Self> {
+    fn of(loaded: Loaded, device: &Device) -> Result<Self> {
+        let Loaded {
+            label,
+            parameters,
+            report,
+            settings,
+        } = loaded;
         let counts = trainable(&parameters).into_iter();
         let Label { kind, preset } = label;
         Ok(Self {
@@ -88,7 +71,7 @@ impl Trained {
             model: kind.build(preset, shape_for(kind), frozen(&parameters)?)?,
             device: device.clone(),
             parameters: counts.map(|(_, var)| var.elem_count()).sum(),
-            settings: None,
+            settings,
             maps: None,
             target: None,
             report,
@@ -253,51 +236,4 @@ fn converted(spectra: &[f32], own: MeanStd, wanted: Normalization) -> Result<Vec
         all.extend(values.iter().map(|&x| x as f32));
     }
     Ok(all)
-}
-
-/// Reads weights of a model onto a device.
-pub(super) fn read(path: &Path, label: Label, device: &Device) -> Result<(VarMap, LoadReport)> {
-    let model = format!("{}, preset {}", label.kind, label.preset);
-    let load = |parameters: &VarMap| weights::load(path, parameters);
-    filled(label, load, device).at(Place::WeightsOf(path.into(), model))
-}
-
-/// Makes the tensors of a model and fills them.
-fn filled(
-    Label { kind, preset }: Label,
-    load: impl FnOnce(&VarMap) -> Result<LoadReport, ModelError>,
-    device: &Device,
-) -> Result<(VarMap, LoadReport)> {
-    let parameters = VarMap::new();
-    let vb = seeded(&parameters, 0, DType::F32, device);
-    kind.build(preset, shape_for(kind), vb)?;
-    let report = load(&parameters)?;
-    Ok((parameters, report))
-}
-
-/// Tells which model a file of weights is of, from the file and from what is known of it, which must agree.
-pub(super) fn label_of(
-    path: &Path,
-    kind: Option<ModelKind>,
-    preset: Option<Preset>,
-) -> Result<Label> {
-    let stored = match weights::read_label(path) {
-        Err(ModelError::ForeignLabel { .. }) if kind.is_some() => None,
-        Err(error @ ModelError::ForeignLabel { .. }) => return Err(error.into()),
-        stored => stored.at_file(Place::Weights, path)?,
-    };
-    let unnamed = || TrainingError::Unnamed(path.into());
-    let expected = Label {
-        kind: kind.or(stored.map(|s| s.kind)).ok_or_else(unnamed)?,
-        preset: preset.or(stored.map(|s| s.preset)).unwrap_or(Preset::Paper),
-    };
-    match stored.filter(|&stored| stored != expected) {
-        Some(found) => Err(TrainingError::OtherModel {
-            path: path.into(),
-            found,
-            expected,
-        }
-        .into()),
-        None => Ok(expected),
-    }
 }

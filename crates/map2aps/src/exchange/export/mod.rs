@@ -75,11 +75,11 @@ impl Export {
         }
     }
 
-    /// Writes the files into the folder `out`. Files that are there are kept: the same call continues what was
-    /// interrupted.
+    /// Writes the files into the folder `out`, which must be empty or of the same export, but for hidden files. Files that are there
+    /// are kept: the same call continues what was interrupted.
     ///
     /// # Errors
-    /// A data set that lacks what the form needs, a folder with another export, maps that are not there, a disk that
+    /// A data set that lacks what the form needs, a folder with something else, maps that are not there, a disk that
     /// fails, and cancellation.
     pub fn run(&self, dataset: &Dataset, out: &Path, control: &Control<'_>) -> Result<Exported> {
         self.check_protocol(dataset)?;
@@ -195,10 +195,13 @@ impl Export {
                     false => Err(ExchangeError::OtherExport(path).into()),
                 }
             }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(replace_unsynced(
-                &path,
-                &serde_json::to_vec_pretty(&record)?,
-            )?),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                must_be_empty(out)?;
+                Ok(replace_unsynced(
+                    &path,
+                    &serde_json::to_vec_pretty(&record)?,
+                )?)
+            }
             Err(error) => Err(error).at_file(Place::Reading, &path),
         }
     }
@@ -219,6 +222,17 @@ fn write_links<B: Default>(
         bytes.at(Place::Link(*link)).at(Place::Map(map))
     });
     bytes.try_reduce(|| 0, |a, b| Ok(a + b))
+}
+
+/// Refuses a folder with anything in it that is not hidden, as version control and file managers keep theirs.
+fn must_be_empty(folder: &Path) -> Result<()> {
+    for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
+        let name = entry.at_file(Place::Reading, folder)?.file_name();
+        if !name.as_encoded_bytes().starts_with(b".") {
+            return Err(ExchangeError::NotEmpty(folder.into()).into());
+        }
+    }
+    Ok(())
 }
 
 /// Creates a folder and those above it.

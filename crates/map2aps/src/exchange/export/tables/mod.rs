@@ -12,6 +12,7 @@ mod columns;
 mod croissant;
 mod file;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use aps_data::{Dataset, MapData, Part, PathTable, Profile, replace_unsynced};
@@ -105,6 +106,7 @@ pub fn export(
             described = table.columns(0..0);
         }
     }
+    remove_others(out, ids, &written)?;
     let buildings = buildings.columns();
     let shown = Written::make(out, "buildings.parquet".into(), None, ids.len(), || {
         file::bytes("map", std::iter::once(buildings))
@@ -123,6 +125,40 @@ pub fn export(
         links: links.min(most),
         bytes,
     })
+}
+
+/// Removes tables of these maps that an export of more links, or of another split, left.
+fn remove_others(out: &Path, ids: &[u32], written: &[Written]) -> Result<()> {
+    for part in [
+        None,
+        Some(Part::Train),
+        Some(Part::Develop),
+        Some(Part::Test),
+    ] {
+        let folder = format!("data/{}", columns::folder_of(part));
+        let entries = match fs::read_dir(out.join(&folder)) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(error).at_file(Place::Reading, &out.join(folder)),
+        };
+        for entry in entries {
+            let entry = entry.at_file(Place::Reading, &out.join(&folder))?;
+            let file = entry.file_name();
+            let Some(file) = file.to_str() else { continue };
+            let is_of_map = map_of(file).is_some_and(|id| ids.contains(&id));
+            let name = format!("{folder}/{file}");
+            if is_of_map && written.iter().all(|written| written.name != name) {
+                fs::remove_file(entry.path()).at_file(Place::Removing, &entry.path())?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Reads the map's id from the name of a table.
+fn map_of(file: &str) -> Option<u32> {
+    let number = file.strip_prefix("map_")?.strip_suffix(".parquet")?;
+    number.split('-').next()?.parse().ok()
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
@@ -196,7 +232,7 @@ impl Table {
 /// Reads a file, for tests.
 #[cfg(test)]
 fn read(path: &Path) -> Vec<u8> {
-    std::fs::read(path).unwrap()
+    fs::read(path).unwrap()
 }
 
 #[cfg(test)]

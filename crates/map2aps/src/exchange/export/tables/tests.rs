@@ -112,6 +112,59 @@ fn an_export_is_kept_and_described_and_another_is_refused() {
 }
 
 #[test]
+fn a_folder_of_others_is_refused_and_stays_as_it_is() {
+    let root = tempfile::tempdir().unwrap();
+    let (data, out) = (root.path().join("data"), root.path().join("out"));
+    let dataset = dataset(&data);
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(out.join("README.md"), "mine").unwrap();
+    for layout in [ExportLayout::Parquet, ExportLayout::Released] {
+        let refused = Export::new(layout).run(&dataset, &out, &Control::default());
+        let text = refused.unwrap_err().to_string();
+        assert!(text.contains("holds other files"), "{text}");
+    }
+    let names = || {
+        let entries = std::fs::read_dir(&out).unwrap();
+        entries.map(|entry| entry.unwrap().file_name())
+    };
+    assert_eq!(names().collect::<Vec<_>>(), ["README.md"]);
+    assert_eq!(super::read(&out.join("README.md")), b"mine");
+    // A clone of an empty repository has hidden files alone.
+    std::fs::rename(out.join("README.md"), out.join(".gitattributes")).unwrap();
+    let export = Export::new(ExportLayout::Parquet);
+    export.run(&dataset, &out, &Control::default()).unwrap();
+    assert_eq!(super::read(&out.join(".gitattributes")), b"mine");
+}
+
+#[test]
+fn tables_that_a_larger_export_of_a_map_left_are_removed() {
+    let root = tempfile::tempdir().unwrap();
+    let (data, out) = (root.path().join("data"), root.path().join("out"));
+    let dataset = dataset(&data);
+    let export = Export {
+        maps: Some(vec![0, 1]),
+        ..Export::new(ExportLayout::Parquet)
+    };
+    export.run(&dataset, &out, &Control::default()).unwrap();
+    let part = dataset.manifest().split.part_of(0);
+    let own = out.join("data").join(super::columns::folder_of(part));
+    std::fs::create_dir_all(out.join("data/other")).unwrap();
+    let of_map = [
+        own.join("map_0000-1.parquet"),
+        own.join("map_0000-12.parquet"),
+    ];
+    let moved = out.join("data/other/map_0001.parquet");
+    let kept = [own.join("map_0002.parquet"), own.join("map_0000.csv")];
+    for path in of_map.iter().chain([&moved]).chain(&kept) {
+        std::fs::write(path, "rows").unwrap();
+    }
+    export.run(&dataset, &out, &Control::default()).unwrap();
+    assert!(of_map.iter().chain([&moved]).all(|path| !path.exists()));
+    assert!(kept.iter().all(|path| path.exists()));
+    assert!(own.join("map_0000.parquet").exists());
+}
+
+#[test]
 fn a_limit_leaves_links_out_and_maps_with_none_have_an_empty_table() {
     let root = tempfile::tempdir().unwrap();
     let (data, out) = (root.path().join("data"), root.path().join("out"));

@@ -1,45 +1,19 @@
-//! The input of Polar-Reg: ways along rays, found in the scenes when they are asked for.
-
-mod cache;
-
-use std::sync::Arc;
+//! The input of Polar-Reg as a tensor, and what it is told of labels.
 
 use aps_label::{LabelConfig, MeanStd, Protocol};
 use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::{InputShape, Link, Mirror, ModelInput, PolarShape};
 use aps_model::{LabelFacts, Result as ModelResult};
-use aps_raytrace::Scene;
-use aps_raytrace::glam::DVec2;
-use aps_raytrace::polar::{
-    self, Fan, PolarError, PolarLink, PolarMap, ReceiverRays, Shape, TransmitterWays,
-};
-use rayon::prelude::*;
+use aps_raytrace::polar::{self, Fan};
 
-use self::cache::{Cache, Cell, Key};
-use crate::error::{At, Error, Place, Result};
-
-/// Memory for the ways of transmitters, beside those of the batches under way \[bytes\].
-const TRANSMITTER_BYTES: usize = 256 << 20;
-
-/// Memory for the rays of receivers likewise.
-const RECEIVER_BYTES: usize = 256 << 20;
-
-/// Size of a transmitter's ways, and of a receiver's rays, in a city of a RadioMapSeer map \[bytes\].
-const USUAL_BYTES: usize = 128 << 10;
+use crate::polar::{PolarViews, SeenLink};
 
 /// Shape of the ways of a link.
 pub(super) fn shape() -> PolarShape {
-    let Fan {
-        directions,
-        max_bounces: bounces,
-    } = Fan::default();
+    let shape = PolarViews::shape();
     PolarShape {
-        directions,
-        ways: Shape {
-            directions,
-            bounces,
-        }
-        .ways(),
+        directions: shape.directions,
+        ways: shape.ways(),
         features: polar::FEATURES,
         numbers: polar::NUMBERS,
     }
@@ -74,152 +48,74 @@ pub(super) fn label_facts(
 
 /// Finds the ways of links on some maps, as they are and in their mirror images: number `image * maps + map` is a map in an
 /// image of [`Mirror::ALL`].
-///
-/// Ways of transmitters and rays of receivers are made once for all links that follow soon, on all threads, and are bounded in
-/// memory. None are made for a mirror image: it has the same values in another order.
 #[derive(Debug)]
 pub(super) struct PolarWays {
-    maps: Vec<Arc<PolarMap<'static>>>,
+    views: PolarViews,
     /// Position that changes places with 0 in a mirror image \[m\].
     far_end_m: [f64; 2],
-    transmitters: Cache<TransmitterWays>,
-    receivers: Cache<ReceiverRays>,
     device: Device,
-}
-
-/// A link with everything it is made of.
-struct Ready {
-    map: usize,
-    transmitter: Cell<TransmitterWays>,
-    receiver: Cell<ReceiverRays>,
-    ends: [DVec2; 2],
-    mirror: polar::Mirror,
-}
-
-/// Prepares scenes, which are named by the ids of their maps. Work on all threads, one scene after another.
-pub(super) fn polar_maps(
-    scenes: impl Iterator<Item = Result<(u32, Scene)>>,
-) -> Result<Vec<Arc<PolarMap<'static>>>> {
-    let prepare = |scene: Result<(u32, Scene)>| {
-        let (id, scene) = scene?;
-        let map = PolarMap::owning(scene, Fan::default()).at(Place::Map(id))?;
-        Ok(Arc::new(map))
-    };
-    scenes.map(prepare).collect()
 }
 
 impl PolarWays {
     /// Finds ways on maps that mirror images change about half of `far_end_m`.
-    pub fn new(maps: Vec<Arc<PolarMap<'static>>>, far_end_m: [f64; 2], device: Device) -> Self {
+    pub fn new(views: PolarViews, far_end_m: [f64; 2], device: Device) -> Self {
         Self {
-            maps,
+            views,
             far_end_m,
-            transmitters: Cache::new(TRANSMITTER_BYTES, USUAL_BYTES),
-            receivers: Cache::new(RECEIVER_BYTES, USUAL_BYTES),
             device,
         }
     }
 
     /// The link that a link is the mirror image of, and the image.
-    fn upright(&self, link: &Link) -> Option<(Link, Mirror)> {
-        let (map, maps) = (link.map as usize, self.maps.len());
+    fn upright(&self, link: &Link) -> Option<SeenLink> {
+        let (map, maps) = (link.map as usize, self.views.maps());
         let mirror = *Mirror::ALL.get(map.checked_div(maps)?)?;
-        let image = map / maps;
-        let flat = Link {
-            map: (map % maps) as u32,
-            ..*link
-        };
         // Its own inverse, and exact for whole metres.
-        Some((flat.mirrored(image, 0, self.far_end_m), mirror))
+        let upright = link.mirrored(map / maps, 0, self.far_end_m);
+        Some(SeenLink {
+            map: map % maps,
+            tx_m: upright.tx_m,
+            rx_m: upright.rx_m,
+            mirror: polar::Mirror {
+                x: mirror.x,
+                y: mirror.y,
+            },
+        })
     }
 
-    /// Makes everything that the values of links are looked up in.
-    fn ready(&self, links: &[Link]) -> ModelResult<Vec<Ready>> {
+    fn all_upright(&self, links: &[Link]) -> ModelResult<Vec<SeenLink>> {
         let upright = |link: &Link| {
             let known = self.upright(link);
             known.ok_or_else(|| {
-                let maps = self.maps.len();
+                let maps = self.views.maps();
                 aps_model::Error::Condition(format!(
                     "{link:?} is on none of the {maps} maps and their mirror images"
                 ))
             })
         };
-        let links: Vec<(Link, Mirror)> = links.iter().map(upright).collect::<ModelResult<_>>()?;
-        let key = |map: u32, end_m: [f64; 2]| -> Key { (map as usize, end_m.map(f64::to_bits)) };
-        let of_tx = links.iter().map(|(link, _)| key(link.map, link.tx_m));
-        let of_rx = links.iter().map(|(link, _)| key(link.map, link.rx_m));
-        let cells = self.transmitters.cells(of_tx).into_iter();
-        let cells = cells.zip(self.receivers.cells(of_rx));
-        let ready: Vec<Ready> = links
-            .iter()
-            .zip(cells)
-            .map(|((link, mirror), (transmitter, receiver))| Ready {
-                map: link.map as usize,
-                transmitter,
-                receiver,
-                ends: [link.tx_m, link.rx_m].map(DVec2::from),
-                mirror: polar::Mirror {
-                    x: mirror.x,
-                    y: mirror.y,
-                },
-            })
-            .collect();
-        ready.par_iter().for_each(|link| {
-            let (map, [tx, rx]) = (&self.maps[link.map], link.ends);
-            link.transmitter.get_or_init(|| map.transmitter(tx));
-            link.receiver.get_or_init(|| map.receiver(rx));
-        });
-        Ok(ready)
-    }
-}
-
-impl Ready {
-    /// Writes the values of the link.
-    fn write(&self, maps: &[Arc<PolarMap<'static>>], out: &mut [f32]) -> Result<(), PolarError> {
-        let map = &maps[self.map];
-        let made = "everything is made before it is looked up";
-        let link = PolarLink {
-            map,
-            transmitter: self
-                .transmitter
-                .get()
-                .expect(made)
-                .as_ref()
-                .map_err(Clone::clone)?,
-            receiver: self
-                .receiver
-                .get()
-                .expect(made)
-                .as_ref()
-                .map_err(Clone::clone)?,
-            mirror: self.mirror,
-        };
-        link.write(out)
+        links.iter().map(upright).collect()
     }
 }
 
 impl ModelInput for PolarWays {
     fn batch(&self, links: &[Link]) -> ModelResult<Tensor> {
-        let (ready, shape) = (self.ready(links)?, shape());
-        let one = shape.directions * shape.values();
-        let mut values = vec![0.0; links.len() * one];
-        values
-            .par_chunks_mut(one)
-            .zip(&ready)
-            .try_for_each(|(values, link)| link.write(&self.maps, values))
-            .map_err(|error| aps_model::Error::Input(error.into()))?;
+        let (links, shape) = (self.all_upright(links)?, shape());
+        let mut values = vec![0.0; links.len() * shape.directions * shape.values()];
+        let written = self.views.write(&links, &mut values);
+        written.map_err(|error| aps_model::Error::Input(error.into()))?;
         let shape = (links.len(), shape.directions, shape.values());
         Ok(Tensor::from_vec(values, shape, &self.device)?)
     }
 
     fn prepare(&self, links: &[Link]) -> ModelResult<()> {
-        self.ready(links).map(drop)
+        self.views.prepare(&self.all_upright(links)?);
+        Ok(())
     }
 
     fn group(&self, link: &Link) -> Option<u64> {
-        let (link, _) = self.upright(link)?;
+        let link = self.upright(link)?;
         let words = [
-            link.map.into(),
+            link.map as u64,
             link.tx_m[0].to_bits(),
             link.tx_m[1].to_bits(),
         ];
@@ -245,15 +141,11 @@ impl ModelInput for PolarWays {
     }
 }
 
-impl From<PolarError> for Error {
-    fn from(error: PolarError) -> Self {
-        Self::Model(aps_model::Error::Input(error.into()))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use aps_label::{Labeler, PathSample};
+    use aps_raytrace::Scene;
+    use aps_raytrace::glam::DVec2;
     use aps_raytrace::scene::{CityConfig, Location};
 
     use super::*;
@@ -262,32 +154,13 @@ mod tests {
         let scene = Scene::synthetic(&CityConfig::default()).unwrap();
         let places = (0..).map(|i: u32| [f64::from(i * 37 % 250), f64::from(i * 91 % 250)]);
         let is_outdoor = |&p: &[f64; 2]| scene.locate(DVec2::from(p)) == Location::Outdoor;
-        let places = places.filter(is_outdoor).take(6).collect();
-        let maps = polar_maps([Ok((0, scene))].into_iter()).unwrap();
-        (PolarWays::new(maps, [255.0; 2], Device::Cpu), places)
+        let places = places.filter(is_outdoor).take(3).collect();
+        let views = PolarViews::new([Ok((0, scene))].into_iter()).unwrap();
+        (PolarWays::new(views, [255.0; 2], Device::Cpu), places)
     }
 
     fn values(ways: &PolarWays, links: &[Link]) -> Vec<Vec<Vec<f32>>> {
         ways.batch(links).unwrap().to_vec3().unwrap()
-    }
-
-    /// Whatever was asked for before, and in whatever company: the same bits.
-    #[test]
-    fn ways_of_a_link_do_not_depend_on_what_was_made_before() {
-        let (ways, places) = city();
-        let link = |tx: usize, rx: usize| Link {
-            map: 0,
-            tx_m: places[tx],
-            rx_m: places[rx],
-        };
-        let links = [link(0, 1), link(0, 2), link(3, 1)];
-        let first = values(&ways, &links);
-        ways.prepare(&[link(4, 5)]).unwrap();
-        assert!(values(&ways, &links) == first);
-        assert!(values(&city().0, &links[2..])[0] == first[2]);
-        assert_ne!(first[0], first[1]);
-        let groups = links.map(|link| ways.group(&link));
-        assert!(groups[0] == groups[1] && groups[0] != groups[2]);
     }
 
     #[test]

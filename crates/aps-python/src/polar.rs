@@ -1,0 +1,57 @@
+//! The input of Polar-Reg.
+
+use map2aps::aps_raytrace::polar::Mirror;
+use map2aps::{PolarViews, SeenLink};
+use numpy::PyArrayDyn;
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+
+use crate::arrays::{points, shaped};
+use crate::run::run;
+use crate::scene::Scene;
+
+/// A scene prepared for its receivers to look at.
+#[pyclass(module = "map2aps._native", frozen)]
+pub struct PolarView {
+    views: PolarViews,
+}
+
+#[pymethods]
+impl PolarView {
+    #[new]
+    fn new(py: Python<'_>, scene: &Bound<'_, Scene>) -> PyResult<Self> {
+        let scene = scene.get().scene.clone();
+        let views = run(py, None, |_| PolarViews::new([Ok((0, scene))].into_iter()))?;
+        Ok(Self { views })
+    }
+
+    fn input<'py>(
+        &self,
+        py: Python<'py>,
+        tx: &Bound<'py, PyAny>,
+        rx: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let (tx, rx) = (points(tx, "tx")?, points(rx, "rx")?);
+        let shape = PolarViews::shape();
+        let links = tx.len().saturating_mul(rx.len());
+        let mut values: Vec<f32> = Vec::new();
+        let length = links.saturating_mul(shape.values());
+        if values.try_reserve_exact(length).is_err() {
+            let text = format!("{links} links of {} values each", shape.values());
+            return Err(PyMemoryError::new_err(text));
+        }
+        let values = run(py, None, |_| {
+            let pairs = tx.iter().flat_map(|tx| rx.iter().map(move |rx| (tx, rx)));
+            let seen = pairs.map(|(tx, rx)| SeenLink {
+                map: 0,
+                tx_m: tx.to_array(),
+                rx_m: rx.to_array(),
+                mirror: Mirror::default(),
+            });
+            values.resize(length, 0.0);
+            self.views.write(&seen.collect::<Vec<_>>(), &mut values)?;
+            Ok(values)
+        })?;
+        shaped(py, values, [links, shape.directions, shape.per_direction()])
+    }
+}

@@ -1,0 +1,233 @@
+//! The geometry that a model may be given of links, for networks of any framework: ways along rays, found in scenes when they are
+//! asked for.
+
+mod cache;
+
+use std::sync::Arc;
+
+use aps_raytrace::Scene;
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::polar::{
+    Fan, Mirror, PolarError, PolarLink, PolarMap, ReceiverRays, Shape, TransmitterWays,
+};
+use rayon::prelude::*;
+
+use self::cache::{Cache, Cell, Key};
+use crate::error::{At, Place, Result};
+
+/// Memory for the ways of transmitters, beside those of the batches under way \[bytes\].
+const TRANSMITTER_BYTES: usize = 256 << 20;
+
+/// Memory for the rays of receivers likewise.
+const RECEIVER_BYTES: usize = 256 << 20;
+
+/// Size of a transmitter's ways, and of a receiver's rays, in a city of a RadioMapSeer map \[bytes\].
+const USUAL_BYTES: usize = 128 << 10;
+
+/// A link whose geometry is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenLink {
+    /// Place of its map among those of the [`PolarViews`].
+    pub map: usize,
+    /// Place of the transmitter \[m\].
+    pub tx_m: [f64; 2],
+    /// Place of the receiver \[m\].
+    pub rx_m: [f64; 2],
+    /// Mirror image of the link, map and all, that is asked for.
+    pub mirror: Mirror,
+}
+
+/// Maps as their receivers see them along rays, with the default [`Fan`]: the input of Polar-Reg.
+///
+/// Ways of transmitters and rays of receivers are made once for all links that follow soon, on all threads, and are bounded in
+/// memory. None are made for a mirror image: it has the same values in another order.
+///
+/// ```
+/// use map2aps::aps_raytrace::{Scene, polar::Mirror};
+/// use map2aps::{PolarViews, SeenLink};
+///
+/// let scene = Scene::from_radiomapseer("[[[40, 40], [60, 40], [60, 60], [40, 60]]]")?;
+/// let views = PolarViews::new([Ok((0, scene))].into_iter())?;
+/// let link = SeenLink { map: 0, tx_m: [20.0, 70.0], rx_m: [70.0, 30.0], mirror: Mirror::default() };
+/// let mut values = vec![0.0; PolarViews::shape().values()];
+/// views.write(&[link], &mut values)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct PolarViews {
+    maps: Vec<Arc<PolarMap<'static>>>,
+    transmitters: Cache<TransmitterWays>,
+    receivers: Cache<ReceiverRays>,
+}
+
+/// A link with everything it is made of.
+struct Ready<'a> {
+    link: &'a SeenLink,
+    transmitter: Cell<TransmitterWays>,
+    receiver: Cell<ReceiverRays>,
+}
+
+impl PolarViews {
+    /// Prepares scenes, which are named by the ids of their maps. Works on all threads, one scene after another.
+    ///
+    /// # Errors
+    /// Those of the scenes, and a scene of too many corners.
+    pub fn new(scenes: impl Iterator<Item = Result<(u32, Scene)>>) -> Result<Self> {
+        let prepare = |scene: Result<(u32, Scene)>| {
+            let (id, scene) = scene?;
+            let map = PolarMap::owning(scene, Fan::default()).at(Place::Map(id))?;
+            Ok(Arc::new(map))
+        };
+        let maps = scenes.map(prepare).collect::<Result<_>>()?;
+        Ok(Self {
+            maps,
+            transmitters: Cache::new(TRANSMITTER_BYTES, USUAL_BYTES),
+            receivers: Cache::new(RECEIVER_BYTES, USUAL_BYTES),
+        })
+    }
+
+    /// Puts the maps of others behind these.
+    pub fn with(mut self, others: Self) -> Self {
+        self.maps.extend(others.maps);
+        self
+    }
+
+    /// Number of maps.
+    pub fn maps(&self) -> usize {
+        self.maps.len()
+    }
+
+    /// Order of the values of a link.
+    pub fn shape() -> Shape {
+        let fan = Fan::default();
+        Shape {
+            directions: fan.directions,
+            bounces: fan.max_bounces,
+        }
+    }
+
+    /// Begins the values of links that will be asked for soon. Errors are found again by [`write`](Self::write).
+    ///
+    /// # Panics
+    /// When a link is on none of the maps.
+    pub fn prepare(&self, links: &[SeenLink]) {
+        self.ready(links);
+    }
+
+    /// Writes the values of links, shape (links, directions, values), on all threads.
+    ///
+    /// # Errors
+    /// [`PolarError::Terminal`] for an end that is indoors or not finite, by its link.
+    ///
+    /// # Panics
+    /// When a link is on none of the maps, or `out` has another length.
+    pub fn write(&self, links: &[SeenLink], out: &mut [f32]) -> Result<()> {
+        let one = Self::shape().values();
+        assert_eq!(out.len(), links.len() * one, "values for each link");
+        let ready = self.ready(links);
+        let rows = out.par_chunks_exact_mut(one).zip(&ready).enumerate();
+        rows.try_for_each(|(row, (values, link))| {
+            link.write(&self.maps, values).at(Place::Link(row))
+        })
+    }
+
+    /// Makes everything that the values of links are looked up in.
+    fn ready<'a>(&self, links: &'a [SeenLink]) -> Vec<Ready<'a>> {
+        let key = |map: usize, end_m: [f64; 2]| -> Key { (map, end_m.map(f64::to_bits)) };
+        let of_tx = links.iter().map(|link| key(link.map, link.tx_m));
+        let of_rx = links.iter().map(|link| key(link.map, link.rx_m));
+        let cells = self.transmitters.cells(of_tx).into_iter();
+        let cells = cells.zip(self.receivers.cells(of_rx));
+        let ready: Vec<Ready<'_>> = links
+            .iter()
+            .zip(cells)
+            .map(|(link, (transmitter, receiver))| Ready {
+                link,
+                transmitter,
+                receiver,
+            })
+            .collect();
+        ready.par_iter().for_each(|ready| {
+            let SeenLink {
+                map, tx_m, rx_m, ..
+            } = *ready.link;
+            let (map, [tx, rx]) = (&self.maps[map], [tx_m, rx_m].map(DVec2::from));
+            ready.transmitter.get_or_init(|| map.transmitter(tx));
+            ready.receiver.get_or_init(|| map.receiver(rx));
+        });
+        ready
+    }
+}
+
+impl Ready<'_> {
+    /// Writes the values of the link.
+    fn write(&self, maps: &[Arc<PolarMap<'static>>], out: &mut [f32]) -> Result<(), PolarError> {
+        let made = "everything is made before it is looked up";
+        let (transmitter, receiver) = (self.transmitter.get(), self.receiver.get());
+        let link = PolarLink {
+            map: &maps[self.link.map],
+            transmitter: transmitter.expect(made).as_ref().map_err(Clone::clone)?,
+            receiver: receiver.expect(made).as_ref().map_err(Clone::clone)?,
+            mirror: self.link.mirror,
+        };
+        link.write(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use aps_raytrace::scene::{CityConfig, Location};
+
+    use super::*;
+
+    fn city() -> (PolarViews, Vec<[f64; 2]>) {
+        let scene = Scene::synthetic(&CityConfig::default()).unwrap();
+        let places = (0..).map(|i: u32| [f64::from(i * 37 % 250), f64::from(i * 91 % 250)]);
+        let is_outdoor = |&p: &[f64; 2]| scene.locate(DVec2::from(p)) == Location::Outdoor;
+        let places = places.filter(is_outdoor).take(6).collect();
+        (
+            PolarViews::new([Ok((0, scene))].into_iter()).unwrap(),
+            places,
+        )
+    }
+
+    fn values(views: &PolarViews, links: &[SeenLink]) -> Vec<f32> {
+        let mut values = vec![f32::NAN; links.len() * PolarViews::shape().values()];
+        views.write(links, &mut values).unwrap();
+        values
+    }
+
+    /// Whatever was asked for before, and in whatever company: the same bits.
+    #[test]
+    fn ways_of_a_link_do_not_depend_on_what_was_made_before() {
+        let (views, places) = city();
+        let link = |tx: usize, rx: usize| SeenLink {
+            map: 0,
+            tx_m: places[tx],
+            rx_m: places[rx],
+            mirror: Mirror::default(),
+        };
+        let links = [link(0, 1), link(0, 2), link(3, 1)];
+        let first = values(&views, &links);
+        views.prepare(&[link(4, 5)]);
+        assert!(values(&views, &links) == first);
+        let one = PolarViews::shape().values();
+        assert!(values(&city().0, &links[2..]) == first[2 * one..]);
+        assert!(first[..one] != first[one..2 * one]);
+    }
+
+    #[test]
+    fn an_end_that_cannot_stand_there_is_named_by_its_link() {
+        let (views, places) = city();
+        let link = |rx_m| SeenLink {
+            map: 0,
+            tx_m: places[0],
+            rx_m,
+            mirror: Mirror::default(),
+        };
+        let mut values = vec![0.0; 2 * PolarViews::shape().values()];
+        let bad = views.write(&[link(places[1]), link([f64::NAN; 2])], &mut values);
+        let error = bad.unwrap_err().chain();
+        assert!(error.starts_with("link 1: no terminal"), "{error}");
+    }
+}
