@@ -130,7 +130,7 @@ class Page:
             raise RuntimeError(f"{script}: {got['exceptionDetails']}")
         return got["result"].get("value")
 
-    def wait(self, condition, seconds=120):
+    def wait(self, condition, seconds=300):
         """Waits until a condition holds, looking once a frame."""
         look = f"""new Promise((yes, no) => {{
           const end = performance.now() + {1000 * seconds};
