@@ -446,6 +446,8 @@ def check_two_tabs(browser, url, page):
     for p in (page, other):
         shown = json.loads(p.eval(PATHS % "paths"))["links"][0]
         must(shown["rx"] == p.state()["rx"], "each of two tabs shows its own link")
+    # A tab behind another draws no frames.
+    page.call("Page.bringToFront")
     return other
 
 

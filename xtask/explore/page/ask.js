@@ -43,17 +43,20 @@ export class Lane {
     this.next = question;
     if (this.busy) return;
     this.busy = true;
-    while (this.next) {
-      const asked = this.next;
-      this.next = null;
-      try {
-        const answer = await (await ask(this.path, asked)).json();
-        this.take(answer, asked);
-      } catch (fault) {
-        if (!(fault instanceof Fault)) throw fault;
-        if (fault.kind !== 'overtaken' && !this.next) this.fail(fault, asked);
-      }
+    try {
+      while (this.next) await this.one(this.next);
+    } finally {
+      this.busy = false;
     }
-    this.busy = false;
+  }
+
+  async one(asked) {
+    this.next = null;
+    try {
+      this.take(await (await ask(this.path, asked)).json(), asked);
+    } catch (fault) {
+      if (!(fault instanceof Fault)) throw fault;
+      if (fault.kind !== 'overtaken' && !this.next) this.fail(fault, asked);
+    }
   }
 }

@@ -54,6 +54,16 @@ class Frame {
   }
 }
 
+/** Fills a picture: its axes, whose text is dear, only when they change, and what is drawn over them. */
+function put(svg, ...parts) {
+  parts.forEach((content, i) => {
+    const group = svg.children[i] ?? svg.appendChild(document.createElementNS(svg.namespaceURI, 'g'));
+    if (group.content === content) return;
+    group.innerHTML = content;
+    group.content = content;
+  });
+}
+
 /** Curves of an answer with their looks, the main one last. */
 function curves(answer, { other, converged }) {
   const list = [];
@@ -69,22 +79,22 @@ export function draw(answer, overlays) {
     const words = answer.is_enclosed ? 'a closed building lies between the ends' : 'no path within the limits, no spectrum';
     for (const svg of [polar, aps, pdp]) {
       const { width, height } = svg.viewBox.baseVal;
-      svg.innerHTML = text(width / 2, height / 2, words);
+      put(svg, text(width / 2, height / 2, words), '');
     }
     return;
   }
   const list = curves(answer, overlays);
   const top = topOf(answer.spectrum);
-  aps.innerHTML = overAngle(answer, list, top);
-  pdp.innerHTML = overDelay(answer, list);
-  polar.innerHTML = overDirection(answer, list, top);
+  put(aps, ...overAngle(answer, list, top));
+  put(pdp, ...overDelay(answer, list));
+  put(polar, ...overDirection(answer, list, top));
 }
 
 function overAngle(answer, list, top) {
   const sense = answer.spectrum.protocol === 'released' ? 'direction of travel at the receiver' : 'angle of arrival';
   const name = `${sense} [deg]${answer.turn_deg % 180 ? ', from the heading of the array' : ''}`;
   const frame = new Frame(700, 270, { from: -180, to: 180, step: 30, name }, top);
-  let out = frame.axes();
+  let out = '';
   const stem = (path, angle, look) => {
     if (path.gain_db < top - RANGE_DB) return '';
     const [[x, y0], [, y1]] = [frame.at(angle, -1e9), frame.at(angle, path.gain_db)];
@@ -95,10 +105,11 @@ function overAngle(answer, list, top) {
     out += stem(path, path.angle_deg, '');
   }
   for (const [curve, look] of list) out += line(curve.angles_deg.map((angle, i) => frame.at(angle, curve.aps_db[i])), look);
-  return out + badges(answer.lobes, (lobe, step) => {
+  const marks = badges(answer.lobes, (lobe, step) => {
     const [x, y] = frame.at(lobe.angle_deg, lobe.level_db + 3.5);
     return [x, y - step];
   });
+  return [frame.axes(), out + marks];
 }
 
 /** Badges of lobes, those that would lie on another a step further out. */
@@ -117,14 +128,14 @@ function overDelay(answer, list) {
   const { pdp_db: levels, step_ns: step } = answer.spectrum;
   const top = topOf({ aps_db: levels });
   const frame = new Frame(380, 300, { from: 0, to: Math.round(step * (levels.length - 1)), step: 200, name: 'delay [ns]' }, top);
-  let out = frame.axes();
+  let out = '';
   for (const path of answer.paths.toReversed()) {
     if (path.gain_db < top - RANGE_DB || path.delay_ns > frame.x.to) continue;
     const [[x, y0], [, y1]] = [frame.at(path.delay_ns, -1e9), frame.at(path.delay_ns, path.gain_db)];
     out += `<path class="line stroke-${path.colour}" data-path="${path.number}" d="M${px(x)} ${px(y0)}V${px(y1)}"/>`;
   }
   for (const [curve, look] of list) out += line(curve.pdp_db.map((db, i) => frame.at(i * curve.step_ns, db)), look);
-  return out;
+  return [frame.axes(), out];
 }
 
 function overDirection(answer, list, top) {
@@ -135,14 +146,14 @@ function overDirection(answer, list, top) {
     const r = part * radius + more;
     return [middle + r * Math.cos(turn), middle - r * Math.sin(turn)];
   };
-  let out = '';
+  let [axes, out] = ['', ''];
   for (const db of [0, 15, 30]) {
     const r = (RANGE_DB - db) / RANGE_DB * radius;
-    out += `<circle class="grid" cx="150" cy="150" r="${r}"/>${text(middle + 3, middle - r + 12, `${top - db} dB`, 'start')}`;
+    axes += `<circle class="grid" cx="150" cy="150" r="${r}"/>${text(middle + 3, middle - r + 12, `${top - db} dB`, 'start')}`;
   }
   for (const [words, angle] of [['0°', 0], ['90°', 90], ['180°', 180], ['−90°', 270]]) {
     const [x, y] = at(angle - answer.turn_deg, top, 13);
-    out += text(x, y + 4, words);
+    axes += text(x, y + 4, words);
   }
   for (const path of answer.paths.toReversed()) {
     if (path.gain_db < top - RANGE_DB) continue;
@@ -153,5 +164,5 @@ function overDirection(answer, list, top) {
     const points = curve.angles_deg.map((angle, i) => at(angle, curve.aps_db[i]));
     out += line([...points, points[0]], look);
   }
-  return out + badges(answer.lobes, (lobe, step) => at(lobe.angle_deg, lobe.level_db, 10 + step));
+  return [axes, out + badges(answer.lobes, (lobe, step) => at(lobe.angle_deg, lobe.level_db, 10 + step))];
 }

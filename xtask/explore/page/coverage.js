@@ -30,7 +30,7 @@ function around(turn) {
 
 /** For each quantity: its name in the answer, its values on a scale, and the ends of the scale in words. */
 const KINDS = {
-  level: { of: 'level_db', ends: ([low, high]) => [`${low.toFixed(0)} dB`, `${high.toFixed(0)} dB`] },
+  level: { of: 'level_db', span: 130, ends: ([low, high]) => [`${low.toFixed(0)} dB`, `${high.toFixed(0)} dB`] },
   paths: { of: 'paths', scale: Math.log1p, ends: ([low, high]) => [low, high].map(v => Math.expm1(v).toFixed(0)) },
   sight: { of: 'sight', ends: () => ['no', 'line of sight'], range: [0, 1] },
   direction: { of: 'direction_deg', isRound: true, ends: () => ['−180°', '180°'], range: [-180, 180] },
@@ -134,8 +134,9 @@ function fill(block, kind) {
 
 function paint(kind) {
   const known = values.filter(v => !Number.isNaN(v));
-  const range = kind.range ?? [known.reduce((a, b) => Math.min(a, b), Infinity), known.reduce((a, b) => Math.max(a, b), -Infinity)];
   if (!known.length) return;
+  const high = known.reduce((a, b) => Math.max(a, b));
+  const range = kind.range ?? [Math.max(known.reduce((a, b) => Math.min(a, b)), high - (kind.span ?? Infinity)), high];
   const steps = strengths();
   const colour = part => (kind.isRound ? around(part) : between(steps, part));
   const image = new ImageData(grid.columns, grid.rows);

@@ -1,7 +1,7 @@
 //! A quantity over a whole map, cell by cell, the coarse picture first.
 //!
 //! The answer is a line of JSON for each block of cells: the first tells the grid, the last cells come with the lowest stride. A
-//! cell that can hold no receiver has no value.
+//! cell that can hold no receiver has null for every value.
 
 use std::sync::Arc;
 
@@ -87,7 +87,13 @@ pub struct Survey {
     label: LabelChoice,
     labeler: Labeler,
     /// The chosen limits, and for an error the converged ones.
-    sides: Vec<(Arc<Prepared<Tracer<'static>>>, Arc<Prepared<Transmitter>>)>,
+    sides: Vec<Side>,
+}
+
+/// A map and a transmitter prepared for some limits.
+struct Side {
+    tracer: Arc<Prepared<Tracer<'static>>>,
+    tx: Arc<Prepared<Transmitter>>,
 }
 
 /// The values of some cells, those first that come first.
@@ -99,9 +105,9 @@ struct Block {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     level_db: Vec<Option<f64>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    paths: Vec<usize>,
+    paths: Vec<Option<usize>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    sight: Vec<u8>,
+    sight: Vec<Option<u8>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     direction_deg: Vec<Option<f64>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -118,6 +124,32 @@ enum Value {
     },
     /// None where the converged limits find no path either.
     Error(Option<f64>),
+}
+
+impl Block {
+    /// Appends a cell; `None` for one that can hold no receiver.
+    fn push(&mut self, cell: u32, show: Show, value: Option<Value>) {
+        self.at.push(cell);
+        let (level_db, paths, sight, direction_deg, error_db) = match value {
+            Some(Value::Link {
+                level_db,
+                paths,
+                sight,
+                direction_deg,
+            }) => (level_db, Some(paths), Some(sight), direction_deg, None),
+            Some(Value::Error(error_db)) => (None, None, None, None, error_db),
+            None => (None, None, None, None, None),
+        };
+        match show {
+            Show::Link => {
+                self.level_db.push(level_db.map(tenths));
+                self.paths.push(paths);
+                self.sight.push(sight.map(u8::from));
+                self.direction_deg.push(direction_deg.map(tenths));
+            }
+            Show::Error => self.error_db.push(error_db.map(tenths)),
+        }
+    }
 }
 
 /// Buffers of a thread.
@@ -150,7 +182,7 @@ impl Survey {
             let tracer = stock.tracer(&city, config)?;
             ticket.check()?;
             let tx = stock.transmitter(&tracer, question.tx)?;
-            sides.push((tracer, tx));
+            sides.push(Side { tracer, tx });
         }
         Ok(Self {
             grid: Grid::new(city.area, question.cell_m)?,
@@ -199,29 +231,14 @@ impl Survey {
             .collect::<Result<_, Fault>>()?;
         let mut block = Block::default();
         for (&cell, value) in cells.iter().zip(values) {
-            let Some(value) = value else { continue };
-            block.at.push(cell);
-            match value {
-                Value::Link {
-                    level_db,
-                    paths,
-                    sight,
-                    direction_deg,
-                } => {
-                    block.level_db.push(level_db.map(tenths));
-                    block.paths.push(paths);
-                    block.sight.push(sight.into());
-                    block.direction_deg.push(direction_deg.map(tenths));
-                }
-                Value::Error(error_db) => block.error_db.push(error_db.map(tenths)),
-            }
+            block.push(cell, self.show, value);
         }
         Ok(block)
     }
 
     /// The values at a place; none where no receiver can stand.
     fn value(&self, place: DVec2, buffers: &mut Buffers) -> Result<Option<Value>, Fault> {
-        for (i, (tracer, tx)) in self.sides.iter().enumerate() {
+        for (i, Side { tracer, tx }) in self.sides.iter().enumerate() {
             // Inside of a building, on a wall, or beyond the border, as half of a last cell can be.
             let Ok(rx) = tracer.value.receiver(place) else {
                 return Ok(None);
@@ -278,7 +295,15 @@ fn line(value: &impl Serialize) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::{Cell, RefCell};
+
+    use map2aps::{MapSource, SceneSettings};
+
     use super::*;
+    use crate::request::read;
+    use crate::request::tests::question;
+    use crate::stock::Maps;
+    use crate::ticket::Lanes;
 
     #[test]
     fn passes_have_every_cell_once() {
@@ -292,6 +317,48 @@ mod tests {
         cells.sort_unstable();
         assert!(cells.into_iter().eq(0..50 * 17));
         assert!(grid.place(51).distance(DVec2::new(-0.1, 7.9)) < 1e-12);
+    }
+
+    /// All cells of a synthetic city, and the request that asks for them.
+    fn survey(lanes: &Lanes) -> (Survey, Ticket) {
+        let mut asked = question();
+        let fields = asked.as_object_mut().unwrap();
+        fields.remove("rx");
+        fields.insert("show".into(), "link".into());
+        fields.insert("cell_m".into(), 4.0.into());
+        let asked = read(asked.to_string().as_bytes()).unwrap();
+        let source = MapSource::Synthetic { count: 1 };
+        let stock = Stock::new(Maps::new(source, 42, SceneSettings::default()).unwrap());
+        let ticket = lanes.enter(1, "coverage");
+        (Survey::new(&stock, &asked, &ticket).unwrap(), ticket)
+    }
+
+    #[test]
+    fn survey_ends_with_its_reader() {
+        let (survey, ticket) = survey(&Lanes::default());
+        let taken = Cell::new(0);
+        survey.run(&ticket, |_| {
+            taken.set(taken.get() + 1);
+            taken.get() < 3
+        });
+        assert_eq!(taken.get(), 3);
+    }
+
+    #[test]
+    fn survey_ends_when_a_newer_one_is_asked_for() {
+        let lanes = Lanes::default();
+        let (survey, ticket) = survey(&lanes);
+        let lines = RefCell::new(Vec::new());
+        survey.run(&ticket, |line| {
+            lines.borrow_mut().push(String::from_utf8(line).unwrap());
+            if lines.borrow().len() == 2 {
+                lanes.enter(1, "coverage");
+            }
+            true
+        });
+        let lines = lines.into_inner();
+        assert_eq!(lines.len(), 3);
+        assert!(lines[1].contains("level_db") && lines[2].contains("overtaken"));
     }
 
     #[test]

@@ -11,22 +11,22 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 #![forbid(unsafe_code)]
 
-mod app;
+pub mod app;
 pub mod command;
 mod compare;
 mod coverage;
-mod fault;
+pub mod fault;
 mod files;
 pub mod guard;
-mod houses;
+pub mod houses;
 mod link;
 mod page;
 mod recent;
 mod reply;
-mod request;
-mod server;
+pub mod request;
+pub mod server;
 pub mod stock;
-mod ticket;
+pub mod ticket;
 
 pub use app::App;
 pub use server::Server;

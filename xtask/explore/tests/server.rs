@@ -257,7 +257,12 @@ fn coverage_comes_in_order_and_agrees_with_links() {
             for name in ["show", "cell_m"] {
                 asked.as_object_mut().unwrap().remove(name);
             }
-            let link = post(port, "/api/link", &asked).json();
+            let answer = post(port, "/api/link", &asked);
+            if block["paths"][i].is_null() {
+                assert_eq!(answer.kind(), "terminal");
+                continue;
+            }
+            let link = answer.json();
             let paths = link["link"]["paths"].as_array().unwrap();
             assert_eq!(block["paths"][i], paths.len());
             match block["level_db"][i].as_f64() {
