@@ -75,6 +75,7 @@ fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "max_reflections" => config.max_reflections = value.extract()?,
         "max_diffractions" => config.max_diffractions = value.extract()?,
         "max_interactions" => config.max_interactions = value.extract()?,
+        "slope_diffraction" => config.slope_diffraction = value.extract()?,
         "dynamic_range_db" => config.dynamic_range_db = value.extract()?,
         "max_fallback_diffractions" => config.max_fallback_diffractions = value.extract()?,
         "max_images" => config.max_images = value.extract()?,
