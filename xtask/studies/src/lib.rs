@@ -33,6 +33,7 @@ pub mod command;
 mod conditions;
 mod diffraction;
 mod errors;
+mod fullwave;
 mod join;
 mod label;
 mod links;
@@ -90,6 +91,8 @@ pub enum StudyName {
     Label,
     /// The diffraction coefficient against exact solutions.
     Diffraction,
+    /// The tracer against the solution of the wave equation in small scenes.
+    Fullwave,
     /// Savings by leaving out, and their costs.
     Pruning,
     /// Worst errors of the kernels in ulps.
@@ -109,10 +112,11 @@ pub struct Setup {
 
 impl StudyName {
     /// Every study of this crate.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Tracer,
         Self::Label,
         Self::Diffraction,
+        Self::Fullwave,
         Self::Pruning,
         Self::Rounding,
     ];
@@ -123,6 +127,7 @@ impl StudyName {
             Self::Tracer => "tracer",
             Self::Label => "label",
             Self::Diffraction => "diffraction",
+            Self::Fullwave => "fullwave",
             Self::Pruning => "pruning",
             Self::Rounding => "rounding",
         }
@@ -137,6 +142,7 @@ impl StudyName {
             Self::Tracer => tracer::run(setup),
             Self::Label => label::run(setup),
             Self::Diffraction => diffraction::run(setup),
+            Self::Fullwave => fullwave::run(setup),
             Self::Pruning => pruning::run(setup),
             Self::Rounding => rounding::run(),
         }
