@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn two_half_planes_in_line_are_nearer_with_slopes() {
         for [s_0, s_1, s_2] in [[1e4, 1e4, 1e4], [1e4, 3e4, 2e4], [3e4, 1e4, 3e4]] {
-            let rho = (s_0 * s_2 / ((s_0 + s_1) * (s_1 + s_2)) as f64).sqrt();
+            let rho = f64::sqrt(s_0 * s_2 / ((s_0 + s_1) * (s_1 + s_2)));
             let exact = 0.25 + rho.asin() / TAU;
             // Edges seen head-on: the faces play no part. Lengths in units of 1/k.
             let angles = [FRAC_PI_2, FRAC_PI_2 + PI + 1e-9];
