@@ -348,7 +348,9 @@ def check_coverage(page):
         page.wait("!document.getElementById('progress').hidden")
         page.wait("document.getElementById('progress').hidden && !document.getElementById('legend').hidden", 300)
         painted = page.eval("""(() => { const c = document.getElementById('heat');
-          const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+          const copy = new OffscreenCanvas(c.width, c.height).getContext('2d', { willReadFrequently: true });
+          copy.drawImage(c, 0, 0);
+          const d = copy.getImageData(0, 0, c.width, c.height).data;
           return d.filter((v, i) => i % 4 === 3 && v > 0).length / (d.length / 4); })()""")
         must(painted > 0.2, f"coverage '{show}' fills {100 * painted:.0f} % of the map")
     # A terminal that moves ends what runs.
