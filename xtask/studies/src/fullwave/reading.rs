@@ -75,7 +75,6 @@ pub fn study(rows: &[Row], links: &[LinkRow]) -> Result<Study> {
     figures(&mut study, rows, links);
     verdict(&mut study, rows);
     study.data("scenes", "Every setting in every scene", rows)?;
-    study.data("links", "Every link at the settings of the tables", links)?;
     Ok(study)
 }
 
