@@ -99,14 +99,7 @@ def explain(
 @final
 class Examples:
     def __new__(
-        cls,
-        folder: str | os.PathLike[str],
-        split: str,
-        size: int,
-        mirror: bool,
-        linear: bool,
-        polar: bool,
-        maps: int | str | os.PathLike[str] | None,
+        cls, folder: str | os.PathLike[str], split: str, settings: dict[str, Any]
     ) -> Examples: ...
     def __len__(self) -> int: ...
     def batch(self, numbers: npt.ArrayLike) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...

@@ -53,11 +53,16 @@ fn outdoors(scene: &Scene) -> Vec<DVec2> {
         .collect()
 }
 
-fn config((max_reflections, max_diffractions): (usize, usize), sum: usize) -> TraceConfig {
+fn config(
+    (max_reflections, max_diffractions): (usize, usize),
+    sum: usize,
+    slope_diffraction: bool,
+) -> TraceConfig {
     TraceConfig {
         max_reflections,
         max_diffractions,
         max_interactions: sum,
+        slope_diffraction,
         dynamic_range_db: None,
         ..with_chains()
     }
@@ -120,6 +125,7 @@ proptest! {
         place in 0..places().len(),
         limits in select(&LIMITS[..]),
         fewer in 0_usize..2,
+        slopes in any::<bool>(),
         range_db in select(&[10.0, 17.0, 30.0, 45.0, 60.0, 80.0][..]),
         ends in (0_usize..40, 0_usize..40),
     ) {
@@ -128,7 +134,7 @@ proptest! {
         let points = &places()[place].2;
         let ends = [points[ends.0], points[ends.1]];
         prop_assume!(ends[0] != ends[1]);
-        let all = config(limits, (limits.0 + limits.1).saturating_sub(fewer).max(1));
+        let all = config(limits, (limits.0 + limits.1).saturating_sub(fewer).max(1), slopes);
         let cut = TraceConfig { dynamic_range_db: Some(range_db), ..all.clone() };
         for ends in [ends, [ends[1], ends[0]]] {
             check(&traced(place, &all, ends), &traced(place, &cut, ends), range_db);
@@ -139,11 +145,17 @@ proptest! {
 /// The search pays for what it finds.
 #[test]
 fn a_short_range_computes_hardly_more_than_it_keeps() {
+    for slopes in [false, true] {
+        check_search(slopes);
+    }
+}
+
+fn check_search(slopes: bool) {
     let (mut kept, mut computed, mut all) = (0, 0, 0);
     for (place, (_, _, points)) in places().iter().enumerate().take(3) {
         let cut = TraceConfig {
             dynamic_range_db: Some(30.0),
-            ..config((3, 2), 5)
+            ..config((3, 2), 5, slopes)
         };
         for ends in points.windows(2).take(12) {
             let link = traced(place, &cut, [ends[0], ends[1]]);
@@ -154,6 +166,6 @@ fn a_short_range_computes_hardly_more_than_it_keeps() {
             }
         }
     }
-    eprintln!("{kept} paths kept, {computed} computed, {all} within the limits");
+    eprintln!("slopes {slopes}: {kept} paths kept, {computed} computed, {all} within the limits");
     assert!(all > 10 * kept && computed < 2 * kept);
 }

@@ -7,6 +7,7 @@ mod corners;
 mod dynamic_range;
 mod enclosure;
 mod exact_wedge;
+mod fullwave;
 mod fuzz;
 mod laws;
 mod mirror;

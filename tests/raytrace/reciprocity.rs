@@ -27,6 +27,13 @@ fn two_diffractions() -> TraceConfig {
     }
 }
 
+fn with_slopes() -> TraceConfig {
+    TraceConfig {
+        slope_diffraction: true,
+        ..two_diffractions()
+    }
+}
+
 fn everything() -> TraceConfig {
     TraceConfig {
         dynamic_range_db: None,
@@ -189,6 +196,7 @@ fn lattices_of_equal_blocks() {
             (everything(), 2),
             (nothing, 1),
             (two_diffractions(), 4),
+            (with_slopes(), 4),
         ];
         for (config, every) in configs {
             let mut tally = Tally::default();
@@ -264,6 +272,7 @@ proptest! {
         seed in 0_u64..1_000_000,
         reflections in 0_usize..=3,
         diffractions in 0_usize..=2,
+        slope_diffraction in any::<bool>(),
         eps in 1.0_f64..20.0,
         grain in prop::sample::select(vec![1.0, 0.5, 0.37]),
         offset in 0_u32..100_000,
@@ -277,6 +286,7 @@ proptest! {
             max_reflections: reflections.min(3 - diffractions),
             max_diffractions: diffractions,
             max_interactions: 3,
+            slope_diffraction,
             ..with_chains()
         };
         let points: Vec<DVec2> = outdoor_points(&scene, 60, offset)

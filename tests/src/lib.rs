@@ -4,6 +4,7 @@
 pub mod brute_force;
 pub mod double_complex;
 pub mod double_double;
+pub mod fullwave;
 pub mod label;
 pub mod links;
 pub mod maps;

@@ -9,7 +9,7 @@ use aps_data::{Access, Part, Stored};
 use aps_label::{Array, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, Scene, TraceConfig};
-use clap::{Args, ValueEnum};
+use clap::{ArgAction, Args, ValueEnum};
 use map2aps::maps::{self, TileSettings};
 use map2aps::{MapSource, SceneSettings};
 use serde::Deserialize;
@@ -313,6 +313,9 @@ pub struct TraceArgs {
     /// Most interactions on a path [default: the sum of the two limits above].
     #[arg(long)]
     pub max_interactions: Option<usize>,
+    /// Waves from corner to corner take their slope along: what a wave along a wall is made of.
+    #[arg(long, action = ArgAction::Set, value_name = "BOOL", default_value_t = TraceConfig::default().slope_diffraction)]
+    pub slope_diffraction: bool,
     /// Leave out paths weaker than the link's strongest by more than this [dB; default: as the limits have it].
     #[arg(long)]
     pub dynamic_range_db: Option<f64>,
@@ -347,6 +350,7 @@ impl TraceArgs {
             max_interactions: self
                 .max_interactions
                 .unwrap_or(max_reflections.saturating_add(max_diffractions)),
+            slope_diffraction: self.slope_diffraction,
             dynamic_range_db: range_db.filter(|_| !self.no_prune),
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..limits

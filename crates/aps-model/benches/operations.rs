@@ -15,6 +15,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 mod kernels;
 #[path = "../src/ops/mod.rs"]
 mod ops;
+#[path = "../src/recording/mod.rs"]
+mod recording;
 
 use ops::portable;
 

@@ -58,6 +58,7 @@ mod ops;
 pub mod optim;
 mod parameters;
 mod random;
+mod recording;
 #[cfg(test)]
 mod tests;
 pub mod train;

@@ -16,6 +16,17 @@ use crate::run::run;
 /// Largest side of an image \[pixels\].
 const MAX_SIZE: usize = 4096;
 
+/// Form of the examples.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Settings {
+    size: Number<usize>,
+    mirror: bool,
+    linear: bool,
+    polar: bool,
+    maps: Option<Maps>,
+}
+
 /// Inputs of a model and targets, of a part of a data set.
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct Examples {
@@ -28,16 +39,7 @@ type Batch<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>);
 #[pymethods]
 impl Examples {
     #[new]
-    fn new(
-        py: Python<'_>,
-        folder: PathBuf,
-        split: &str,
-        size: Number<usize>,
-        mirror: bool,
-        linear: bool,
-        polar: bool,
-        maps: Option<Maps>,
-    ) -> PyResult<Self> {
+    fn new(py: Python<'_>, folder: PathBuf, split: &str, settings: Settings) -> PyResult<Self> {
         let part = match split {
             "train" => Part::Train,
             "develop" => Part::Develop,
@@ -47,20 +49,20 @@ impl Examples {
                 return Err(PyValueError::new_err(text));
             }
         };
-        let size = size.named("size")?;
+        let size = settings.size.named("size")?;
         if !(1..=MAX_SIZE).contains(&size) {
             let text = format!("size: {size} pixels; must be 1 to {MAX_SIZE}");
             return Err(PyValueError::new_err(text));
         }
-        let domain = match linear {
+        let domain = match settings.linear {
             true => Domain::Linear,
             false => Domain::Normalised,
         };
-        let source = maps.map(Maps::source).transpose()?;
+        let source = settings.maps.map(Maps::source).transpose()?;
         let drawn = run(py, None, |_| {
             let dataset = Dataset::open(&folder)?;
-            let drawn = DrawnExamples::load(&dataset, part, domain, size, mirror)?;
-            if !polar {
+            let drawn = DrawnExamples::load(&dataset, part, domain, size, settings.mirror)?;
+            if !settings.polar {
                 return Ok(drawn);
             }
             let tiles = TileSettings::of_dataset(&dataset.manifest().configuration);

@@ -70,6 +70,7 @@ fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "max_reflections" => config.max_reflections = number()?,
         "max_diffractions" => config.max_diffractions = number()?,
         "max_interactions" => config.max_interactions = number()?,
+        "slope_diffraction" => config.slope_diffraction = value.extract()?,
         "dynamic_range_db" => config.dynamic_range_db = optional(value.extract()?, name)?,
         "max_fallback_diffractions" => config.max_fallback_diffractions = number()?,
         "max_images" => config.max_images = number()?,

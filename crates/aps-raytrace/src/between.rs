@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::bound::{Direction, Directions};
 use crate::legs::{Corners, Leg, Legs};
+use crate::slope::Slopes;
 use crate::wedge::Ray;
 
 /// The legs from one corner to another.
@@ -89,6 +90,7 @@ impl Between {
     /// Finds them; `legs_from` finds those of one corner. `Ok(None)` if they take more than `max_bytes`.
     pub fn find<E: Send>(
         corners: &Corners,
+        slopes: Option<Slopes>,
         max_bytes: usize,
         legs_from: impl Fn(usize) -> Result<Option<Legs>, E> + Sync,
     ) -> Result<Option<Self>, E> {
@@ -104,10 +106,10 @@ impl Between {
                 Ok((!is_too_much).then_some(legs))
             })
             .collect::<Result<Option<Vec<Legs>>, E>>()?;
-        Ok(legs.map(|legs| Self::new(corners, legs)))
+        Ok(legs.map(|legs| Self::new(corners, slopes, legs)))
     }
 
-    fn new(corners: &Corners, legs: Vec<Legs>) -> Self {
+    fn new(corners: &Corners, slopes: Option<Slopes>, legs: Vec<Legs>) -> Self {
         let mut blocks: Vec<Block> = Vec::new();
         for (from, legs) in (0..).zip(&legs) {
             let mut first = 0;
@@ -143,7 +145,7 @@ impl Between {
         let leaving: Vec<Leaving> = legs
             .into_par_iter()
             .enumerate()
-            .map(|(from, legs)| Leaving::new(corners, from, legs, &block_of[from]))
+            .map(|(from, legs)| Leaving::new(corners, slopes, from, legs, &block_of[from]))
             .collect();
         let arriving: Vec<LegEnds> = arriving
             .into_par_iter()
@@ -151,7 +153,7 @@ impl Between {
             .map(|(to, mut arriving)| {
                 let leg = |end: &Arriving| &leaving[end.from as usize].legs.all()[end.leg as usize];
                 arriving.sort_by_key(|end| leg(end).reflections);
-                let wedge = &corners.wedges[to].bound;
+                let wedge = &corners.wedges[to];
                 let mut ends = LegEnds::default();
                 for end in &arriving {
                     let leg = leg(end);
@@ -199,16 +201,30 @@ impl Between {
 }
 
 impl Leaving {
-    fn new(corners: &Corners, from: usize, legs: Legs, blocks: &[u32]) -> Self {
+    fn new(
+        corners: &Corners,
+        slopes: Option<Slopes>,
+        from: usize,
+        mut legs: Legs,
+        blocks: &[u32],
+    ) -> Self {
         let wedge = &corners.wedges[from];
+        let rays = legs.all_mut().iter_mut().map(|leg| {
+            let mut ray = wedge.ray(leg.corner_image);
+            if let Some(slopes) = slopes {
+                ray.slope = slopes.factor(leg, &ray);
+                leg.ray.slope = ray.slope;
+            }
+            ray
+        });
+        let rays: Vec<Ray> = rays.collect();
         let all = legs.all();
-        let rays: Vec<Ray> = all.iter().map(|leg| wedge.ray(leg.corner_image)).collect();
         let mut places = vec![0; all.len()];
         let mut order: Vec<usize> = (0..all.len()).collect();
         order.sort_by_key(|&i| all[i].reflections);
         let mut ends = LegEnds::default();
         for (place, &i) in (0..).zip(&order) {
-            let direction = wedge.bound.direction(&rays[i]);
+            let direction = wedge.direction(&rays[i]);
             ends.push(&direction, &all[i], blocks[i], i as u32);
             places[i] = place;
         }

@@ -17,6 +17,15 @@
 //! Products far from their boundary (x >= [`FAR`]) are summed as complex numbers with F = 1, and |Gamma cot| / (2 x) is added for
 //! what F differs; of those next to it the magnitude is added, at most |Gamma| |c| n sqrt(2 pi k L). Reflections and shadow cancel
 //! as they do in D: away from the boundaries the bound is D itself.
+//!
+//! **With slopes** ([`crate::slope`]) two corners are D_1 D_2 + mu D_1' D_2', at most the product of the lengths of the vectors
+//! (D, sqrt|mu| D') by Cauchy and Schwarz; a corner between two others is a matrix, at most the root of the sum of its four squares. So
+//! each corner has its own bound still, sqrt(D^2 + (|mu_1| + |mu_2|) D'^2 + |mu_1 mu_2| D''^2). A product is g(delta) R K(w) up to its
+//! sign, g = cot(delta / 2n) sin(delta / 2), R = sqrt(2 k L), w = R |sin(delta / 2)|. K = 2 j integral from 0 to infinity of e^{-j t^2 - 2 j w t} dt,
+//! turned into the complex plane, gives |K| <= sqrt(pi), |K'| <= 2, |K''| <= 2 sqrt(pi); and K' = 2 j (F - 1), K'' = 4 j x F' / w with the
+//! bounds of F above and |x F'| <= 1 / (2 x), from its integral, give |K| <= 1 / w, |K'| <= 1 / w^2, |K''| <= 2 / w^3. With t = delta / 2n,
+//! g = cos t S(t), S = sin(n t) / sin t: |S| <= n, and by concavity |dS / d cos t| <= n, the largest |d^2 S / (d cos t)^2| is (n^2 - 1) alpha at
+//! t = pi/2. So |g| <= n |c|, |g'| <= |sin t| (1 + |c|) / 2, |g''| <= (9/4 n + (n^2 - 1) alpha) / (4 n^2). The slopes' bounds sum magnitudes.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -38,6 +47,9 @@ const TRANSITION_ERROR: f64 = 2e-9;
 /// Sines below this are taken for it, so that products of two are numbers.
 const SMALLEST: f64 = 1e-150;
 
+/// Factor for the errors of slopes as they are computed; [`crate::transition`] promises a tenth of it.
+const SLOPE_MARGIN: f64 = 1.0 + 1e-5;
+
 /// Factor for the rounding of the steps that follow.
 const MARGIN: f64 = 1.0 + 1e-9;
 
@@ -54,10 +66,17 @@ pub(crate) struct Direction {
     gamma_n: [f64; 2],
     norm_0: f64,
     norm_n: f64,
+    /// |mu|; 0 for a ray that takes no slope along.
+    slope: f64,
+    /// 0 for a ray of which only the slope goes on, else 1.
+    value: f64,
+    /// Magnitudes of the slopes of the reflection coefficients, of a ray along the face.
+    slope_0: f64,
+    slope_n: f64,
 }
 
 /// Count of numbers in a direction.
-const COLUMNS: usize = 11;
+const COLUMNS: usize = 15;
 
 impl Direction {
     fn columns(&self) -> [f64; COLUMNS] {
@@ -74,6 +93,10 @@ impl Direction {
             im_n,
             self.norm_0,
             self.norm_n,
+            self.slope,
+            self.value,
+            self.slope_0,
+            self.slope_n,
         ]
     }
 }
@@ -106,6 +129,10 @@ pub(crate) struct WedgeBound {
     alpha: f64,
     /// Half of the largest |c| / (alpha + (n - alpha) |c|)^2 for |c| in 0..=1.
     steepest: f64,
+    /// Bound of |g''|.
+    curvature: f64,
+    /// With S = alpha + (n - alpha) |c|, for |c| in 0..=1, no less than the largest (1 + |c|) / S, (1 + |c|) / S^2, 1 / S and |c| / S^3.
+    most: [f64; 4],
     /// 2 k \[1/m\].
     twice_wavenumber: f64,
     /// 1 / (2 n sqrt(2 pi k)) \[sqrt(m)\].
@@ -126,13 +153,23 @@ impl WedgeBound {
             sin,
             alpha,
             steepest,
+            most: [
+                (1.0 / alpha).max(2.0 / n),
+                (1.0 / alpha).max(2.0 / n) * (1.0 / alpha).max(1.0 / n),
+                (1.0 / alpha).max(1.0 / n),
+                {
+                    let c = (0.5 * alpha / (n - alpha)).min(1.0);
+                    c.max(ANGLE_ERROR) / (alpha + (n - alpha) * c).powi(3)
+                },
+            ],
+            curvature: (2.25 * n + (n * n - 1.0) * alpha) / (4.0 * n * n),
             twice_wavenumber: 2.0 * wavenumber_per_m,
             factor: factor.norm() * MARGIN,
         }
     }
 
-    /// A ray at this wedge.
-    pub fn direction(&self, ray: &Ray) -> Direction {
+    /// A ray at this wedge; `slopes` are the magnitudes of the slopes of the faces' reflection coefficients for it.
+    pub fn direction(&self, ray: &Ray, [slope_0, slope_n]: [f64; 2]) -> Direction {
         let [from_0, from_n] = ray.angles();
         let (sin, cos) = (from_0 / (2.0 * self.n)).sin_cos();
         let [gamma_0, gamma_n] = ray.gammas();
@@ -146,10 +183,14 @@ impl WedgeBound {
             gamma_n: [gamma_n.re, gamma_n.im],
             norm_0: gamma_0.norm(),
             norm_n: gamma_n.norm(),
+            slope: ray.slope.abs(),
+            value: if ray.is_slope_alone() { 0.0 } else { 1.0 },
+            slope_0,
+            slope_n,
         }
     }
 
-    /// Bounds of |D| between one ray and each of others, in place of what `out` holds.
+    /// Bounds between one ray and each of others, in place of what `out` holds.
     pub fn of_each(
         &self,
         p: &Direction,
@@ -163,10 +204,70 @@ impl WedgeBound {
             .columns
             .each_ref()
             .map(|column| &column[range.clone()]);
-        bound_each(self, p, columns, out);
+        // All legs between corners take slopes along, or none.
+        let is_sloped = |slopes: &[f64]| slopes.first().is_some_and(|&slope| slope > 0.0);
+        if p.slope > 0.0 || is_sloped(columns[COLUMNS - 4]) {
+            bound_each_with_slopes(self, p, columns, out);
+        } else {
+            bound_each(self, p, columns, out);
+        }
     }
 
-    /// The bound for one pair of rays.
+    /// The bound with slopes for one pair of rays.
+    #[inline(always)]
+    fn with_slopes(&self, p: &Direction, q: &Direction) -> f64 {
+        let value = self.of(p, q);
+        let (cc, ss) = (p.cos * q.cos, p.sin * q.sin);
+        let (sc, cs) = (p.sin * q.cos, p.cos * q.sin);
+        let twice_kl =
+            self.twice_wavenumber * (p.length_m * q.length_m / (p.length_m + q.length_m));
+        let [far, near] = self.slopes([cc + ss, sc - cs], twice_kl);
+        let [at_n, at_0] = self.slopes([cc - ss, sc + cs], twice_kl);
+        let pick = |first: bool, a: f64, b: f64| if first { a } else { b };
+        let gamma_0 = pick(p.from_0 <= q.from_0, p.norm_0, q.norm_0);
+        let gamma_n = pick(p.from_n <= q.from_n, p.norm_n, q.norm_n);
+        let by_angle = |i: usize| far[i] + near[i] + gamma_n * at_n[i] + gamma_0 * at_0[i];
+        let varying = |ray: &Direction, i: usize| ray.slope_0 * at_0[i] + ray.slope_n * at_n[i];
+        let value = value * p.value * q.value;
+        let by_p = (by_angle(1) + varying(p, 0)) * q.value;
+        let by_q = (by_angle(1) + varying(q, 0)) * p.value;
+        let by_both = by_angle(2) + varying(p, 1) + varying(q, 1);
+        let slopes = p.slope * (by_p * by_p)
+            + q.slope * (by_q * by_q)
+            + p.slope * q.slope * (by_both * by_both);
+        let factor = self.factor * SLOPE_MARGIN;
+        (value * value + factor * factor * slopes).sqrt() * MARGIN
+    }
+
+    /// Bounds of the magnitudes of the two products whose cotangents are of an angle (over 2 n) plus and minus pi, and of their first and
+    /// second derivatives by it.
+    #[inline(always)]
+    fn slopes(&self, [cos, sin]: [f64; 2], twice_kl: f64) -> [[f64; 3]; 2] {
+        let (cc, ss) = (cos * self.cos, sin * self.sin);
+        let (sc, cs) = (sin * self.cos, cos * self.sin);
+        let (root, turned) = (twice_kl.sqrt(), [[cc - ss, sc + cs], [cc + ss, sc - cs]]);
+        let low = turned.map(|[_, sin]| (sin.abs() - ANGLE_ERROR).max(SMALLEST));
+        let inverse = 1.0 / (low[0] * low[1]);
+        let inverse = [inverse * low[1], inverse * low[0]];
+        // Next to a boundary and far from it: the lesser of the two bounds holds.
+        let near = PI.sqrt() * root;
+        let [most_1, most_2, most_3, most_4] = self.most;
+        std::array::from_fn(|i| {
+            let ([cos, sin], inverse) = (turned[i], inverse[i]);
+            let (abs_sin, c) = (sin.abs() + ANGLE_ERROR, cos.abs() + ANGLE_ERROR);
+            let square = inverse * inverse;
+            // Half of g R^2 K', and half of R g' K.
+            let of_k_1 = self.n * (c * twice_kl).min(self.steepest * square);
+            let value = self.n * (c * near).min(c * most_3 * inverse);
+            let first = (abs_sin * near).min(0.5 * most_1) + of_k_1;
+            let of_k = self.curvature * near.min(most_3 * inverse);
+            let of_g_1 = (2.0 * abs_sin * twice_kl).min(0.5 * most_2 * inverse);
+            let of_k_2 = 0.5 * self.n * (c * near * twice_kl).min(most_4 * square * inverse);
+            [value, first, of_k + of_g_1 + 0.5 * of_k_1 + of_k_2]
+        })
+    }
+
+    /// The bound of |D| for one pair of rays, without slopes.
     #[inline(always)]
     pub fn of(&self, p: &Direction, q: &Direction) -> f64 {
         let (cc, ss) = (p.cos * q.cos, p.sin * q.sin);
@@ -229,6 +330,21 @@ impl WedgeBound {
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn bound_each(wedge: &WedgeBound, p: &Direction, columns: [&[f64]; COLUMNS], out: &mut [f64]) {
+    each(columns, out, |q| wedge.of(p, q));
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn bound_each_with_slopes(
+    wedge: &WedgeBound,
+    p: &Direction,
+    columns: [&[f64]; COLUMNS],
+    out: &mut [f64],
+) {
+    each(columns, out, |q| wedge.with_slopes(p, q));
+}
+
+#[inline(always)]
+fn each(columns: [&[f64]; COLUMNS], out: &mut [f64], bound: impl Fn(&Direction) -> f64) {
     let count = out.len();
     let [
         cos,
@@ -242,6 +358,10 @@ fn bound_each(wedge: &WedgeBound, p: &Direction, columns: [&[f64]; COLUMNS], out
         im_n,
         norm_0,
         norm_n,
+        slope,
+        value,
+        slope_0,
+        slope_n,
     ] = columns.map(|column| &column[..count]);
     for (i, out) in out.iter_mut().enumerate() {
         let q = Direction {
@@ -254,8 +374,12 @@ fn bound_each(wedge: &WedgeBound, p: &Direction, columns: [&[f64]; COLUMNS], out
             gamma_n: [re_n[i], im_n[i]],
             norm_0: norm_0[i],
             norm_n: norm_n[i],
+            slope: slope[i],
+            value: value[i],
+            slope_0: slope_0[i],
+            slope_n: slope_n[i],
         };
-        *out = wedge.of(p, &q);
+        *out = bound(&q);
     }
 }
 
@@ -308,6 +432,11 @@ mod tests {
         (part, (-2.0..4.0).prop_map(|e| 10.0_f64.powf(e)))
     }
 
+    /// mu of a leg, or none.
+    fn slope() -> impl Strategy<Value = f64> {
+        prop_oneof![Just(0.0), (-9.0..1.0).prop_map(|e| 10.0_f64.powf(e))]
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
 
@@ -317,6 +446,7 @@ mod tests {
             material in material(),
             frequency in prop_oneof![Just(3.5e9), (6.0..13.0).prop_map(|e| 10.0_f64.powf(e))],
             (p, q) in (ray(), ray()),
+            slopes in (slope(), slope()),
             // Near one of the boundaries, or anywhere.
             boundary in 0..5,
             off in (-16.0..0.0).prop_map(|e| 10.0_f64.powf(e)),
@@ -338,9 +468,9 @@ mod tests {
                 let turned = if along == 0.0 { -phi } else { interior + phi };
                 DVec2::from_angle(turned) * length
             };
-            let (a, b) = (wedge.ray(place(phi, p.1)), wedge.ray(place(other, q.1)));
+            let (mut a, mut b) = (wedge.ray(place(phi, p.1)), wedge.ray(place(other, q.1)));
             let exact = wedge.coefficient(&a, &b).norm();
-            let directions = [wedge.bound.direction(&a), wedge.bound.direction(&b)];
+            let directions = [wedge.direction(&a), wedge.direction(&b)];
             let bound = wedge.bound.of(&directions[0], &directions[1]);
             prop_assert!(bound >= exact, "{bound:e} < {exact:e}");
             // Many at once, in columns.
@@ -349,6 +479,17 @@ mod tests {
             let mut bounds = Vec::new();
             wedge.bound.of_each(&directions[0], &columns, 0..11, &mut bounds);
             prop_assert!(bounds.iter().all(|b| b.to_bits() == bound.to_bits()));
+            // With slopes.
+            (a.slope, b.slope) = slopes;
+            let turn = wedge.turn(&a, &b);
+            let [by_p, by_q, by_both] =
+                [turn.by_first, turn.by_second, turn.by_both].map(|slope| slope.norm_sqr());
+            let mu = [a.slope, b.slope].map(f64::abs);
+            let squares = turn.value.norm_sqr() + mu[0] * by_p + mu[1] * by_q + mu[0] * mu[1] * by_both;
+            let mut columns = Directions::default();
+            columns.push(&wedge.direction(&b));
+            wedge.bound.of_each(&wedge.direction(&a), &columns, 0..1, &mut bounds);
+            prop_assert!(bounds[0] >= squares.sqrt(), "{:e} < {:e}", bounds[0], squares.sqrt());
         }
     }
 
@@ -360,10 +501,32 @@ mod tests {
             wedge.ray(place)
         };
         let (a, b) = (at(20.0), at(240.0));
-        let [p, q] = [&a, &b].map(|ray| wedge.bound.direction(ray));
+        let [p, q] = [&a, &b].map(|ray| wedge.direction(ray));
         let exact = wedge.coefficient(&a, &b).norm();
         let bound = wedge.bound.of(&p, &q);
         assert!(bound < 1.02 * exact, "{bound:e}, {exact:e}");
+    }
+
+    /// Along a wall only the slope goes on, so that a loose bound of it would keep all such paths. Towards either face the slope vanishes, and
+    /// its bound does not: there it is larger by up to thirty times.
+    #[test]
+    fn bound_of_slopes_is_near_them() {
+        let (wedge, open) = corner(PI / 2.0, Material::PerfectConductor, 3.5e9);
+        let mut worst = 1.0_f64;
+        for i in 7..14 {
+            let phi = open * f64::from(i) / 20.0;
+            let mut along = wedge.ray(DVec2::new(20.0, 0.0));
+            along.slope = 1e-3;
+            let other = wedge.ray(DVec2::from_angle(-phi) * 30.0);
+            let turn = wedge.turn(&along, &other);
+            let exact = (along.slope * turn.by_first.norm_sqr()).sqrt();
+            let bound = wedge
+                .bound
+                .with_slopes(&wedge.direction(&along), &wedge.direction(&other));
+            worst = worst.max(bound / exact);
+        }
+        eprintln!("the bound along a wall is at most {worst:.2} times the slope");
+        assert!(worst < 4.0, "{worst}");
     }
 
     #[test]

@@ -38,6 +38,10 @@ pub struct TraceConfig {
     pub max_diffractions: usize,
     /// Most interactions on a path, of either kind.
     pub max_interactions: usize,
+    /// Waves from corner to corner take their slope along: slope diffraction. Without it such paths are cascades of
+    /// coefficients, and nothing goes along a wall from corner to corner.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub slope_diffraction: bool,
     /// Paths weaker than the link's strongest by more than this \[dB\] are left out; `None` keeps
     /// every path inside the limits.
     pub dynamic_range_db: Option<f64>,
@@ -63,6 +67,7 @@ impl Default for TraceConfig {
             max_reflections: 2,
             max_diffractions: 1,
             max_interactions: 3,
+            slope_diffraction: false,
             dynamic_range_db: Some(60.0),
             max_fallback_diffractions: 0,
             max_images: 10_000_000,

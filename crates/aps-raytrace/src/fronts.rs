@@ -39,6 +39,14 @@ impl FrontId {
     }
 }
 
+/// The amplitude of a front.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Amplitude {
+    pub value: Complex64,
+    /// Derivative of the value by the angle at the corner before, times mu of [`crate::slope`]; 0 where slopes are not taken along.
+    pub slope: Complex64,
+}
+
 /// Upper limits of the interactions on a path, and of memory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
@@ -159,7 +167,7 @@ pub(crate) struct Fronts {
     first_group: Vec<u32>,
     table: Table,
     /// By wave and place.
-    amplitudes: Vec<OnceLock<Complex64>>,
+    amplitudes: Vec<OnceLock<Amplitude>>,
     /// Blocks of fronts by the corner where they end, the strongest first.
     blocks: Vec<BlockFronts>,
     corners: Vec<Arriving>,
@@ -198,7 +206,7 @@ impl Fronts {
         let mut level = Vec::new();
         for (i, leg) in (0..).zip(of.legs.all()) {
             let wedge = &of.corners.wedges[leg.corner as usize];
-            fronts.own.push(wedge.bound.direction(&leg.ray));
+            fronts.own.push(wedge.direction(&leg.ray));
             if limits.allow(leg.reflections, 1) {
                 counts.at(leg.corner)[leg.reflections as usize] += 1;
                 level.push(Wave {
@@ -280,7 +288,7 @@ impl Fronts {
     ) -> Option<()> {
         let corner = waves[0].corner;
         let leaving = of.between().leaving(corner);
-        let wedge = &of.corners.wedges[corner as usize].bound;
+        let wedge = &of.corners.wedges[corner as usize];
         let ends = &leaving.ends;
         let count = |wave: &Wave| {
             let left = limits.left(wave.reflections, wave.diffractions + 2);
@@ -288,7 +296,7 @@ impl Fronts {
         };
         let fronts: usize = waves.iter().map(count).sum();
         let bytes = self.table.bytes_with(ends.slots.len(), waves.len())
-            + (self.amplitudes.len() + fronts) * size_of::<OnceLock<Complex64>>()
+            + (self.amplitudes.len() + fronts) * size_of::<OnceLock<Amplitude>>()
             + (self.waves.len() + waves.len()) * size_of::<Wave>();
         if bytes > limits.bytes {
             return None;
@@ -301,7 +309,7 @@ impl Fronts {
             let direction = wedge.direction(self.ray(of, wave.front));
             let strength = |place: usize| wave.strength * ends.strengths[place];
             let table = (&mut self.table, rows, kind);
-            places.add((wedge, &direction), (ends, count), strength, table);
+            places.add((&wedge.bound, &direction), (ends, count), strength, table);
             self.waves.push(Wave {
                 first_front: self.amplitudes.len(),
                 ..*wave
@@ -443,18 +451,37 @@ impl Fronts {
     }
 
     /// Reflection and diffraction coefficients so far, over the square root of the product of all leg lengths.
-    pub fn amplitude(&self, of: &Sources<'_>, front: FrontId) -> Complex64 {
+    pub fn amplitude(&self, of: &Sources<'_>, front: FrontId) -> Amplitude {
         let (_, leg) = self.last_leg(of, front);
         let Some(wave) = self.waves.get(front.wave as usize) else {
-            return leg.coefficient / leg.ray.length_m.sqrt();
+            return Amplitude {
+                value: leg.coefficient / leg.ray.length_m.sqrt(),
+                slope: Complex64::ZERO,
+            };
         };
         let leaving = of.leaving(wave);
         let place = leaving.places[front.leg as usize] as usize;
         *self.amplitudes[wave.first_front + place].get_or_init(|| {
             let wedge = &of.corners.wedges[wave.corner as usize];
             let out = &leaving.rays[front.leg as usize];
-            let coefficient = wedge.coefficient(self.ray(of, wave.front), out);
-            self.amplitude(of, wave.front) * coefficient * leg.coefficient / leg.ray.length_m.sqrt()
+            let before = self.ray(of, wave.front);
+            let amplitude = self.amplitude(of, wave.front);
+            if out.slope == 0.0 {
+                let coefficient = wedge.coefficient(before, out);
+                return Amplitude {
+                    value: amplitude.value * coefficient * leg.coefficient
+                        / leg.ray.length_m.sqrt(),
+                    slope: Complex64::ZERO,
+                };
+            }
+            let turn = wedge.turn(before, out);
+            let Amplitude { value, slope } = amplitude;
+            let leg_factor = leg.coefficient / leg.ray.length_m.sqrt();
+            let mu = Complex64::new(0.0, out.slope);
+            Amplitude {
+                value: (value * turn.value + slope * turn.by_first) * leg_factor,
+                slope: (value * turn.by_second + slope * turn.by_both) * leg_factor * mu,
+            }
         })
     }
 

@@ -45,7 +45,7 @@ impl LastSteps {
     ) -> Option<Self> {
         let direction = |leg: &Leg| {
             let wedge = &corners.wedges[leg.corner as usize];
-            wedge.bound.direction(&leg.ray)
+            wedge.direction(&leg.ray)
         };
         let mut steps = Self {
             own: legs.all().iter().map(direction).collect(),

@@ -183,6 +183,11 @@ impl Legs {
         &self.legs
     }
 
+    /// The same, to change.
+    pub fn all_mut(&mut self) -> &mut [Leg] {
+        &mut self.legs
+    }
+
     /// The same in short.
     pub fn short(&self, legs: Range<u32>) -> &[Short] {
         &self.short[legs.start as usize..legs.end as usize]

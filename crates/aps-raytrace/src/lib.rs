@@ -86,6 +86,7 @@ pub mod polar;
 pub mod predicates;
 pub mod scene;
 mod search;
+mod slope;
 mod strength;
 mod terminal;
 mod text;

@@ -13,6 +13,7 @@ use crate::images::{ImageTree, Outlook};
 use crate::legs::{Corners, Legs};
 use crate::material::{Reflector, SPEED_OF_LIGHT_M_PER_S};
 use crate::scene::Scene;
+use crate::slope::Slopes;
 
 /// A scene prepared for one configuration.
 #[derive(Debug, Clone)]
@@ -91,7 +92,12 @@ impl<'s> Map<'s> {
 
     fn legs_between_corners(&self) -> Result<Between, ConfigError> {
         let limit = self.config.max_wave_bytes;
-        let between = Between::find(&self.corners, limit, |corner| {
+        let wavelength_m = self.friis.wavelength_m;
+        let slopes = self
+            .config
+            .slope_diffraction
+            .then_some(Slopes { wavelength_m });
+        let between = Between::find(&self.corners, slopes, limit, |corner| {
             let from = self.corners.wedges[corner].point;
             let mut outlook = Outlook::from(&self.local, from);
             let images = self.images(from, &mut outlook);

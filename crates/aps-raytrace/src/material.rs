@@ -149,6 +149,15 @@ impl Reflector {
         let root = (eps - 1.0 + c * c).sqrt();
         (c - root) / (c + root)
     }
+
+    /// Derivative of the reflection coefficient by the angle from the wall, for a ray along it \[1/rad\]: 2 / sqrt(eps - 1), and 0 for
+    /// a perfect conductor and for a wall of vacuum.
+    pub(crate) fn grazing_slope(self) -> Complex64 {
+        match self.permittivity {
+            Some(eps) if eps != Complex64::ONE => 2.0 / (eps - 1.0).sqrt(),
+            _ => Complex64::ZERO,
+        }
+    }
 }
 
 #[cfg(test)]

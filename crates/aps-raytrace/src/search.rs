@@ -401,15 +401,18 @@ impl Ends<'_> {
         let leg = &self.rx.legs.all()[i as usize];
         let length_m = fronts.length_m(sources, front) + leg.ray.length_m;
         let wedge = &self.map.corners.wedges[leg.corner as usize];
-        let coefficient = wedge.coefficient(fronts.ray(sources, front), &leg.ray);
+        let before = fronts.ray(sources, front);
+        let amplitude = fronts.amplitude(sources, front);
         let spread = (leg.ray.length_m * length_m).sqrt();
         // The gain is over the length itself: multiply it back.
-        let gain = self.map.friis.gain(length_m)
-            * length_m
-            * fronts.amplitude(sources, front)
-            * coefficient
-            * leg.coefficient
-            / spread;
+        let start = self.map.friis.gain(length_m) * length_m;
+        let turned = if before.slope == 0.0 {
+            start * amplitude.value * wedge.coefficient(before, &leg.ray)
+        } else {
+            let turn = wedge.turn(before, &leg.ray);
+            start * (amplitude.value * turn.value + amplitude.slope * turn.by_first)
+        };
+        let gain = turned * leg.coefficient / spread;
         Found {
             front,
             leg: i,

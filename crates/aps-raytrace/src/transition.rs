@@ -63,6 +63,32 @@ pub fn transition_over_root(w: f64) -> Complex64 {
     }
 }
 
+/// K(w) and its first two derivatives, with absolute errors below 1e-10, 2e-9 and 3e-8, and relative ones below 1e-9 from w = 6 on.
+///
+/// K' = 2 j (w K - 1) and K'' = 2 j (K + w K'); where w is large little is left of those differences, so their series are taken.
+#[must_use]
+pub fn transition_slopes(w: f64) -> [Complex64; 3] {
+    if w < SPLIT {
+        let value = chebyshev(w);
+        let first = Complex64::new(0.0, 2.0) * (value * w - 1.0);
+        let second = Complex64::new(0.0, 2.0) * (value + first * w);
+        return [value, first, second];
+    }
+    // F = w K = 1 - u q_1, q_m = 1 - (2 m + 1) u q_{m + 1}, u = 1 / (2 j w^2): so K' = -2 j u q_1, K'' = 2 j u (3 q_2 - q_1) / w.
+    let u = Complex64::new(0.0, -0.5 / (w * w));
+    let (mut q_1, mut q_2) = (Complex64::ONE, Complex64::ONE);
+    for m in (1..=12).rev() {
+        q_2 = q_1;
+        q_1 = 1.0 - q_1 * u * f64::from(2 * m + 1);
+    }
+    let twice = Complex64::new(0.0, 2.0) * u;
+    [
+        (1.0 - u * q_1) / w,
+        -twice * q_1,
+        twice * (3.0 * q_2 - q_1) / w,
+    ]
+}
+
 /// F(x) for x >= 0, with an error below 1e-9 relative.
 #[must_use]
 pub fn transition(x: f64) -> Complex64 {
@@ -101,6 +127,7 @@ fn asymptotic(w: f64) -> Complex64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     /// Against 40 digits, x from 1e-9 to 1e9.
     #[test]
@@ -131,10 +158,40 @@ mod tests {
         assert!(gap < 1e-10, "{gap:e}");
     }
 
+    /// Against differences of the function itself.
+    #[test]
+    fn slopes_are_those_of_the_function() {
+        for i in 0..4000 {
+            let w = 0.01 * f64::from(i) + 0.02;
+            let step = 1e-2_f64.min(0.01 * w);
+            let [value, first, second] = transition_slopes(w);
+            let [before, after] = [w - step, w + step].map(transition_slopes);
+            assert!((value - transition_over_root(w)).norm() < 2e-10, "{w}");
+            let slope = |i: usize| (after[i] - before[i]) / (2.0 * step);
+            let size = 1.0 / (1.0 + w).powi(2);
+            assert!((slope(0) - first).norm() < 1e-3 * size, "{w}");
+            assert!((slope(1) - second).norm() < 1e-3 * size, "{w}");
+        }
+    }
+
+    /// The bounds of slopes rest on it.
+    #[test]
+    fn slopes_never_exceed_their_bounds() {
+        for i in 0..100_000 {
+            let w = 10.0_f64.powf(f64::from(i) / 10_000.0 - 5.0);
+            let [_, first, second] = transition_slopes(w).map(|value| value.norm());
+            let most = [
+                2.0_f64.min(1.0 / (w * w)),
+                PI.sqrt().min(1.0 / w.powi(3)) * 2.0,
+            ];
+            assert!(first <= most[0] * (1.0 + 1e-6), "{w}: {first:e}");
+            assert!(second <= most[1] * (1.0 + 1e-5), "{w}: {second:e}");
+        }
+    }
+
     #[test]
     fn at_the_boundary_and_far_from_it() {
-        let at_zero =
-            Complex64::from_polar(std::f64::consts::PI.sqrt(), std::f64::consts::FRAC_PI_4);
+        let at_zero = Complex64::from_polar(PI.sqrt(), std::f64::consts::FRAC_PI_4);
         assert!((transition_over_root(0.0) - at_zero).norm() < 1e-10);
         assert!((transition(1e12) - 1.0).norm() < 1e-12);
     }

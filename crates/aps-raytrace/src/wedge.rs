@@ -11,11 +11,15 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec2;
 use num_complex::Complex64;
 
-use crate::bound::WedgeBound;
+use crate::bound::{Direction, WedgeBound};
 use crate::material::Reflector;
 use crate::predicates::{orient, strictly_between};
 use crate::scene::{Scene, Wall};
+use crate::slope::{GammaSlopes, Turn};
 use crate::utd::{self, Boundaries};
+
+/// A ray nearer to a face than this \[rad\] runs along it.
+const ALONG_RAD: f64 = 1e-9;
 
 /// Nearer to a boundary than this \[rad\], the side is taken from an exact sign.
 const BOUNDARY_RAD: f64 = 1e-9;
@@ -34,6 +38,8 @@ pub(crate) struct Wedge {
     n: f64,
     reflector_0: Reflector,
     reflector_n: Reflector,
+    /// Slopes of the faces' reflection coefficients for rays along them \[1/rad\].
+    grazing: [Complex64; 2],
     wavenumber_per_m: f64,
     /// -e^{-j pi/4} / (2 n sqrt(2 pi k)) \[sqrt(m)\].
     factor: Complex64,
@@ -54,9 +60,21 @@ pub(crate) struct Ray {
     /// Reflection coefficients of the faces for a ray from here.
     gamma_0: Complex64,
     gamma_n: Complex64,
+    /// mu / j of [`crate::slope`] on the leg that the ray is an end of; 0 where slopes are not taken along.
+    pub slope: f64,
 }
 
 impl Ray {
+    /// Returns true when the ray runs along one of the faces.
+    pub fn is_along_a_face(&self) -> bool {
+        self.from_0.min(self.from_n) < ALONG_RAD
+    }
+
+    /// Returns true when the ray is the end of a leg along a face of which only the slope goes on.
+    pub fn is_slope_alone(&self) -> bool {
+        self.slope != 0.0 && self.is_along_a_face()
+    }
+
     /// Angles from the 0-face and from the n-face \[rad\].
     pub fn angles(&self) -> [f64; 2] {
         [self.from_0, self.from_n]
@@ -91,6 +109,7 @@ impl Wedge {
             n,
             reflector_0: reflectors[id as usize],
             reflector_n: reflectors[last as usize],
+            grazing: [id, last].map(|wall| reflectors[wall as usize].grazing_slope()),
             wavenumber_per_m,
             factor,
             bound: WedgeBound::new(n, wavenumber_per_m, factor),
@@ -126,6 +145,7 @@ impl Wedge {
             place,
             gamma_0: self.reflector_0.reflection(from_0.sin().abs()),
             gamma_n: self.reflector_n.reflection(from_n.sin().abs()),
+            slope: 0.0,
         }
     }
 
@@ -146,6 +166,57 @@ impl Wedge {
             self.boundaries_from_n(p, q).terms(n, kl, gamma_n, gamma_0)
         };
         terms * self.factor
+    }
+
+    /// A ray as bounds take it.
+    pub fn direction(&self, ray: &Ray) -> Direction {
+        let [of_0, of_n] = self.gamma_slopes(ray, ray);
+        self.bound.direction(ray, [of_0[0].norm(), of_n[0].norm()])
+    }
+
+    /// The diffraction coefficient and its slopes, by the angles of both rays from the 0-face. The value is 0 for a leg that runs along a face.
+    pub fn turn(&self, p: &Ray, q: &Ray) -> Turn {
+        let n = self.n;
+        let kl = self.wavenumber_per_m * utd::distance_m(p.length_m, q.length_m);
+        let (near_0, near_n) = (p.from_0 <= q.from_0, p.from_n <= q.from_n);
+        let gamma_0 = if near_0 { p.gamma_0 } else { q.gamma_0 };
+        let gamma_n = if near_n { p.gamma_n } else { q.gamma_n };
+        let [slopes_0, slopes_n] = self.gamma_slopes(p, q);
+        let turn = if p.from_0.min(q.from_0) <= p.from_n.min(q.from_n) {
+            let slopes = GammaSlopes {
+                gamma_0: slopes_0,
+                gamma_n: slopes_n.map(|s| -s),
+            };
+            self.boundaries_from_0(p, q)
+                .slopes(n, kl, gamma_0, gamma_n, &slopes, near_0)
+        } else {
+            let slopes = GammaSlopes {
+                gamma_0: slopes_n,
+                gamma_n: slopes_0.map(|s| -s),
+            };
+            let turn = self
+                .boundaries_from_n(p, q)
+                .slopes(n, kl, gamma_n, gamma_0, &slopes, near_n);
+            turn.turned_over()
+        };
+        let mut turn = turn.scaled(self.factor);
+        // The whole pattern is 0 along a face, whatever the other ray does.
+        if p.is_slope_alone() {
+            (turn.value, turn.by_second) = (Complex64::ZERO, Complex64::ZERO);
+        }
+        if q.is_slope_alone() {
+            (turn.value, turn.by_first) = (Complex64::ZERO, Complex64::ZERO);
+        }
+        turn
+    }
+
+    /// Slopes of the reflection coefficients of the 0-face and of the n-face with the angles of two rays from those: of legs along them, else 0.
+    fn gamma_slopes(&self, p: &Ray, q: &Ray) -> [[Complex64; 2]; 2] {
+        let along = |ray: &Ray, angle: f64| ray.slope != 0.0 && angle < ALONG_RAD;
+        let pick = |along: bool, slope: Complex64| if along { slope } else { Complex64::ZERO };
+        let of_0 = [p, q].map(|ray| pick(along(ray, ray.from_0), self.grazing[0]));
+        let of_n = [p, q].map(|ray| pick(along(ray, ray.from_n), self.grazing[1]));
+        [of_0, of_n]
     }
 
     /// Where two rays stand to the boundaries. On a boundary the direct ray counts as free (a

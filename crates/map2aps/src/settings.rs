@@ -127,6 +127,9 @@ struct TraceSettings {
     max_reflections: usize,
     max_diffractions: usize,
     max_interactions: usize,
+    /// Missing where it is off, as in manifests of versions that had none.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    slope_diffraction: bool,
     dynamic_range_db: Option<f64>,
     /// A setting of earlier versions. Without a value it decides nothing.
     #[serde(default, skip_serializing)]
@@ -158,6 +161,7 @@ impl TraceSettings {
             max_reflections: config.max_reflections,
             max_diffractions: config.max_diffractions,
             max_interactions: config.max_interactions,
+            slope_diffraction: config.slope_diffraction,
             dynamic_range_db: config.dynamic_range_db,
             accuracy_db: None,
             max_fallback_diffractions: config.max_fallback_diffractions,
@@ -187,6 +191,7 @@ impl TraceSettings {
             max_reflections: self.max_reflections,
             max_diffractions: self.max_diffractions,
             max_interactions: self.max_interactions,
+            slope_diffraction: self.slope_diffraction,
             dynamic_range_db: self.dynamic_range_db,
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..TraceConfig::default()
@@ -225,6 +230,7 @@ mod tests {
                 material,
                 dynamic_range_db: None,
                 frequency_hz: 0.1 + 28e9,
+                slope_diffraction: material == Material::PerfectConductor,
                 ..TraceConfig::default()
             };
             let written = of_traced(

@@ -65,10 +65,14 @@ class ApsDataset(Dataset[Example]):
         if condition not in ("image", "polar"):
             raise ValueError(f"condition: '{condition}' is neither 'image' nor 'polar'")
         self._settings = (path, split, size, mirror, domain, condition, maps)
-        is_mirrored = mirror and split == "train"
-        self._examples = _native.Examples(
-            path, split, size, is_mirrored, domain == "linear", condition == "polar", maps
-        )
+        settings = {
+            "size": size,
+            "mirror": mirror and split == "train",
+            "linear": domain == "linear",
+            "polar": condition == "polar",
+            "maps": maps,
+        }
+        self._examples = _native.Examples(path, split, settings)
 
     def __len__(self) -> int:
         return len(self._examples)

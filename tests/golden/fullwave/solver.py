@@ -41,7 +41,7 @@ def bessel(k, r):
 class Bodies:
     """Panels and nodes of polygons, each a list of corners counterclockwise, and circles (centre, radius)."""
 
-    def __init__(self, polygons, circles=(), order=8, longest=1.0, levels=7, ratio=0.2):
+    def __init__(self, polygons, circles=(), order=8, longest=1.0, levels=9, ratio=0.2):
         self.order, self.polygons = order, [np.asarray(p, complex) for p in polygons]
         ends, bends, walls = [], [], []
         for corners in self.polygons:

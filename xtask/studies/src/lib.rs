@@ -33,6 +33,7 @@ pub mod command;
 mod conditions;
 mod diffraction;
 mod errors;
+mod fullwave;
 mod join;
 mod label;
 mod links;
@@ -91,6 +92,8 @@ pub enum StudyName {
     Label,
     /// The diffraction coefficient against exact solutions.
     Diffraction,
+    /// The tracer against the solution of the wave equation in small scenes.
+    Fullwave,
     /// Savings by leaving out, and their costs.
     Pruning,
     /// Worst errors of the kernels in ulps.
@@ -110,10 +113,11 @@ pub struct Setup {
 
 impl StudyName {
     /// Every study of this crate.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Tracer,
         Self::Label,
         Self::Diffraction,
+        Self::Fullwave,
         Self::Pruning,
         Self::Rounding,
     ];
@@ -124,6 +128,7 @@ impl StudyName {
             Self::Tracer => "tracer",
             Self::Label => "label",
             Self::Diffraction => "diffraction",
+            Self::Fullwave => "fullwave",
             Self::Pruning => "pruning",
             Self::Rounding => "rounding",
         }
@@ -138,6 +143,7 @@ impl StudyName {
             Self::Tracer => tracer::run(setup),
             Self::Label => label::run(setup),
             Self::Diffraction => diffraction::run(setup),
+            Self::Fullwave => fullwave::run(setup),
             Self::Pruning => pruning::run(setup),
             Self::Rounding => rounding::run(),
         }

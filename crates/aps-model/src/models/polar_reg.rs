@@ -9,9 +9,9 @@ use crate::ANGLE_BINS;
 use crate::condition::{InputKind, PolarShape};
 use crate::layers::{BatchNorm, Conv1d, Linear};
 use crate::loss::Loss;
-use crate::onnx::{Graph, Value, int, recorded};
 use crate::ops;
 use crate::parameters::{FIXED, fan_in};
+use crate::recording::{Graph, Value, int, recorded};
 use crate::train::TrainConfig;
 
 pub(crate) const SPEC: Spec = Spec {

@@ -2,7 +2,7 @@
 
 use candle_core::{D, Result, Tensor};
 
-use crate::onnx::{int, ints, recorded};
+use crate::recording::{int, ints, recorded};
 
 /// x + y.
 pub(crate) fn add(x: &Tensor, y: &Tensor) -> Result<Tensor> {

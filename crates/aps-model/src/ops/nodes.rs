@@ -6,7 +6,7 @@ use candle_core::{Result, Tensor};
 
 use super::portable::{self, BatchNormTensors, EPSILON};
 use super::{activation, attention, conv2d as convolution, gated, linear as affine, norm, pool};
-use crate::onnx::{Graph, Value, float, int, ints, recorded, word};
+use crate::recording::{Graph, Value, float, int, ints, recorded, word};
 
 /// Computes [`affine::linear`].
 pub(crate) fn linear(x: &Tensor, weight: &Tensor, bias: &Tensor) -> Result<Tensor> {

@@ -2,7 +2,7 @@
 
 use candle_core::{DType, Result, Tensor, bail};
 
-use crate::onnx::{int, ints, recorded};
+use crate::recording::{int, ints, recorded};
 
 /// Puts tensors one behind the other along a dimension.
 pub(crate) fn cat(parts: &[&Tensor], dim: usize) -> Result<Tensor> {

@@ -9,8 +9,8 @@ use prost::Message;
 use super::{builder, flat};
 use crate::condition::{InputKind, InputShape, PolarShape};
 use crate::onnx::export;
-use crate::onnx::schema::{Dimension, FLOAT, ModelProto, TensorProto, ValueInfoProto};
 use crate::parameters::{is_counter, sorted};
+use crate::recording::schema::{Dimension, FLOAT, ModelProto, TensorProto, ValueInfoProto};
 use crate::weights::Label;
 use crate::{ModelKind, Preset};
 

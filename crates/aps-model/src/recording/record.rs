@@ -47,7 +47,7 @@ pub(crate) fn recorded(
 
 /// Records `forward` of `input` as a graph whose input and output have the names `[input, output]`; `parameters` are the tensors that
 /// it may use.
-pub(super) fn record(
+pub(crate) fn record(
     [input_name, output_name]: [&str; 2],
     input: &Tensor,
     parameters: HashMap<TensorId, (String, Tensor)>,

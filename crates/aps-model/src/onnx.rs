@@ -3,10 +3,6 @@
 //! No model is described here: [`export`] evaluates it once, and each operation of its layers, as it is computed, adds the nodes
 //! of the graph that stand beside it. Files have operators of version 17, and tensors under the names that files of weights have.
 
-mod graph;
-mod record;
-pub(crate) mod schema;
-
 use std::collections::HashMap;
 
 use candle_core::{DType, Device, Tensor};
@@ -15,15 +11,14 @@ use prost::Message;
 
 use crate::condition::InputShape;
 use crate::parameters::sorted;
-use crate::weights::Label;
-use crate::{ANGLE_BINS, Result, seeded};
-pub(crate) use graph::{Graph, Value, float, int, ints, word};
-pub(crate) use record::recorded;
-use schema::{
+use crate::recording::record;
+use crate::recording::schema::{
     Dimension, DimensionProto, FLOAT, GraphProto, IR_VERSION, ModelProto, OPERATORS,
     OperatorSetIdProto, StringStringEntryProto, TensorShapeProto, TensorTypeProto, TypeProto,
     ValueInfoProto,
 };
+use crate::weights::Label;
+use crate::{ANGLE_BINS, Result, seeded};
 
 /// Name of the dimension of links.
 const BATCH: &str = "batch";
@@ -70,7 +65,7 @@ pub fn export(
     let known = sorted(parameters).into_iter();
     let known = known.map(|(name, var)| (var.id(), (name, var.as_tensor().clone())));
     let known = known.collect::<HashMap<_, _>>();
-    let graph = record::record([name, SPECTRUM], &one, known, |x| model.forward_t(x, false))?;
+    let graph = record([name, SPECTRUM], &one, known, |x| model.forward_t(x, false))?;
 
     let mut metadata = vec![
         ("model", label.kind.to_string()),

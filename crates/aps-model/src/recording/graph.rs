@@ -15,8 +15,8 @@ pub(crate) type Attribute = AttributeProto;
 #[derive(Debug, Default)]
 pub(crate) struct Graph {
     names: Vec<String>,
-    pub(super) nodes: Vec<NodeProto>,
-    pub(super) constants: Vec<TensorProto>,
+    pub nodes: Vec<NodeProto>,
+    pub constants: Vec<TensorProto>,
 }
 
 impl Graph {

@@ -1,0 +1,360 @@
+//! Tables, figures and the verdict.
+
+use anyhow::Result;
+use aps_report::chart::{Axis, Chart, Mark, Series};
+use aps_report::document::Verdict;
+use aps_report::numbers::{fixed, three_digits};
+use aps_report::theme::Colour;
+use aps_report::trade::{Marked, Trade};
+use aps_tests::fullwave::Walls;
+
+use super::{CONVERGED, DEFAULT, FAR, LinkRow, Row, SLOPES, Setting, mean};
+use crate::{Study, StudyName};
+
+/// The scenes of one house in several sizes.
+const SIZES: &str = "block";
+/// Ends of the ranges of distances to a boundary.
+const BOUNDARIES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, f64::INFINITY];
+
+/// The measure of a row that a table shows.
+type Value = fn(&Row) -> f64;
+
+pub fn study(rows: &[Row], links: &[LinkRow]) -> Result<Study> {
+    let mut study = Study::new(
+        StudyName::Fullwave.name(),
+        "The whole field: the tracer against the wave equation",
+    )
+    .at(4);
+    let settings = Setting::all();
+    let named = [DEFAULT, CONVERGED, SLOPES, FAR].map(|i| settings[i].name.as_str());
+    let of = |row: &Row, setting: &str| {
+        let same = |r: &&Row| (r.scene, r.walls) == (row.scene, row.walls);
+        let found = rows.iter().filter(same).find(|r| r.setting == setting);
+        found.cloned()
+    };
+    let scenes: Vec<&Row> = rows.iter().filter(|r| r.setting == named[0]).collect();
+    let cells = |row: &&Row, value: Value| -> Vec<String> {
+        let at = |setting: &&str| of(row, setting).map_or(String::new(), |r| fixed(value(&r), 2));
+        named.iter().map(at).collect()
+    };
+    let table = |study: &mut Study, caption: &str, value: Value| {
+        let mut head = vec!["scene", "walls", "longest wall", "links"];
+        head.extend(named);
+        let line = |row: &&Row| {
+            let mut line = vec![
+                row.scene.into(),
+                row.walls.into(),
+                fixed(row.longest_wall, 0),
+                row.links.to_string(),
+            ];
+            line.extend(cells(row, value));
+            line
+        };
+        study.table(caption, &head, scenes.iter().map(line).collect());
+    };
+    table(
+        &mut study,
+        "Mean error of the level [dB]; a link without a path counts 40 dB",
+        |r| r.mean_error_db,
+    );
+    table(&mut study, "Median error of the level [dB]", |r| {
+        r.median_error_db
+    });
+    table(
+        &mut study,
+        "Mean error of the strongest direction of an array of 16 [deg], where there is a path",
+        |r| r.mean_direction_error_deg,
+    );
+    shadow(&mut study, &scenes, &of);
+    parts(&mut study, &scenes, &of);
+    boundaries(&mut study, links);
+    study.section.heading("Error against time");
+    for walls in Walls::ALL {
+        trade(&mut study, rows, walls.name());
+    }
+    figures(&mut study, rows, links);
+    verdict(&mut study, rows);
+    study.data("scenes", "Every setting in every scene", rows)?;
+    Ok(study)
+}
+
+fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<Row>) {
+    study.section.heading("In the shadow of two corners");
+    let settings = Setting::all();
+    let line = |row: &&Row| -> Option<Vec<String>> {
+        let [without, with] = [CONVERGED, SLOPES].map(|i| of(row, &settings[i].name));
+        let (without, with) = (without?, with?);
+        (with.two_corners > 0).then(|| {
+            vec![
+                row.scene.into(),
+                row.walls.into(),
+                with.two_corners.to_string(),
+                without.two_corners_missing.to_string(),
+                with.two_corners_missing.to_string(),
+                fixed(without.two_corners_mean_error_db, 2),
+                fixed(with.two_corners_mean_error_db, 2),
+                fixed(without.two_corners_median_error_db, 2),
+                fixed(with.two_corners_median_error_db, 2),
+                fixed(with.time_us / without.time_us, 2),
+            ]
+        })
+    };
+    let head = [
+        "scene",
+        "walls",
+        "links",
+        "no path, without slopes",
+        "with",
+        "mean error [dB], without",
+        "with",
+        "median error [dB], without",
+        "with",
+        "time with / without",
+    ];
+    study.table(
+        "Links whose strongest path has two corners, R5 D2 and 30 dB, without and with slopes",
+        &head,
+        scenes.iter().filter_map(line).collect(),
+    );
+}
+
+fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<Row>) {
+    study.section.heading("Parts of the error");
+    let settings = Setting::all();
+    let line = |row: &&Row| -> Option<Vec<String>> {
+        let [default, converged, slopes, far] =
+            [DEFAULT, CONVERGED, SLOPES, FAR].map(|i| of(row, &settings[i].name));
+        let (default, converged, slopes, far) = (default?, converged?, slopes?, far?);
+        let steps = [
+            default.mean_error_db - converged.mean_error_db,
+            converged.mean_error_db - slopes.mean_error_db,
+            slopes.mean_error_db - far.mean_error_db,
+            far.mean_error_db - far.mean_error_of_its_material_db,
+            far.mean_error_of_its_material_db,
+        ];
+        let mut line = vec![
+            row.scene.into(),
+            row.walls.into(),
+            fixed(default.mean_error_db, 2),
+        ];
+        line.extend(steps.map(|step| fixed(step, 2)));
+        Some(line)
+    };
+    let head = [
+        "scene",
+        "walls",
+        "R2 D1",
+        "orders up to R5 D2",
+        "slopes",
+        "orders up to R8 D3",
+        "Gamma of the reference",
+        "rest: UTD",
+    ];
+    study.table(
+        "Mean error of the level [dB], and what of it goes with each step; negative where it grows",
+        &head,
+        scenes.iter().filter_map(line).collect(),
+    );
+}
+
+fn boundaries(study: &mut Study, links: &[LinkRow]) {
+    study.section.heading("Distance to the boundaries");
+    let mut rows = Vec::new();
+    for walls in Walls::ALL {
+        for corners in [1, 2] {
+            let mut low = 0.0;
+            for high in BOUNDARIES {
+                let is_own = |r: &&LinkRow| {
+                    r.walls == walls.name()
+                        && r.corners.min(2) == corners
+                        && r.boundary.is_some_and(|b| (low..high).contains(&b))
+                };
+                let own: Vec<&LinkRow> = links.iter().filter(is_own).collect();
+                let error = |of: fn(&LinkRow) -> f64| {
+                    let errors: Vec<f64> = own.iter().map(|r| of(r).abs()).collect();
+                    fixed(mean(&errors), 2)
+                };
+                let range = if high.is_finite() {
+                    format!("{low} to {high}")
+                } else {
+                    format!("{low} and more")
+                };
+                if !own.is_empty() {
+                    rows.push(vec![
+                        walls.name().into(),
+                        if corners == 1 { "one" } else { "two or more" }.into(),
+                        range,
+                        own.len().to_string(),
+                        error(|r| r.converged_db),
+                        error(|r| r.slopes_db),
+                        error(|r| r.far_db),
+                    ]);
+                }
+                low = high;
+            }
+        }
+    }
+    let settings = Setting::all();
+    let head = [
+        "walls",
+        "corners of the strongest path",
+        "sqrt(2 k L) sin(delta / 2)",
+        "links",
+        settings[CONVERGED].name.as_str(),
+        settings[SLOPES].name.as_str(),
+        settings[FAR].name.as_str(),
+    ];
+    study.table(
+        "Mean error of the level [dB] by the distance of the strongest path from the nearest boundary of its corners; the transition region ends at about 3",
+        &head,
+        rows,
+    );
+}
+
+/// Means over the scenes that are no series of sizes.
+fn over_scenes(rows: &[Row], walls: &str, setting: &str, value: Value) -> Option<f64> {
+    let is_own = |r: &&Row| r.walls == walls && r.setting == setting && !r.scene.starts_with(SIZES);
+    let own: Vec<f64> = rows.iter().filter(is_own).map(value).collect();
+    (!own.is_empty()).then(|| mean(&own))
+}
+
+fn trade(study: &mut Study, rows: &[Row], walls: &str) {
+    let mut trade = Trade::default();
+    let mut lines = Vec::new();
+    for setting in Setting::all() {
+        let at = |value: Value| over_scenes(rows, walls, &setting.name, value);
+        let (Some(time), Some(error), Some(direction), Some(paths)) = (
+            at(|r| r.time_us),
+            at(|r| r.mean_error_db),
+            at(|r| r.mean_direction_error_deg),
+            at(|r| r.paths_per_link),
+        ) else {
+            continue;
+        };
+        let group = match setting.config.slope_diffraction {
+            true => "with slopes",
+            false => "without",
+        };
+        trade.add(group, &setting.name, time, error);
+        lines.push(vec![
+            setting.name,
+            three_digits(time),
+            three_digits(paths),
+            fixed(error, 2),
+            fixed(direction, 2),
+        ]);
+    }
+    let head = [
+        "setting",
+        "time a link [us]",
+        "paths",
+        "error [dB]",
+        "direction [deg]",
+    ];
+    study.table(
+        format!("Walls of {walls}: means over the scenes but the blocks alone"),
+        &head,
+        lines,
+    );
+    let chart = trade.chart("time a link [us]", "mean error [dB]", 0.1, Marked::All);
+    study.figure(
+        &format!("time-{walls}"),
+        format!("Mean error of the level against time a link, walls of {walls}. Grey: the front."),
+        chart.draw(),
+    );
+}
+
+fn figures(study: &mut Study, rows: &[Row], links: &[LinkRow]) {
+    study
+        .section
+        .heading("Size of the house, and a line behind two");
+    let settings = Setting::all();
+    let size = |walls: Walls| -> Vec<[f64; 2]> {
+        let is_own = |r: &&Row| {
+            r.walls == walls.name()
+                && r.scene.starts_with(SIZES)
+                && r.setting == settings[DEFAULT].name
+        };
+        let own = rows.iter().filter(is_own);
+        own.map(|r| [r.longest_wall, r.mean_error_db]).collect()
+    };
+    let chart = Chart::new(
+        Axis::log("longest wall [wavelengths]"),
+        Axis::log("mean error [dB]"),
+    )
+    .sized(640.0, 320.0);
+    let chart = Walls::ALL
+        .into_iter()
+        .fold(chart, |chart, walls| chart.line(walls.name(), size(walls)));
+    study.figure(
+        "size",
+        "Mean error of the level around one house at R2 D1 against its size, everything else in proportion.",
+        chart.draw(),
+    );
+    for walls in Walls::ALL {
+        let is_own = |r: &&LinkRow| {
+            r.scene == "behind" && r.walls == walls.name() && r.source == 0 && r.y == 24.3
+        };
+        let line = |value: fn(&LinkRow) -> f64| -> Vec<[f64; 2]> {
+            let own = links.iter().filter(is_own);
+            own.map(|r| [r.x, r.level_db + value(r)]).collect()
+        };
+        let series = |i: usize, name: &str, points: Vec<[f64; 2]>, dashed: bool| {
+            Series::new(name, Colour::Series(i), Mark::Line { points, dashed })
+        };
+        let chart = Chart::new(
+            Axis::linear("x [wavelengths]"),
+            Axis::linear("level over free space [dB]"),
+        )
+        .sized(640.0, 380.0)
+        .with(series(0, "the field", line(|_| 0.0), false))
+        .with(series(
+            1,
+            &settings[CONVERGED].name,
+            line(|r| r.converged_db),
+            true,
+        ))
+        .with(series(
+            2,
+            &settings[SLOPES].name,
+            line(|r| r.slopes_db),
+            false,
+        ));
+        study.figure(
+            &format!("behind-{}", walls.name()),
+            format!(
+                "Along a line behind two blocks one behind the other, walls of {}. A link without a path is drawn 40 dB below the field.",
+                walls.name()
+            ),
+            chart.draw(),
+        );
+    }
+}
+
+fn verdict(study: &mut Study, rows: &[Row]) {
+    let settings = Setting::all();
+    let sums = |setting: usize| {
+        let own = rows
+            .iter()
+            .filter(|r| r.setting == settings[setting].name && r.two_corners > 0);
+        own.fold((0.0, 0.0), |(error, time), r| {
+            (
+                error + r.two_corners_mean_error_db * r.two_corners as f64,
+                time + r.time_us,
+            )
+        })
+    };
+    let links: usize = rows
+        .iter()
+        .filter(|r| r.setting == settings[SLOPES].name)
+        .map(|r| r.two_corners)
+        .sum();
+    let (without, with) = (sums(CONVERGED), sums(SLOPES));
+    let gain_db = (without.0 - with.0) / links.max(1) as f64;
+    let ratio = with.1 / without.1;
+    study.section.verdict(Verdict::decided(
+        gain_db >= 3.0 && ratio < 1.3,
+        "Slopes bring the mean error in the shadow of two corners down by 3 dB or more at less than 1.3 times the time",
+        format!("{} dB over {links} links, {} times the time", fixed(gain_db, 2), fixed(ratio, 2)),
+    ));
+}
