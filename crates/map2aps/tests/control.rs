@@ -136,7 +136,8 @@ fn a_cancelled_data_set_keeps_whole_maps_and_the_same_call_continues_to_the_same
 #[test]
 fn every_long_operation_can_be_cancelled() {
     let folder = tempfile::tempdir().unwrap();
-    let (data, other) = (folder.path().join("data"), folder.path().join("other"));
+    let at = |name: &str| folder.path().join(name);
+    let (data, other) = (at("data"), at("other"));
     let plan = DatasetPlan {
         stored: Stored {
             paths: true,
@@ -152,7 +153,7 @@ fn every_long_operation_can_be_cancelled() {
     let results = [
         relabel(&dataset, &other, &plan.label, plan.stored, &control).err(),
         Export::new(ExportLayout::Released)
-            .run(&dataset, &other, &control)
+            .run(&dataset, &at("exported"), &control)
             .err(),
         Verify::default().run(&dataset, &control, &mut |_| {}).err(),
     ];
