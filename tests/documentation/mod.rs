@@ -187,7 +187,7 @@ fn furnish(folder: &Path, runner: Runner<'_>) {
 [ "$1" = xtask ] || {{ echo "'cargo $1' has no place in a tested block" >&2; exit 1; }}
 shift
 case "$1" in
-    train | predict | bench-models) {models} ;;
+    train | predict | export-onnx | bench-models) {models} ;;
     *) exec '{}' "$@" ;;
 esac
 "#,

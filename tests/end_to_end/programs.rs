@@ -14,6 +14,8 @@ fn commands_of_other_packages_reach_them_with_all_arguments() {
         ("xtask-studies", "report"),
         ("xtask-models", "train"),
         ("xtask-models", "bench-models"),
+        ("xtask-models", "export-onnx"),
+        ("xtask-explore", "explore"),
     ] {
         let mut runner = Command::new(env!("CARGO_BIN_EXE_xtask"));
         runner
