@@ -95,7 +95,7 @@ class Dataset:
         return f"Dataset('{self.path}', {len(self)} maps, {self.links} links)"
 
     def __reduce__(self) -> tuple[type[Dataset], tuple[Path]]:
-        return Dataset, (self.path,)
+        return type(self), (self.path,)
 
     @cached_property
     def _entries(self) -> dict[int, dict[str, Any]]:

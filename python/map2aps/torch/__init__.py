@@ -64,7 +64,6 @@ class ApsDataset(Dataset[Example]):
             raise ValueError(f"domain: '{domain}' is neither 'normalised' nor 'linear'")
         if condition not in ("image", "polar"):
             raise ValueError(f"condition: '{condition}' is neither 'image' nor 'polar'")
-        self._settings = (path, split, size, mirror, domain, condition, maps)
         settings = {
             "size": size,
             "mirror": mirror and split == "train",
@@ -72,7 +71,8 @@ class ApsDataset(Dataset[Example]):
             "polar": condition == "polar",
             "maps": maps,
         }
-        self._examples = _native.Examples(path, split, settings)
+        self._opened = (path, split, settings)
+        self._examples = _native.Examples(*self._opened)
 
     def __len__(self) -> int:
         return len(self._examples)
@@ -105,5 +105,10 @@ class ApsDataset(Dataset[Example]):
         """Map, row in it, and rows of transmitter and receiver of each link, without mirror images: shape (links, 4)."""
         return self._examples.links
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return ApsDataset, self._settings
+    # Worker processes open the data set anew; whatever a subclass has of its own goes with it.
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_examples"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._examples = _native.Examples(*self._opened)

@@ -7,8 +7,10 @@ has both. They give spectra of shape (batch, 180) in the data set's normalised d
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import torch
@@ -408,6 +410,9 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset =
     Returns
     -------
     torch.nn.Module
+        Its ``settings`` are those of the training (a dict), as ``config.json`` beside the file has them; None without one. Predictions are
+        normalised with its ``settings["training_statistics"]``, not with those of the data that it is asked about: power relative to the
+        link's maximum is ``y * std + mean``, for labels of ``settings["protocol"]`` "paper".
     """
     from safetensors import safe_open
 
@@ -421,6 +426,9 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset =
         else:
             model = build(name, preset)
         model.load_state_dict({tensor: weights.get_tensor(tensor) for tensor in weights.keys()})
+    beside = Path(file).with_name("config.json")
+    settings: Any = json.loads(beside.read_text(encoding="utf-8")) if beside.is_file() else None
+    model.settings = settings
     return model.eval()
 
 
@@ -430,19 +438,21 @@ def shipped(name: str = "polar_reg") -> nn.Module:
     Parameters
     ----------
     name : str
-        Model of which weights are shipped: "polar_reg".
+        Model of which weights are shipped: "polar_reg", which learnt labels of the protocol "paper".
 
     Returns
     -------
     torch.nn.Module
+        With ``settings``, as `load` gives them.
     """
     from safetensors.torch import load as tensors_of
 
     from map2aps import _native
 
-    tensors = tensors_of(_native.shipped(name))
+    weights, settings = _native.shipped(name)
     model = build(name, "small")
-    model.load_state_dict(tensors)
+    model.load_state_dict(tensors_of(weights))
+    model.settings = json.loads(settings)
     return model.eval()
 
 

@@ -209,9 +209,26 @@ def test_a_model_learns_from_a_loader(data: Path) -> None:
     assert np.mean(losses[-3:]) < 0.8 * np.mean(losses[:3])
 
 
+
+class Named(ApsDataset):
+    """Has something of its own, and another constructor."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, "test", size=16)
+        self.name = folder.name
+
+
+def test_a_subclass_stays_itself_in_worker_processes(data: Path) -> None:
+    examples = Named(data)
+    again = pickle.loads(pickle.dumps(examples))
+    assert type(again) is Named and again.name == data.name
+    assert torch.equal(again[3][0], examples[3][0])
+
+
 def test_shipped_weights_load_in_one_line(tmp_path: Path) -> None:
     model = models.shipped("polar_reg")
     assert not model.training
+    assert model.settings["protocol"] == "paper" and model.settings["training_statistics"]["std"] > 0
     models.save(model, tmp_path / "weights.safetensors")
     again = models.load(tmp_path / "weights.safetensors").state_dict()
     for name, tensor in model.state_dict().items():

@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long)]
     preset: Option<Preset>,
     /// Weights: .safetensors, or .pt of PyTorch [default: those that come with the program].
-    #[arg(long, required_unless_present = "model")]
+    #[arg(long)]
     weights: Option<PathBuf>,
     /// Folder of a data set.
     #[arg(long, required_unless_present = "input", conflicts_with = "input")]
@@ -89,7 +89,9 @@ impl Args {
         let trained = match (&self.weights, self.model) {
             (Some(weights), kind) => Trained::load(weights, kind, self.preset, &device),
             (None, Some(kind)) => Trained::shipped(kind, &device),
-            (None, None) => bail!("give --weights or --model"),
+            (None, None) => {
+                bail!("give --weights, or --model for the weights that come with the program")
+            }
         };
         let trained = trained.map_err(advised)?;
         let report = trained.report();
