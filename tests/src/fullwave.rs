@@ -95,7 +95,7 @@ const FILES: [(&str, &str); 10] = [
 ];
 
 impl FullWave {
-    /// All stored scenes.
+    /// Reads the stored scenes.
     ///
     /// # Panics
     /// For a file that is none.

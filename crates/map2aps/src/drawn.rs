@@ -24,7 +24,7 @@ pub struct DrawnExamples {
     examples: Examples,
     /// For each bin the one at the negative of its angle, where there are mirror images.
     negated: Option<Vec<usize>>,
-    /// What is drawn in place of images.
+    /// Geometry that is drawn in place of images.
     views: Option<Arc<PolarViews>>,
 }
 

@@ -319,7 +319,7 @@ mod tests {
         assert!(grid.place(51).distance(DVec2::new(-0.1, 7.9)) < 1e-12);
     }
 
-    /// All cells of a synthetic city, and the request that asks for them.
+    /// Surveys a synthetic city; returns its cells and the request that asks for them.
     fn survey(lanes: &Lanes) -> (Survey, Ticket) {
         let mut asked = question();
         let fields = asked.as_object_mut().unwrap();

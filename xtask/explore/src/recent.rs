@@ -22,7 +22,7 @@ impl<K: PartialEq, V> Recent<K, V> {
     /// The thing of a key, made now if it is not there. Whoever asks for it meanwhile waits; a failure is not kept.
     ///
     /// # Errors
-    /// Those of `make`.
+    /// Errors of `make`.
     pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         let place = self.place(key);
         let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);

@@ -43,7 +43,7 @@ pub struct LinkQuestion {
     pub label: LabelChoice,
 }
 
-/// All receivers of a transmitter.
+/// Question about a transmitter's coverage of the map.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoverageQuestion {

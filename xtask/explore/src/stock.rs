@@ -77,7 +77,7 @@ pub struct Prepared<T> {
     pub took: Duration,
 }
 
-/// All that is kept.
+/// Maps, tracers and terminals that are kept between requests.
 #[derive(Debug)]
 pub struct Stock {
     maps: Maps,

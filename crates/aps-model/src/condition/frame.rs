@@ -103,13 +103,15 @@ impl Sums {
             })
         };
         let mut above: Vec<f64> = up_to(rows[0]).collect();
+        let mut below = Vec::with_capacity(above.len());
         for (row, &edge) in image.chunks_exact_mut(size).zip(&rows[1..]) {
-            let below: Vec<f64> = up_to(edge).collect();
+            below.clear();
+            below.extend(up_to(edge));
             for (i, value) in row.iter_mut().enumerate() {
                 let sum = below[i + 1] - below[i] - above[i + 1] + above[i];
                 *value = ((sum / area) as f32).clamp(0.0, 1.0);
             }
-            above = below;
+            std::mem::swap(&mut above, &mut below);
         }
     }
 }

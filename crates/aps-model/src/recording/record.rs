@@ -24,7 +24,7 @@ thread_local! {
 /// that of the result.
 ///
 /// # Errors
-/// Those of `compute`; while a graph is recorded also an input that no recorded operation made.
+/// Errors of `compute`; while a graph is recorded also an input that no recorded operation made.
 pub(crate) fn recorded(
     inputs: &[&Tensor],
     nodes: impl FnOnce(&mut Graph, &[Value]) -> Value,

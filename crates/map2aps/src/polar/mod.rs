@@ -71,7 +71,7 @@ impl PolarViews {
     /// Prepares scenes, which are named by the ids of their maps. Works on all threads, one scene after another.
     ///
     /// # Errors
-    /// Those of the scenes, and a scene of too many corners.
+    /// Errors of the scenes, and a scene of too many corners.
     pub fn new(scenes: impl Iterator<Item = Result<(u32, Scene)>>) -> Result<Self> {
         let prepare = |scene: Result<(u32, Scene)>| {
             let (id, scene) = scene?;

@@ -33,7 +33,7 @@ impl OnnxModel {
     /// settings (array, bandwidth, protocol), the statistics that normalise them, width of the spots and frame of the images.
     ///
     /// # Errors
-    /// Those of [`Trained::load`](super::Trained::load), and an image size that the model does not take.
+    /// Errors of [`Trained::load`](super::Trained::load), and an image size that the model does not take.
     pub fn load(
         weights: &Path,
         kind: Option<ModelKind>,
@@ -49,7 +49,7 @@ impl OnnxModel {
     /// Makes the file of the weights that come with `aps-model`, as [`load`](Self::load) does.
     ///
     /// # Errors
-    /// Those of [`Trained::shipped`](super::Trained::shipped), and an image size that the model does not take.
+    /// Errors of [`Trained::shipped`](super::Trained::shipped), and an image size that the model does not take.
     pub fn shipped(kind: ModelKind, image_size: Option<usize>) -> Result<Self> {
         Self::of(Loaded::shipped(kind, &Device::Cpu)?, image_size)
     }

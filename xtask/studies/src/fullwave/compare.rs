@@ -33,7 +33,7 @@ pub struct Reference<'f> {
     fields: Vec<Complex64>,
 }
 
-/// What a setting finds, link by link.
+/// Results of a setting, link by link.
 pub struct Comparison {
     /// Field found over the field there; 0 for no path.
     ratio: Vec<Complex64>,
@@ -47,7 +47,7 @@ pub struct Comparison {
     pub directions: Vec<f64>,
     /// Over all links.
     pub paths: usize,
-    /// Of one run, per link.
+    /// Time of a link in one run \[us\].
     pub time_us: f64,
 }
 

@@ -113,7 +113,7 @@ struct LinkRow {
     source: usize,
     x: f64,
     y: f64,
-    /// Of the reference, over free space.
+    /// Level of the reference over free space \[dB\].
     level_db: f64,
     /// Corners on the strongest path of the converged setting with slopes.
     corners: usize,
