@@ -79,12 +79,12 @@ pub fn run() -> ExitCode {
         Command::Metrics(args) => args.run(),
         Command::Export(args) => args.run(),
         Command::Import(args) => args.run(),
-        Command::Explore(args) => args.run("xtask-explore", "explore"),
-        Command::Report(args) => args.run("xtask-studies", "report"),
-        Command::Train(args) => args.run("xtask-models", "train"),
-        Command::Predict(args) => args.run("xtask-models", "predict"),
-        Command::ExportOnnx(args) => args.run("xtask-models", "export-onnx"),
-        Command::BenchModels(args) => args.run("xtask-models", "bench-models"),
+        Command::Explore(args) => args.run("explore"),
+        Command::Report(args) => args.run("report"),
+        Command::Train(args) => args.run("train"),
+        Command::Predict(args) => args.run("predict"),
+        Command::ExportOnnx(args) => args.run("export-onnx"),
+        Command::BenchModels(args) => args.run("bench-models"),
     };
     exit_code(result)
 }

@@ -22,5 +22,4 @@ mod source;
 mod summary;
 
 pub use args::{ArrayForm, IdList, MapsArg, PartName, SceneArgs, TileArgs, parse_material};
-pub use commands::programs::{child, hand_over};
 pub use progress::use_threads;

@@ -23,7 +23,7 @@ folder of a run. `batch` is any number of links:
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of polar_reg.
+    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of ms_areg and polar_reg.
     #[arg(long, value_parser = models())]
     model: Option<ModelKind>,
     /// Its sizes: paper or small [default: as the file of weights says].

@@ -33,7 +33,7 @@ transmitter heatmap, receiver heatmap, of the size the model was trained on.";
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of polar_reg.
+    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of ms_areg and polar_reg.
     #[arg(long)]
     model: Option<ModelKind>,
     /// Its sizes: paper or small [default: as the file of weights says].

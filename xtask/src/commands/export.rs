@@ -19,6 +19,7 @@ pub enum Layout {
     /// samples/*.npz: normalised labels with their condition images, as models train on them.
     Samples,
     /// data/PART/map_N.parquet: a row a link, with a card and a description for hubs of data sets.
+    #[cfg(feature = "parquet")]
     Parquet,
 }
 
@@ -66,6 +67,7 @@ impl Args {
             ..Export::new(match self.layout {
                 Layout::Released => ExportLayout::Released,
                 Layout::Samples => ExportLayout::Samples,
+                #[cfg(feature = "parquet")]
                 Layout::Parquet => ExportLayout::Parquet,
             })
         };

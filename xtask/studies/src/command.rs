@@ -7,7 +7,8 @@ use anyhow::{Context, Result};
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use map2aps::maps::ranges;
-use xtask::{IdList, MapsArg, child, command_line, hand_over, machine, say};
+use xtask::{IdList, MapsArg, command_line, machine, say};
+use xtask_launch::{child, hand_over};
 
 use crate::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
 
@@ -127,17 +128,17 @@ impl Args {
 
     /// Becomes the study of models, which joins the report itself.
     fn hand_over_models(&self, out: &Path) -> Result<()> {
-        let mut rest: Vec<OsString> = ["--profile", self.profile.name(), "--seed"]
+        let mut args: Vec<OsString> = ["report", "--profile", self.profile.name(), "--seed"]
             .map(Into::into)
             .into();
-        rest.extend([self.seed.to_string().into(), "--out".into(), out.into()]);
+        args.extend([self.seed.to_string().into(), "--out".into(), out.into()]);
         if let MapsArg::Folder(maps) = &self.maps {
-            rest.extend(["--maps".into(), maps.into()]);
+            args.extend(["--maps".into(), maps.into()]);
         }
         if let Some(work) = &self.work {
-            rest.extend(["--work".into(), work.into()]);
+            args.extend(["--work".into(), work.into()]);
         }
-        hand_over(child("xtask-models", "report", &rest))
+        hand_over(child("xtask-models", &args)).context("cannot start cargo")
     }
 
     /// The command that measures a study again, as somebody else would type it.
