@@ -266,7 +266,7 @@ mod tests {
             map, tx_m, rx_m, ..
         } = drawn.examples().list()[3];
         let maps = MapSource::Synthetic { count: 3 };
-        let scene = maps.open(map, 42, crate::SceneSettings::default());
+        let scene = maps.load(map, 42, crate::SceneSettings::default());
         let views = PolarViews::new([scene.map(|scene| (map, scene))].into_iter()).unwrap();
         for (found, mirror) in inputs.chunks_exact(directions * values).zip(Mirror::ALL) {
             let link = SeenLink {

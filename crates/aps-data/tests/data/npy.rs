@@ -270,6 +270,9 @@ fn rows_of_a_file_are_those_of_the_whole() {
         let values = vec![1.0_f32; shape.iter().product()];
         npy::write(&file, &shape, &values).unwrap();
         assert!(npy::read_rows::<f32>(&file, 0..1).is_err());
-        assert_eq!(npy::read_rows::<f32>(&file, 0..0).unwrap().data, []);
+        assert_eq!(
+            npy::read_rows::<f32>(&file, 0..0).unwrap().data,
+            Vec::<f32>::new()
+        );
     }
 }
