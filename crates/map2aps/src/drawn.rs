@@ -115,7 +115,7 @@ impl DrawnExamples {
             }
         }
         // Once, by all threads, before each asks for it.
-        self.examples.target()?;
+        self.examples.form()?;
         let targets = targets.par_chunks_mut(bins).zip(numbers);
         targets.try_for_each_init(
             || vec![0.0; bins],

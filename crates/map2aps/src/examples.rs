@@ -261,7 +261,7 @@ impl Examples {
     ///
     /// # Errors
     /// Where labels stay on disk, those of [`Target::of`].
-    pub(crate) fn target(&self) -> Result<Target> {
+    pub(crate) fn form(&self) -> Result<Target> {
         match &self.labels {
             Labels::Held(_, target) => Ok(*target),
             Labels::Stored {
@@ -290,7 +290,7 @@ impl Examples {
             Labels::Held(db, target) => target.write(db, example, row),
             Labels::Stored { dataset, .. } => {
                 let label = dataset.spectrum(map, link)?;
-                self.target()?.write(&label, 0, row)
+                self.form()?.write(&label, 0, row)
             }
         };
         written.at(Place::Link(link))
