@@ -28,9 +28,10 @@ class ApsDataset(Dataset[Example]):
     """The labelled links of a part of a data set, as pairs (condition, target).
 
     A condition of shape (3, size, size) shows buildings, transmitter and receiver, or is the input of Polar-Reg, of shape
-    (180, 214) (see `map2aps.PolarView`); a target of shape (180,) is the spectrum as models learn it. Both are float32. Conditions are drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on
-    all cores: worker processes are seldom of use. Labels stay on disk until they are asked for; where the data set's
-    manifest holds no statistics of them, as of imported ones, the first normalised target waits until the training maps are read once.
+    (180, 214) (see `map2aps.PolarView`); a target of shape (180,) is the spectrum as models learn it. Both are float32. Conditions are
+    drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on all cores: worker processes are seldom of use.
+    Labels stay on disk until they are asked for; where the data set's manifest holds no statistics of them, as of imported ones, the
+    first normalised target waits until the training maps have been read once.
 
     Parameters
     ----------
