@@ -134,6 +134,8 @@ def _bar(progress: Progress | bool | None) -> tuple[Progress | None, Callable[[]
     """The function that is told of progress, and the one that ends it."""
     if callable(progress):
         return progress, lambda: None
+    if not (progress is None or isinstance(progress, bool)):
+        raise TypeError(f"progress: expected a function, True, False or None, got {type(progress).__name__} {progress!r}")
     if not progress:
         return None, lambda: None
     try:

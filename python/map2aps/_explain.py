@@ -38,6 +38,8 @@ def _one(paths: Paths, link: int) -> Paths:
     one = paths[link]
     if not (np.isfinite(one.tx_m).all() and np.isfinite(one.rx_m).all()):
         raise ValueError(f"paths: it is not known where the ends of link {link} are; give them by replace(tx_m=..., rx_m=...)")
+    if len(one.gain) and not one.gain.any():
+        raise ValueError(f"paths: link {link} receives no power: the gain of all its paths is 0")
     return one
 
 
@@ -94,9 +96,9 @@ def plot_link(paths: Paths, link: int = 0, scene: _native.Scene | None = None, a
     -------
     matplotlib.axes.Axes
     """
+    one = _one(paths, link)
     import matplotlib.pyplot as plt
 
-    one = _one(paths, link)
     if ax is None:
         _, ax = plt.subplots()
     if scene is not None:

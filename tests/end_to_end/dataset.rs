@@ -149,3 +149,27 @@ fn mistakes_are_told() {
     ]);
     assert!(error.contains("[1, 2, 3] are not there"), "{error}");
 }
+
+#[test]
+fn orders_that_cannot_be_met_are_refused_before_any_work() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("out");
+    let out = out.to_str().unwrap();
+    for (order, told) in [
+        ("dataset --maps synthetic:4294967295", "too many"),
+        ("dataset --tx-per-map 0", "at least 1 transmitter"),
+        ("dataset --threads 20000", "--threads 20000"),
+        (
+            "label --paths none.json --pdp OUT",
+            "--out and --pdp are both",
+        ),
+    ] {
+        let order = order.split(' ').map(|word| match word {
+            "OUT" => out,
+            word => word,
+        });
+        let found = fail(&order.chain(["--out", out]).collect::<Vec<_>>());
+        assert!(found.contains(told), "{found}");
+        assert!(!root.path().join("out").exists());
+    }
+}

@@ -97,7 +97,19 @@ def test_settings_that_make_no_data_set_are_named(tmp_path: Path) -> None:
         (lambda: make(tmp_path / "a", tmp_path, progress=None), ValueError, "map"),
         (lambda: make("/proc/none/set", 1, progress=None), OSError, "cannot create"),
         (lambda: map2aps.Dataset(tmp_path), ValueError, "not a data set"),
-        (lambda: map2aps.Dataset(tmp_path / "none"), (ValueError, OSError), "none"),
+        (lambda: map2aps.Dataset(tmp_path / "none"), FileNotFoundError, "none"),
+        (lambda: make(tmp_path / "a", tmp_path / "none.geojson", progress=None), FileNotFoundError, "none"),
+        (lambda: make(tmp_path / "a", 3, map_ids=[], progress=None), ValueError, "map_ids: no map"),
+        (lambda: make(tmp_path / "a", 3, map_ids=np.array([2**64 - 1], np.uint64), progress=None), ValueError, str(2**64 - 1)),
+        (lambda: make(tmp_path / "a", 10**9, map_ids=[0], progress=None), ValueError, "1000000000 synthetic cities"),
+        (lambda: make(tmp_path / "a", True, progress=None), ValueError, "maps.*bool True"),
+        (lambda: make(tmp_path / "a", 3, rx_per_map=0, progress=None), ValueError, "at least 1 transmitter and 1 receiver"),
+        (lambda: make(tmp_path / "a", 3, tile_m=np.nan, progress=None), ValueError, "tile_m: NaN"),
+        (lambda: make(tmp_path / "a", 3, metric="no", progress=None), ValueError, "metric: expected True or False, got str 'no'"),
+        (lambda: make(tmp_path / "a", 3, receivers=None, progress=None), ValueError, "receivers: expected a string, got NoneType"),
+        (lambda: make(tmp_path / "a", 3, progress=5), TypeError, "progress: .*int 5"),
+        (lambda: make(tmp_path / "a", 3, seed=10**300, progress=None), ValueError, r"seed: .* got int 1000*\.\.\.$"),
+        (lambda: make(tmp_path / "a", 3, frequency_hz=1e300, progress=None), ValueError, r"digits\)"),
         (lambda: make(tmp_path / "a", -1, progress=None), ValueError, "maps.*int -1"),
         (lambda: make(tmp_path / "a", 1.5, progress=None), ValueError, "maps.*float 1.5"),
         (lambda: make(tmp_path / "a", 3, map_ids=[-1], progress=None), ValueError, "map_ids: .*-1 is out of range"),
@@ -113,10 +125,10 @@ def test_settings_that_make_no_data_set_are_named(tmp_path: Path) -> None:
             call()
 
 
-def test_no_maps_and_no_links_make_an_empty_data_set(tmp_path: Path) -> None:
-    assert len(map2aps.make_dataset(tmp_path / "maps", 3, map_ids=[], progress=None)) == 0
-    none = map2aps.make_dataset(tmp_path / "links", 1, tx_per_map=1, rx_per_map=0, progress=None)
-    assert none.links == 0 and none[0]["aps_db"].shape == (0, 180) and none[0].is_valid.shape == (0,)
+def test_arrays_may_be_empty(tmp_path: Path) -> None:
+    sight = {"max_reflections": 0, "max_diffractions": 0}
+    made = map2aps.make_dataset(tmp_path, 1, tx_per_map=1, rx_per_map=2, store_paths=True, progress=None, **sight)
+    assert made[0]["interaction_point"].shape == (0, 2)
 
 
 def test_a_data_set_is_pickled_by_its_place(data: Path) -> None:

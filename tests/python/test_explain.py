@@ -22,6 +22,9 @@ def test_links_that_cannot_be_explained_are_named(scene: map2aps.Scene, paths: m
         map2aps.explain(scene, nowhere)
     known = nowhere.replace(tx_m=paths.tx_m[:1], rx_m=paths.rx_m[:1])
     assert "Lobes and paths" in str(map2aps.explain(scene, known))
+    for call in (map2aps.plot_link, lambda silent: map2aps.explain(scene, silent)):
+        with pytest.raises(ValueError, match="link 0 receives no power"):
+            call(known.replace(gain=[0.0]))
     with pytest.raises(IndexError):
         map2aps.explain(scene, paths, 100)
     with pytest.raises(ValueError, match="`old`"):

@@ -75,6 +75,7 @@ def test_settings_out_of_range_are_named() -> None:
     paths = one_path()
     for call, error, told in [
         (lambda: map2aps.label(paths, "papers"), ValueError, "`papers`"),
+        (lambda: map2aps.label(paths, None), ValueError, "protocol: expected a string, got NoneType None"),
         (lambda: map2aps.label(paths, array=16), TypeError, "UniformLinear"),
         (lambda: map2aps.label(paths, array=map2aps.UniformLinear(0, 0.5)), ValueError, "elements"),
         (lambda: map2aps.label(paths, array=map2aps.UniformLinear(-1, 0.5)), ValueError, "elements: .*int -1"),

@@ -44,6 +44,7 @@ def test_ends_that_cannot_stand_where_they_are_are_named(scene: map2aps.Scene) -
     view, out = map2aps.PolarView(map2aps.Scene.from_polygons([HOUSE])), (10.0, 10.0)
     for tx, rx, told in [
         (out, [(1.0, 1.0), (50.0, 50.0)], "link 1: .*inside building 0"),
+        (out, np.vstack([np.full((300, 2), 1.0), [(50.0, 50.0)]]), "link 300: .*inside building 0"),
         ((np.nan, 1.0), out, "link 0: .*finite"),
         (out, [1.0, 2.0, 3.0], r"rx: .*float64 of shape \(3,\)"),
         (np.zeros((1, 2), complex), out, r"tx: .*complex128 of shape \(1, 2\)"),

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,6 +39,53 @@ def test_ctrl_c_ends_a_trace_and_the_next_one_works() -> None:
         process.send_signal(signal.SIGINT)
         assert process.stdout.readline() == "interrupted\n"
         assert process.wait(timeout=60) == 0
+
+
+WAITING = (
+    "import map2aps, numpy as np, os, signal, sys, threading, traceback\n"
+    "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    "scene = map2aps.Scene.synthetic(seed=3)\n"
+    "begun, main = threading.Event(), threading.get_ident()\n"
+    "def occupy():\n"
+    "    map2aps.make_dataset(sys.argv[1], 10, tx_per_map=10**4, rx_per_map=10**4, progress=lambda *_: begun.set())\n"
+    "def interrupt():\n"
+    "    stack = lambda: [frame.f_code.co_name for frame, _ in traceback.walk_stack(sys._current_frames()[main])]\n"
+    "    while 'blocked' not in stack():\n"
+    "        pass\n"
+    "    os.kill(os.getpid(), signal.SIGINT)\n"
+    "def blocked():\n"
+    "    {call}\n"
+    "threading.Thread(target=occupy, daemon=True).start()\n"
+    "begun.wait()\n"
+    "threading.Thread(target=interrupt, daemon=True).start()\n"
+    "try:\n"
+    "    blocked()\n"
+    "except KeyboardInterrupt:\n"
+    "    os.write(1, b'interrupted')\n"
+    "    os._exit(0)\n"
+)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there, Ctrl-C goes to a whole console")
+@pytest.mark.parametrize(
+    "call",
+    [
+        "map2aps.Scene.from_polygons([np.array([(40.0, 40.0), (60.0, 40.0), (60.0, 60.0)])])",
+        "map2aps.Tracer(scene)",
+        "map2aps.PolarView(scene)",
+        "map2aps.metrics(np.ones((2, 180)), np.ones((2, 180)))",
+    ],
+)
+def test_ctrl_c_leaves_work_that_cannot_be_cancelled(call: str, tmp_path: Path) -> None:
+    # The one thread has days of other work, so that the call itself never ends.
+    found = subprocess.run(
+        [sys.executable, "-c", WAITING.format(call=call), str(tmp_path / "set")],
+        env={**os.environ, "RAYON_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert (found.stdout, found.returncode) == ("interrupted", 0), found.stderr
 
 
 def test_threads_share_a_tracer(scene: map2aps.Scene, outdoors: np.ndarray) -> None:

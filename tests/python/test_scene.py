@@ -58,6 +58,8 @@ def test_a_raster_needs_a_square_area_from_zero() -> None:
             map2aps.Scene.from_polygons([HOUSE], area=area).raster(64)
     with pytest.raises(ValueError):
         map2aps.Scene.synthetic().raster(0)
+    with pytest.raises(ValueError, match="size: expected an integer .*, got bool True"):
+        map2aps.Scene.synthetic().raster(True)
 
 
 def test_synthetic_cities_repeat_by_seed() -> None:

@@ -66,10 +66,16 @@ impl Progress for Bar {
     }
 }
 
+/// Threads that no machine runs better with more of.
+const MAX_THREADS: usize = 4096;
+
 /// Sets the number of threads, if one is given.
 pub fn use_threads(threads: Option<usize>) -> Result<()> {
     if let Some(threads) = threads {
-        ensure!(threads > 0, "--threads must be at least 1");
+        ensure!(
+            (1..=MAX_THREADS).contains(&threads),
+            "--threads {threads}: must be 1 to {MAX_THREADS}"
+        );
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global()?;

@@ -24,7 +24,7 @@ pub struct MapData {
     pub status: Vec<LinkStatus>,
     /// For each link whose paths lie beyond the tracer's limits, their number of diffractions; else 0.
     pub fallback: Vec<u8>,
-    /// The APS of each link, if stored.
+    /// The APS of each link, if stored and loaded.
     pub aps: Option<Profile>,
 }
 

@@ -1,6 +1,7 @@
 //! Reading a data set: the manifest first, then maps as they are asked for.
 
 use std::ffi::OsStr;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::arrays::ProfileNames;
@@ -37,7 +38,7 @@ impl Dataset {
     pub fn open(root: impl AsRef<Path>) -> Result<Self, Error> {
         let root = root.as_ref().to_path_buf();
         let path = root.join(MANIFEST_FILE);
-        if !path.is_file() {
+        if !Self::is_at(&root) {
             let problem =
                 "it has no manifest.json; if a run was interrupted, start it again to finish it"
                     .into();
@@ -50,6 +51,11 @@ impl Dataset {
             manifest: Manifest::read(&path)?,
             root,
         })
+    }
+
+    /// Tells if a folder has the manifest of a data set, which may be damaged.
+    pub fn is_at(root: &Path) -> bool {
+        root.join(MANIFEST_FILE).is_file()
     }
 
     /// Returns the folder that the data set was opened in.
@@ -68,6 +74,19 @@ impl Dataset {
     /// [`Error::UnknownMap`]; [`Error::Io`], [`Error::Npy`] and [`Error::Damaged`] for files that
     /// are not as written.
     pub fn map(&self, id: u32) -> Result<MapData, Error> {
+        let mut data = self.links(id)?;
+        let map = self.entry(id)?;
+        let aps = self.manifest.layout.aps;
+        let profile = aps.map(|aps| self.profile(map, &data.status, ProfileNames::APS, &aps));
+        data.aps = profile.transpose()?;
+        Ok(data)
+    }
+
+    /// Loads link table and buildings of a map, and no labels: some 600 kB for 50,000 links.
+    ///
+    /// # Errors
+    /// As [`Dataset::map`].
+    pub fn links(&self, id: u32) -> Result<MapData, Error> {
         let map = self.entry(id)?;
         let (link_tx, link_rx): (Vec<u32>, Vec<u32>) =
             (self.array(map, "link_tx")?, self.array(map, "link_rx")?);
@@ -83,11 +102,6 @@ impl Dataset {
             return Err(self.damaged(id, "a pixel of buildings.npy is neither 0 nor 1".into()));
         };
         let status = self.status(map)?;
-        let aps = self
-            .manifest
-            .layout
-            .aps
-            .map(|aps| self.profile(map, &status, ProfileNames::APS, &aps));
         let data = MapData {
             id,
             buildings,
@@ -100,7 +114,7 @@ impl Dataset {
                 .collect(),
             status,
             fallback: self.array(map, "fallback")?,
-            aps: aps.transpose()?,
+            aps: None,
         };
         match data
             .tx_m
@@ -112,6 +126,22 @@ impl Dataset {
             true => Ok(data),
             false => Err(self.damaged(id, "a position is not finite".into())),
         }
+    }
+
+    /// Loads the stored APS of one link, by its row in the map: values relative to the link's largest \[dB\], not checked.
+    ///
+    /// # Errors
+    /// [`Error::NotStored`], and those of [`Dataset::map`].
+    pub fn spectrum(&self, id: u32, link: usize) -> Result<Samples, Error> {
+        let map = self.entry(id)?;
+        let (path, what) = (self.root.clone(), "angle power spectra");
+        let aps = self.manifest.layout.aps;
+        let layout = aps.ok_or(Error::NotStored { path, what })?;
+        let (name, rows) = (ProfileNames::APS.db, Some(link..link + 1));
+        Ok(match layout.dtype {
+            Precision::F16 => Samples::F16(self.rows(map, name, rows)?),
+            Precision::F32 => Samples::F32(self.rows(map, name, rows)?),
+        })
     }
 
     /// Loads the power delay profiles of a map.
@@ -301,11 +331,22 @@ impl Dataset {
 
     /// Loads an array whose type and shape the manifest was checked for.
     fn array<T: Element>(&self, map: &MapEntry, name: &'static str) -> Result<Vec<T>, Error> {
+        self.rows(map, name, None)
+    }
+
+    /// Loads rows of such an array; `None` for all.
+    fn rows<T: Element>(
+        &self,
+        map: &MapEntry,
+        name: &'static str,
+        rows: Option<Range<usize>>,
+    ) -> Result<Vec<T>, Error> {
         let file = map
             .file(name)
             .expect("the manifest was checked to list the arrays of its layout");
         let path = self.folder(map.id).join(&file.name);
-        let array = npy::read::<T>(&path).map_err(in_array(&path, "read"))?;
+        let read = rows.map_or_else(|| npy::read(&path), |rows| npy::read_rows(&path, rows));
+        let array = read.map_err(in_array(&path, "read"))?;
         if array.shape != file.shape {
             let problem = format!(
                 "its shape is {:?}, the manifest says {:?}",

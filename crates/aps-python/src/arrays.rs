@@ -107,12 +107,23 @@ impl<'py> Argument<'py> {
     ///
     /// # Errors
     /// `ValueError` for one that the type does not hold.
-    pub fn integers<T: TryFrom<i64>>(&self) -> PyResult<Vec<T>> {
-        let convert = |value: i64| {
+    pub fn integers<T: TryFrom<i128>>(&self) -> PyResult<Vec<T>> {
+        let convert = |value: i128| {
             let out_of_range = |_| self.refuse(format_args!(": {value} is out of range"));
             T::try_from(value).map_err(out_of_range)
         };
-        self.values::<i64>()?.into_iter().map(convert).collect()
+        match self.has_type::<u64>() {
+            true => self
+                .values::<u64>()?
+                .into_iter()
+                .map(|n| convert(n.into()))
+                .collect(),
+            false => self
+                .values::<i64>()?
+                .into_iter()
+                .map(|n| convert(n.into()))
+                .collect(),
+        }
     }
 
     /// Copies the values, row by row, into a type.

@@ -1,6 +1,7 @@
 //! Labelled links as networks take them.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use map2aps::maps::TileSettings;
 use map2aps::{Dataset, Domain, DrawnExamples, Part};
@@ -9,9 +10,9 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, Kind, shaped};
+use crate::given::Given;
 use crate::maps::Maps;
-use crate::numbers::Number;
-use crate::run::run;
+use crate::run::run_owned;
 
 /// Largest side of an image \[pixels\].
 const MAX_SIZE: usize = 4096;
@@ -20,8 +21,8 @@ const MAX_SIZE: usize = 4096;
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Settings {
-    size: Number<usize>,
-    mirror: bool,
+    size: Given<usize>,
+    mirror: Given<bool>,
     linear: bool,
     polar: bool,
     maps: Option<Maps>,
@@ -30,7 +31,7 @@ pub struct Settings {
 /// Inputs of a model and targets, of a part of a data set.
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct Examples {
-    drawn: DrawnExamples,
+    drawn: Arc<DrawnExamples>,
 }
 
 /// Inputs of shape (numbers, 3, size, size) or (numbers, directions, values), and targets of shape (numbers, bins).
@@ -39,12 +40,17 @@ type Batch<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>);
 #[pymethods]
 impl Examples {
     #[new]
-    fn new(py: Python<'_>, folder: PathBuf, split: &str, settings: Settings) -> PyResult<Self> {
-        let part = match split {
+    fn new(
+        py: Python<'_>,
+        folder: PathBuf,
+        split: Given<String>,
+        settings: Settings,
+    ) -> PyResult<Self> {
+        let part = match &*split.named("split")? {
             "train" => Part::Train,
             "develop" => Part::Develop,
             "test" => Part::Test,
-            _ => {
+            split => {
                 let text = format!("split: '{split}' is none of 'train', 'develop' and 'test'");
                 return Err(PyValueError::new_err(text));
             }
@@ -54,14 +60,15 @@ impl Examples {
             let text = format!("size: {size} pixels; must be 1 to {MAX_SIZE}");
             return Err(PyValueError::new_err(text));
         }
+        let is_mirrored = settings.mirror.named("mirror")? && part == Part::Train;
         let domain = match settings.linear {
             true => Domain::Linear,
             false => Domain::Normalised,
         };
         let source = settings.maps.map(Maps::source).transpose()?;
-        let drawn = run(py, None, |_| {
+        let drawn = run_owned(py, move || {
             let dataset = Dataset::open(&folder)?;
-            let drawn = DrawnExamples::load(&dataset, part, domain, size, settings.mirror)?;
+            let drawn = DrawnExamples::open(&dataset, part, domain, size, is_mirrored)?;
             if !settings.polar {
                 return Ok(drawn);
             }
@@ -69,6 +76,7 @@ impl Examples {
             let maps = source.map(|source| source(tiles)).transpose()?;
             drawn.with_geometry(maps.as_ref())
         })?;
+        let drawn = Arc::new(drawn);
         Ok(Self { drawn })
     }
 
@@ -77,24 +85,32 @@ impl Examples {
     }
 
     fn batch<'py>(&self, py: Python<'py>, numbers: &Bound<'py, PyAny>) -> PyResult<Batch<'py>> {
-        let numbers = Argument::new(numbers, "numbers", Kind::Integer, &[None])?.values::<i64>()?;
+        let numbers =
+            Argument::new(numbers, "numbers", Kind::Integer, &[None])?.integers::<i128>()?;
         let count = self.drawn.len();
-        let inside = |&number: &i64| usize::try_from(number).ok().filter(|&n| n < count);
-        let inside: Option<Vec<usize>> = numbers.iter().map(inside).collect();
-        let Some(numbers) = inside else {
-            let text = format!("numbers: {numbers:?} must be from 0 to below {count}");
-            return Err(PyIndexError::new_err(text));
+        let inside = |number: i128| {
+            let inside = usize::try_from(number).ok().filter(|&n| n < count);
+            inside.ok_or_else(|| {
+                let text = format!("numbers: {number} is not from 0 to below {count}");
+                PyIndexError::new_err(text)
+            })
         };
+        let numbers = numbers
+            .into_iter()
+            .map(inside)
+            .collect::<PyResult<Vec<_>>>()?;
+        let (drawn, rows) = (Arc::clone(&self.drawn), numbers.len());
         let (shape, bins) = (self.drawn.input_shape(), self.drawn.examples().bins());
-        let shape = [&[numbers.len()], &shape[..]].concat();
-        let (inputs, targets) = run(py, None, |_| {
-            let mut inputs = vec![0.0; shape.iter().product()];
+        let shape = [&[rows], &shape[..]].concat();
+        let length = shape.iter().product();
+        let (inputs, targets) = run_owned(py, move || {
+            let mut inputs = vec![0.0; length];
             let mut targets = vec![0.0; numbers.len() * bins];
-            self.drawn.write(&numbers, &mut inputs, &mut targets)?;
+            drawn.write(&numbers, &mut inputs, &mut targets)?;
             Ok((inputs, targets))
         })?;
         let inputs = shaped(py, inputs, shape)?;
-        Ok((inputs, shaped(py, targets, [numbers.len(), bins])?))
+        Ok((inputs, shaped(py, targets, [rows, bins])?))
     }
 
     /// Map, row of the link in it, and rows of transmitter and receiver of each example; shape (examples, 4).

@@ -5,7 +5,7 @@ use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
 use map2aps::aps_label::{LabelConfig, Protocol};
 use map2aps::aps_raytrace::glam::DVec2;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::labels::LabelSettings;
@@ -41,7 +41,7 @@ fn page(
 ) -> PyResult<String> {
     let protocol: Protocol = config.protocol;
     let explanation = Explanation::of(link, protocol, config)
-        .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        .map_err(|error| PyValueError::new_err(format!("the link cannot be explained: {error}")))?;
     let explanation = explanation.ok_or_else(|| {
         PyValueError::new_err(format!(
             "the link has no path that the {protocol} protocol counts"

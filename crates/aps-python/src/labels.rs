@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::shaped;
-use crate::numbers::{Number, optional};
+use crate::given::{Given, optional};
 use crate::paths::Paths;
 use crate::run::run;
 
@@ -22,14 +22,14 @@ pub enum ArrayArgument {
 
 #[derive(FromPyObject)]
 pub struct Linear {
-    elements: Number<usize>,
-    spacing_wavelengths: Number<f64>,
+    elements: Given<usize>,
+    spacing_wavelengths: Given<f64>,
 }
 
 #[derive(FromPyObject)]
 pub struct Circular {
-    elements: Number<usize>,
-    radius_wavelengths: Number<f64>,
+    elements: Given<usize>,
+    radius_wavelengths: Given<f64>,
 }
 
 impl ArrayArgument {
@@ -48,8 +48,8 @@ impl ArrayArgument {
 }
 
 /// Reads `paper` or `released`.
-pub fn protocol(name: &str) -> PyResult<Protocol> {
-    let read = name.parse::<Protocol>();
+pub fn protocol(name: Given<String>) -> PyResult<Protocol> {
+    let read = name.named("protocol")?.parse::<Protocol>();
     read.map_err(|error| PyValueError::new_err(format!("protocol: {error}")))
 }
 
@@ -57,16 +57,16 @@ pub fn protocol(name: &str) -> PyResult<Protocol> {
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct LabelSettings {
-    protocol: String,
+    protocol: Given<String>,
     array: Option<ArrayArgument>,
-    sampling_rate_hz: Option<Number<f64>>,
-    delay_points: Option<Number<usize>>,
-    last_delay_s: Option<Number<f64>>,
+    sampling_rate_hz: Option<Given<f64>>,
+    delay_points: Option<Given<usize>>,
+    last_delay_s: Option<Given<f64>>,
 }
 
 impl LabelSettings {
     pub fn config(self, pdp: bool) -> PyResult<LabelConfig> {
-        let preset = LabelConfig::of(protocol(&self.protocol)?);
+        let preset = LabelConfig::of(protocol(self.protocol)?);
         let array = self.array.map(ArrayArgument::array).transpose()?;
         let sampling_rate_hz = optional(self.sampling_rate_hz, "sampling_rate_hz")?;
         let points = optional(self.delay_points, "delay_points")?;

@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use map2aps::maps::TileSettings;
 use map2aps::{Control, Dataset, DatasetPlan, Receivers, Stored};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Argument, Kind};
 use crate::error::exception;
+use crate::given::{Given, optional};
 use crate::labels::LabelSettings;
 use crate::maps::Maps;
-use crate::numbers::{Number, optional};
-use crate::run::run;
+use crate::run::{run, run_owned};
 use crate::tracer;
 
 /// Settings that are not of labels and traces.
@@ -21,14 +22,14 @@ use crate::tracer;
 pub struct Settings<'py> {
     maps: Maps,
     map_ids: Option<Bound<'py, PyAny>>,
-    tile_m: Option<Number<f64>>,
-    metric: bool,
-    tx_per_map: Number<usize>,
-    rx_per_map: Number<usize>,
-    receivers: String,
-    seed: Number<u64>,
-    store_pdp: bool,
-    store_paths: bool,
+    tile_m: Option<Given<f64>>,
+    metric: Given<bool>,
+    tx_per_map: Given<usize>,
+    rx_per_map: Given<usize>,
+    receivers: Given<String>,
+    seed: Given<u64>,
+    store_pdp: Given<bool>,
+    store_paths: Given<bool>,
 }
 
 /// Makes a data set in a folder, or goes on with it.
@@ -45,6 +46,7 @@ pub fn make_dataset(
     let trace = tracer::config(limits)?;
     let receivers: Receivers = settings
         .receivers
+        .named("receivers")?
         .parse()
         .map_err(|e: map2aps::MapError| exception(e))?;
     let map_ids = settings.map_ids.map(|ids| {
@@ -52,21 +54,30 @@ pub fn make_dataset(
         ids.integers::<u32>()
     });
     let map_ids = map_ids.transpose()?;
+    if map_ids.as_ref().is_some_and(Vec::is_empty) {
+        return Err(PyValueError::new_err("map_ids: no map is chosen"));
+    }
     let default = TileSettings::default();
+    let tile_m = optional(settings.tile_m, "tile_m")?.unwrap_or(default.tile_m);
+    if !(tile_m.is_finite() && tile_m > 0.0) {
+        let text = format!("tile_m: {tile_m} is no side of maps in m");
+        return Err(PyValueError::new_err(text));
+    }
     let tiles = TileSettings {
-        tile_m: optional(settings.tile_m, "tile_m")?.unwrap_or(default.tile_m),
-        metric: settings.metric,
+        tile_m,
+        metric: settings.metric.named("metric")?,
         ..default
     };
+    let store_pdp = settings.store_pdp.named("store_pdp")?;
     let source = settings.maps.source()?;
     let plan = DatasetPlan {
         tx_per_map: settings.tx_per_map.named("tx_per_map")?,
         rx_per_map: settings.rx_per_map.named("rx_per_map")?,
         receivers,
-        label: label.config(settings.store_pdp)?,
+        label: label.config(store_pdp)?,
         stored: Stored {
-            pdp: settings.store_pdp,
-            paths: settings.store_paths,
+            pdp: store_pdp,
+            paths: settings.store_paths.named("store_paths")?,
             ..Stored::default()
         },
         seed: settings.seed.named("seed")?,
@@ -88,7 +99,7 @@ pub fn make_dataset(
 /// The checked manifest of a data set, as JSON.
 #[pyfunction]
 pub fn manifest(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
-    run(py, None, |_| {
+    run_owned(py, move || {
         let dataset = Dataset::open(&folder)?;
         Ok(serde_json::to_string(dataset.manifest())?)
     })

@@ -6,7 +6,7 @@ use map2aps::maps::TileSettings;
 use map2aps::{Error, MapSource};
 use pyo3::prelude::*;
 
-use crate::numbers::Number;
+use crate::given::Given;
 
 /// Maps as they are given.
 #[derive(FromPyObject)]
@@ -16,7 +16,7 @@ pub enum Maps {
     Path(PathBuf),
     /// Number of synthetic cities.
     #[pyo3(transparent)]
-    Synthetic(Number<u32>),
+    Synthetic(Given<u32>),
 }
 
 impl Maps {
@@ -25,7 +25,7 @@ impl Maps {
     /// # Errors
     /// `ValueError` for what is neither a path nor a number.
     pub fn source(self) -> PyResult<impl FnOnce(TileSettings) -> Result<MapSource, Error>> {
-        let of_number = |number: Number<u32>| {
+        let of_number = |number: Given<u32>| {
             let count = number.named("maps, a path or the number of synthetic cities")?;
             Ok::<_, PyErr>(MapSource::Synthetic { count })
         };

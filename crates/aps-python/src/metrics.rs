@@ -8,9 +8,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Argument, Kind, shaped};
+use crate::given::{Given, optional};
 use crate::labels::protocol;
-use crate::numbers::{Number, optional};
-use crate::run::run;
+use crate::run::run_owned;
 
 /// Spectra in the precision they came in.
 enum Values {
@@ -34,9 +34,9 @@ pub fn metrics<'py>(
     py: Python<'py>,
     truth: &Bound<'py, PyAny>,
     prediction: &Bound<'py, PyAny>,
-    protocol_name: &str,
+    protocol_name: Given<String>,
     map_ids: Option<&Bound<'py, PyAny>>,
-    data_range: Option<Number<f64>>,
+    data_range: Option<Given<f64>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let truth = Argument::new(truth, "truth", Kind::Real, &[None, None])?;
     let prediction = Argument::new(prediction, "prediction", Kind::Real, &[None, None])?;
@@ -56,14 +56,15 @@ pub fn metrics<'py>(
     let map_ids = map_ids.transpose()?;
     let definition = Protocol::from(protocol(protocol_name)?);
     let (truth, prediction) = (Values::of(&truth)?, Values::of(&prediction)?);
-    let ids = map_ids.as_deref();
-    let evaluation = run(py, None, |_| {
+    let bins = shape.bins;
+    let evaluation = run_owned(py, move || {
+        let ids = map_ids.as_deref();
         let evaluation = Evaluation::new(definition);
         match (&truth, &prediction) {
-            (Values::Single(t), Values::Single(p)) => score(evaluation, t, p, shape.bins, ids),
-            (Values::Single(t), Values::Double(p)) => score(evaluation, t, p, shape.bins, ids),
-            (Values::Double(t), Values::Single(p)) => score(evaluation, t, p, shape.bins, ids),
-            (Values::Double(t), Values::Double(p)) => score(evaluation, t, p, shape.bins, ids),
+            (Values::Single(t), Values::Single(p)) => score(evaluation, t, p, bins, ids),
+            (Values::Single(t), Values::Double(p)) => score(evaluation, t, p, bins, ids),
+            (Values::Double(t), Values::Single(p)) => score(evaluation, t, p, bins, ids),
+            (Values::Double(t), Values::Double(p)) => score(evaluation, t, p, bins, ids),
         }
     })?;
     let range = match optional(data_range, "data_range")? {
@@ -75,9 +76,10 @@ pub fn metrics<'py>(
     if evaluation.scored().is_empty() {
         return Err(nothing_scored(&evaluation));
     }
-    let (report, columns) = run(py, None, |_| {
+    let (evaluation, report, columns) = run_owned(py, move || {
         let columns = Metric::ALL.map(|metric| (metric, evaluation.column(metric, range)));
-        Ok((serde_json::to_string(&evaluation.report(range))?, columns))
+        let report = serde_json::to_string(&evaluation.report(range))?;
+        Ok((evaluation, report, columns))
     })?;
     let rows = evaluation
         .scored()

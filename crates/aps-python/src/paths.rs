@@ -163,7 +163,7 @@ fn offsets(count: usize, end: impl Fn(usize) -> usize) -> Vec<i64> {
 
 /// The ends of parts from their offsets, which ascend from 0 to the length of a column.
 fn ends(offsets: &Argument<'_>, length: usize) -> PyResult<Vec<usize>> {
-    let values = offsets.values::<i64>()?;
+    let values = offsets.integers::<i64>()?;
     let is_good =
         values.is_sorted() && values.first() == Some(&0) && values.last() == Some(&(length as i64));
     match is_good {

@@ -1,6 +1,7 @@
 //! Long work: on all cores, without Python's lock, ended by Ctrl-C.
 
 use std::mem;
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -109,4 +110,27 @@ pub fn run<T: Send>(
     let outcome = outcome.expect("a panic went on").map_err(exception)?;
     counter.tell(py, progress)?;
     Ok(outcome)
+}
+
+/// Runs work that holds all that it needs on all threads, and waits for it. It cannot be cancelled: Ctrl-C leaves it, and its threads
+/// end it unheard.
+pub fn run_owned<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Error> + Send + 'static,
+) -> PyResult<T> {
+    let (send, receive) = mpsc::channel();
+    pool()?.spawn(move || {
+        // Nobody waits any longer after Ctrl-C.
+        let _ = send.send(panic::catch_unwind(AssertUnwindSafe(work)));
+    });
+    py.detach(move || {
+        loop {
+            match receive.recv_timeout(TICK) {
+                Ok(Ok(outcome)) => break outcome.map_err(exception),
+                Ok(Err(panicked)) => panic::resume_unwind(panicked),
+                Err(RecvTimeoutError::Disconnected) => unreachable!("it sends before it ends"),
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
+            }
+        }
+    })
 }

@@ -13,8 +13,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, Kind, points, shaped};
-use crate::numbers::{Number, optional};
-use crate::run::run;
+use crate::given::{Given, optional};
+use crate::run::{run, run_owned};
 
 /// Buildings of a city, checked, repaired and united, seen from above.
 ///
@@ -24,7 +24,7 @@ pub struct Scene {
     pub(crate) scene: aps_raytrace::Scene,
 }
 
-fn settings(close_gaps_m: Option<Number<f64>>) -> PyResult<SceneSettings> {
+fn settings(close_gaps_m: Option<Given<f64>>) -> PyResult<SceneSettings> {
     let given = optional(close_gaps_m, "close_gaps_m")?;
     Ok(
         given.map_or_else(SceneSettings::default, |close_gaps_m| SceneSettings {
@@ -39,10 +39,10 @@ fn of_file(
     file: PathBuf,
     tile: Option<u32>,
     tiles: TileSettings,
-    close_gaps_m: Option<Number<f64>>,
+    close_gaps_m: Option<Given<f64>>,
 ) -> PyResult<Scene> {
     let settings = settings(close_gaps_m)?;
-    let loaded = run(py, None, |_| maps::load_file(&file, tile, tiles, settings));
+    let loaded = run_owned(py, move || maps::load_file(&file, tile, tiles, settings));
     loaded.map(|(scene, _)| Scene { scene })
 }
 
@@ -83,7 +83,7 @@ impl Scene {
     fn from_radiomapseer(
         py: Python<'_>,
         file: PathBuf,
-        close_gaps_m: Option<Number<f64>>,
+        close_gaps_m: Option<Given<f64>>,
     ) -> PyResult<Self> {
         of_file(py, file, None, TileSettings::default(), close_gaps_m)
     }
@@ -104,23 +104,26 @@ impl Scene {
     /// close_gaps_m : float, optional
     ///     As of ``from_radiomapseer``.
     #[staticmethod]
-    #[pyo3(signature = (
-        file, *, tile = None, tile_m = None, metric = false, all_polygons = false, close_gaps_m = None
-    ))]
+    #[pyo3(
+        signature = (
+            file, *, tile = None, tile_m = None, metric = false.into(), all_polygons = false.into(), close_gaps_m = None
+        ),
+        text_signature = "(file, *, tile=None, tile_m=None, metric=False, all_polygons=False, close_gaps_m=None)"
+    )]
     fn from_geojson(
         py: Python<'_>,
         file: PathBuf,
-        tile: Option<Number<u32>>,
-        tile_m: Option<Number<f64>>,
-        metric: bool,
-        all_polygons: bool,
-        close_gaps_m: Option<Number<f64>>,
+        tile: Option<Given<u32>>,
+        tile_m: Option<Given<f64>>,
+        metric: Given<bool>,
+        all_polygons: Given<bool>,
+        close_gaps_m: Option<Given<f64>>,
     ) -> PyResult<Self> {
         let default = TileSettings::default();
         let tiles = TileSettings {
             tile_m: optional(tile_m, "tile_m")?.unwrap_or(default.tile_m),
-            metric,
-            all_polygons,
+            metric: metric.named("metric")?,
+            all_polygons: all_polygons.named("all_polygons")?,
             ..default
         };
         let tile = optional(tile, "tile")?;
@@ -142,12 +145,12 @@ impl Scene {
     )]
     fn synthetic(
         py: Python<'_>,
-        seed: Number<u64>,
-        close_gaps_m: Option<Number<f64>>,
+        seed: Given<u64>,
+        close_gaps_m: Option<Given<f64>>,
     ) -> PyResult<Self> {
         let (seed, settings) = (seed.named("seed")?, settings(close_gaps_m)?);
         let source = MapSource::Synthetic { count: 1 };
-        let scene = run(py, None, |_| source.load(0, seed, settings))?;
+        let scene = run_owned(py, move || source.load(0, seed, settings))?;
         Ok(Self { scene })
     }
 
@@ -167,15 +170,18 @@ impl Scene {
     fn from_polygons(
         py: Python<'_>,
         polygons: &Bound<'_, PyAny>,
-        area: Option<Number<[f64; 4]>>,
-        close_gaps_m: Option<Number<f64>>,
+        area: Option<Given<[f64; 4]>>,
+        close_gaps_m: Option<Given<f64>>,
     ) -> PyResult<Self> {
         let Ok(polygons) = polygons.try_iter() else {
             let kind = polygons.get_type().name()?;
             let text = format!("polygons: expected a sequence of polygons, got {kind}");
             return Err(PyValueError::new_err(text));
         };
-        let footprints = polygons.map(|polygon| footprint(&polygon?));
+        let footprints = polygons.map(|polygon| {
+            py.check_signals()?;
+            footprint(&polygon?)
+        });
         let footprints = footprints.collect::<PyResult<Vec<_>>>()?;
         let config = SceneConfig {
             area: optional(area, "area")?.map(|[left, bottom, right, top]| Area {
@@ -184,9 +190,9 @@ impl Scene {
             }),
             close_gaps_m: settings(close_gaps_m)?.close_gaps_m,
         };
-        let make = |_: &Control<'_>| Ok(aps_raytrace::Scene::with_config(&footprints, &config)?);
+        let make = move || Ok(aps_raytrace::Scene::with_config(&footprints, &config)?);
         Ok(Self {
-            scene: run(py, None, make)?,
+            scene: run_owned(py, make)?,
         })
     }
 
@@ -231,7 +237,7 @@ impl Scene {
     fn raster<'py>(
         &self,
         py: Python<'py>,
-        size: Number<usize>,
+        size: Given<usize>,
     ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
         let size = size.named("size")?;
         let square = self

@@ -1,16 +1,16 @@
 //! The tracer.
 
 use map2aps::aps_raytrace::{self, Material, TraceConfig};
-use map2aps::{Control, Error, trace_links};
+use map2aps::{Error, trace_links};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::points;
 use crate::error::exception;
-use crate::numbers::{Number, optional};
+use crate::given::{Given, optional};
 use crate::paths::Paths;
-use crate::run::run;
+use crate::run::{run, run_owned};
 use crate::scene::Scene;
 
 /// A scene prepared for one configuration.
@@ -29,9 +29,9 @@ impl Tracer {
         limits: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (scene, config) = (scene.get().scene.clone(), config(limits)?);
-        let make = |_: &Control<'_>| Ok(aps_raytrace::Tracer::owning(scene, config)?);
+        let make = move || Ok(aps_raytrace::Tracer::owning(scene, config)?);
         Ok(Self {
-            tracer: run(py, None, make)?,
+            tracer: run_owned(py, make)?,
         })
     }
 
@@ -63,14 +63,16 @@ pub fn config(limits: Option<&Bound<'_, PyDict>>) -> PyResult<TraceConfig> {
 }
 
 fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-    let number = || value.extract::<Number<usize>>()?.named(name);
+    let number = || value.extract::<Given<usize>>()?.named(name);
     match name {
-        "frequency_hz" => config.frequency_hz = value.extract::<Number<_>>()?.named(name)?,
+        "frequency_hz" => config.frequency_hz = value.extract::<Given<_>>()?.named(name)?,
         "material" => config.material = material(value)?,
         "max_reflections" => config.max_reflections = number()?,
         "max_diffractions" => config.max_diffractions = number()?,
         "max_interactions" => config.max_interactions = number()?,
-        "slope_diffraction" => config.slope_diffraction = value.extract()?,
+        "slope_diffraction" => {
+            config.slope_diffraction = value.extract::<Given<_>>()?.named(name)?
+        }
         "dynamic_range_db" => config.dynamic_range_db = optional(value.extract()?, name)?,
         "max_fallback_diffractions" => config.max_fallback_diffractions = number()?,
         "max_images" => config.max_images = number()?,

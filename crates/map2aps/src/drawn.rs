@@ -29,12 +29,12 @@ pub struct DrawnExamples {
 }
 
 impl DrawnExamples {
-    /// Loads the examples of a part, to be drawn with so many rows and columns.
+    /// Opens the examples of a part, to be drawn with so many rows and columns; labels stay on disk until they are asked for.
     ///
     /// # Errors
-    /// As [`Examples::load`]; with `is_mirrored`, a data set whose spectra are not those of a linear array over symmetric
+    /// As [`Examples::open`]; with `is_mirrored`, a data set whose spectra are not those of a linear array over symmetric
     /// angles.
-    pub fn load(
+    pub fn open(
         dataset: &Dataset,
         part: Part,
         domain: Domain,
@@ -44,7 +44,7 @@ impl DrawnExamples {
         let manifest = dataset.manifest();
         let axis = manifest.layout.aps.ok_or(ScoreError::NoSpectra)?.axis;
         let negated = is_mirrored.then(|| negated_bins(&manifest.configuration, axis));
-        let examples = Examples::load(dataset, part, domain)?;
+        let examples = Examples::open(dataset, part, domain)?;
         Ok(Self {
             negated: negated.transpose()?,
             examples: examples.with_image_size(image_size),
@@ -95,7 +95,7 @@ impl DrawnExamples {
     /// Draws examples on all threads: `inputs` takes each in [the shape](Self::input_shape) of an input, `targets` (numbers, bins).
     ///
     /// # Errors
-    /// A label that cannot be normalised, and an end of a link that is in a building of its map.
+    /// A label that cannot be read or normalised, and an end of a link that is in a building of its map.
     ///
     /// # Panics
     /// When there is no such example, or a slice has another length.
@@ -114,6 +114,8 @@ impl DrawnExamples {
                 views.write(&links, inputs)?;
             }
         }
+        // Once, by all threads, before each asks for it.
+        self.examples.form()?;
         let targets = targets.par_chunks_mut(bins).zip(numbers);
         targets.try_for_each_init(
             || vec![0.0; bins],
@@ -210,10 +212,10 @@ mod tests {
     fn mirrored_examples_are_the_others_turned_over() {
         let root = tempfile::tempdir().unwrap();
         let dataset = dataset(&root);
-        let load = |mirrored| {
-            DrawnExamples::load(&dataset, Part::Train, Domain::Normalised, 33, mirrored).unwrap()
+        let open = |mirrored| {
+            DrawnExamples::open(&dataset, Part::Train, Domain::Normalised, 33, mirrored).unwrap()
         };
-        let (plain, mirrored) = (load(false), load(true));
+        let (plain, mirrored) = (open(false), open(true));
         assert_eq!(mirrored.len(), 4 * plain.len());
         let (image, target) = drawn(&plain, &[3]);
         assert_eq!(
@@ -242,11 +244,11 @@ mod tests {
     fn geometry_is_that_of_the_link_and_its_mirror_images_have_other_directions() {
         let root = tempfile::tempdir().unwrap();
         let dataset = dataset(&root);
-        let load = |mirrored| {
+        let open = |mirrored| {
             let part = Part::Train;
-            DrawnExamples::load(&dataset, part, Domain::Normalised, 8, mirrored).unwrap()
+            DrawnExamples::open(&dataset, part, Domain::Normalised, 8, mirrored).unwrap()
         };
-        let drawn = load(true).with_geometry(None).unwrap();
+        let drawn = open(true).with_geometry(None).unwrap();
         let [directions, values] = drawn.input_shape()[..] else {
             panic!("{:?}", drawn.input_shape());
         };
@@ -255,7 +257,7 @@ mod tests {
         let numbers = [12, 13, 14, 15];
         drawn.write(&numbers, &mut inputs, &mut targets).unwrap();
         let mut images = vec![0.0; 4 * 3 * 8 * 8];
-        load(true)
+        open(true)
             .write(&numbers, &mut images, &mut of_images)
             .unwrap();
         assert_eq!(targets, of_images);
@@ -280,6 +282,33 @@ mod tests {
     }
 
     #[test]
+    fn labels_left_on_disk_make_the_targets_of_those_held() {
+        let root = tempfile::tempdir().unwrap();
+        let dataset = dataset(&root);
+        for domain in [Domain::Linear, Domain::Normalised] {
+            for part in [Part::Train, Part::Develop, Part::Test] {
+                let held = Examples::load(&dataset, part, domain).unwrap();
+                let stored = Examples::open(&dataset, part, domain).unwrap();
+                assert_eq!(stored.list(), held.list());
+                let targets = stored.targets().unwrap().into_iter();
+                for (stored, held) in targets.zip(held.targets().unwrap()) {
+                    let bound = match domain {
+                        Domain::Linear => 0.0,
+                        Domain::Normalised => 1e-6 * held.abs().max(1.0),
+                    };
+                    assert!((stored - held).abs() <= bound, "{stored} {held}");
+                }
+            }
+        }
+        let drawn = DrawnExamples::open(&dataset, Part::Train, Domain::Linear, 8, false).unwrap();
+        let map = drawn.examples().list()[0].map;
+        std::fs::remove_file(root.path().join(format!("map_{map:04}/aps_db.npy"))).unwrap();
+        let (mut images, mut targets) = (vec![0.0; 3 * 8 * 8], vec![0.0; 180]);
+        let error = drawn.write(&[0], &mut images, &mut targets).unwrap_err();
+        assert!(error.chain().contains("aps_db.npy"), "{error:?}");
+    }
+
+    #[test]
     fn a_circular_array_has_no_mirror_images() {
         let root = tempfile::tempdir().unwrap();
         let label = aps_label::LabelConfig {
@@ -298,10 +327,10 @@ mod tests {
         };
         plan.make(root.path(), &[0], &Control::default()).unwrap();
         let dataset = Dataset::open(root.path()).unwrap();
-        let load =
-            |mirrored| DrawnExamples::load(&dataset, Part::Train, Domain::Normalised, 8, mirrored);
+        let open =
+            |mirrored| DrawnExamples::open(&dataset, Part::Train, Domain::Normalised, 8, mirrored);
         assert!(
-            load(true)
+            open(true)
                 .unwrap_err()
                 .to_string()
                 .contains("uniform_circular")

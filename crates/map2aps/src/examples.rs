@@ -42,23 +42,36 @@ pub struct Draw {
 }
 
 /// The labelled links of some maps, in the order in which predictions are scored: maps ascending, links in the order of their
-/// rows. Labels are held as they are stored, in dB and in their precision, and made into targets when they are asked for: a
-/// few microseconds each.
+/// rows. Labels are held as they are stored, in dB and in their precision, or stay on disk ([`Examples::open`]); they are made into
+/// targets when they are asked for, in a few microseconds each.
 ///
-/// 416 bytes a link in half precision, 776 in single precision, as imported data have it: 0.96 and 1.8 GB for the paper's
+/// Held: 416 bytes a link in half precision, 776 in single precision, as imported data have it: 0.96 and 1.8 GB for the paper's
 /// 2.3 million.
 #[derive(Debug, Clone)]
 pub struct Examples {
     list: Vec<Example>,
     /// By ascending id.
     pub(crate) maps: Vec<ExampleMap>,
-    db: Samples,
+    labels: Labels,
     bins: usize,
-    target: Target,
     /// Settings of the condition images.
     images: ConditionConfig,
     /// Settings and seed of the data set's maps, as its manifest has them.
     origin: (Value, u64),
+}
+
+/// Labels of the examples.
+#[derive(Debug, Clone)]
+enum Labels {
+    /// Held in memory, and the form in which they are learnt.
+    Held(Samples, Target),
+    /// On disk.
+    Stored {
+        dataset: Dataset,
+        domain: Domain,
+        /// Found when it is first asked for.
+        target: OnceLock<Target>,
+    },
 }
 
 /// The buildings of a map, and its image painter from the first image on.
@@ -91,6 +104,34 @@ impl Examples {
         draw: Option<Draw>,
     ) -> Result<Self> {
         let aps = dataset.manifest().layout.aps.ok_or(ScoreError::NoSpectra)?;
+        let total = targets::labelled_links(dataset, maps);
+        let count = draw.map_or(total, |draw| draw.links.min(total));
+        let db = Samples::with_capacity(aps.dtype, count * aps.axis.count);
+        Self::with_labels(dataset, maps, Labels::Held(db, target), draw)
+    }
+
+    /// Opens the examples of a part, as [`Examples::load`] loads them, but leaves labels on disk: each is read when its target is
+    /// asked for. Statistics to normalise by are those that the manifest holds of the training maps, to the last digits; where it
+    /// holds none, as of imported labels, these maps are read when the first normalised target is asked for.
+    ///
+    /// # Errors
+    /// A data set that stores no angle power spectra, or cannot be read.
+    pub fn open(dataset: &Dataset, part: Part, domain: Domain) -> Result<Self> {
+        let labels = Labels::Stored {
+            dataset: dataset.clone(),
+            domain,
+            target: Target::told(dataset, domain).map_or_else(OnceLock::new, OnceLock::from),
+        };
+        Self::with_labels(dataset, dataset.manifest().split.maps(part), labels, None)
+    }
+
+    fn with_labels(
+        dataset: &Dataset,
+        maps: &[u32],
+        labels: Labels,
+        draw: Option<Draw>,
+    ) -> Result<Self> {
+        let aps = dataset.manifest().layout.aps.ok_or(ScoreError::NoSpectra)?;
         let mut maps = maps.to_vec();
         maps.sort_unstable();
         maps.dedup();
@@ -103,13 +144,11 @@ impl Examples {
             drawn
         });
         let count = drawn.as_ref().map_or(total, Vec::len);
-        let bins = aps.axis.count;
         let mut examples = Self {
             list: Vec::with_capacity(count),
             maps: Vec::with_capacity(maps.len()),
-            db: Samples::with_capacity(aps.dtype, count * bins),
-            bins,
-            target,
+            labels,
+            bins: aps.axis.count,
             images: ConditionConfig::default(),
             origin: {
                 let manifest = dataset.manifest();
@@ -118,7 +157,10 @@ impl Examples {
         };
         let (mut passed, mut wanted) = (0, drawn.iter().flatten().copied().peekable());
         for id in maps {
-            let map = dataset.map(id)?;
+            let map = match examples.labels {
+                Labels::Held(..) => dataset.map(id)?,
+                Labels::Stored { .. } => dataset.links(id)?,
+            };
             for link in map.valid_links() {
                 if drawn.is_none() || wanted.next_if_eq(&passed).is_some() {
                     examples.push(&map, link);
@@ -144,8 +186,10 @@ impl Examples {
 
     fn push(&mut self, map: &MapData, link: usize) {
         let ([tx, rx], (tx_m, rx_m)) = (map.links[link], map.ends_m(link));
-        let bins = link * self.bins..(link + 1) * self.bins;
-        self.db.append(targets::spectra(map).samples(), bins);
+        if let Labels::Held(db, _) = &mut self.labels {
+            let bins = link * self.bins..(link + 1) * self.bins;
+            db.append(targets::spectra(map).samples(), bins);
+        }
         self.list.push(Example {
             map: map.id,
             link,
@@ -213,17 +257,43 @@ impl Examples {
         place.expect("the map was loaded")
     }
 
+    /// The form in which the labels are learnt.
+    ///
+    /// # Errors
+    /// Where labels stay on disk, those of [`Target::of`].
+    pub(crate) fn form(&self) -> Result<Target> {
+        match &self.labels {
+            Labels::Held(_, target) => Ok(*target),
+            Labels::Stored {
+                dataset,
+                domain,
+                target,
+            } => match target.get() {
+                Some(target) => Ok(*target),
+                // Whoever else asks meanwhile finds it too: threads that waited here could not help to.
+                None => Target::of(dataset, *domain).map(|found| *target.get_or_init(|| found)),
+            },
+        }
+    }
+
     /// Writes the target of an example into a row of [`Examples::bins`] values.
     ///
     /// # Errors
-    /// A label that cannot be normalised.
+    /// A label that cannot be normalised, or read where it stays on disk.
     ///
     /// # Panics
     /// When there is no such example, or `row` has another length.
     pub fn write_target(&self, example: usize, row: &mut [f64]) -> Result<()> {
         assert_eq!(row.len(), self.bins, "a value for each bin");
-        let written = self.target.write(&self.db, example, row);
-        written.at(Place::Link(self.list[example].link))
+        let Example { map, link, .. } = self.list[example];
+        let written = match &self.labels {
+            Labels::Held(db, target) => target.write(db, example, row),
+            Labels::Stored { dataset, .. } => {
+                let label = dataset.spectrum(map, link)?;
+                self.form()?.write(&label, 0, row)
+            }
+        };
+        written.at(Place::Link(link))
     }
 
     /// The targets of all examples; shape (examples, bins).

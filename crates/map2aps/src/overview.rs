@@ -100,7 +100,7 @@ impl Overview {
 }
 
 /// Mean and deviation over some maps from those of each; a map without labels has none.
-fn pooled<'m>(maps: impl Iterator<Item = &'m MapEntry>) -> Option<MeanStd> {
+pub(crate) fn pooled<'m>(maps: impl Iterator<Item = &'m MapEntry>) -> Option<MeanStd> {
     let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
     for map in maps {
         let number = |name| map.statistics["relative_power"][name].as_f64();

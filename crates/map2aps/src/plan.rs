@@ -156,6 +156,10 @@ impl DatasetPlan {
 
     fn making(&self, out: &Path, maps: &[u32], access: Access) -> Result<Making> {
         self.trace.validate()?;
+        let (tx, rx) = (self.tx_per_map, self.rx_per_map);
+        if tx == 0 || rx == 0 {
+            return Err(MapError::NoLinks { tx, rx }.into());
+        }
         let labeler = Labeler::new(&self.label())?;
         Making::open(out, self.config(), labeler, maps, access)
     }

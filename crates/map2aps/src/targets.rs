@@ -1,10 +1,11 @@
 //! Learning targets of a data set's labels, alike for whoever trains on them and whoever scores against them.
 
-use aps_data::{Dataset, MapData, Part, Profile, Samples};
+use aps_data::{Dataset, MapData, MapEntry, Part, Profile, Samples};
 use aps_label::{MeanStd, Moments, Normalization, NormalizationError, Protocol, relative_power};
 use rayon::prelude::*;
 
 use crate::error::{At, Place, Result};
+use crate::overview::pooled;
 use crate::scores::{Domain, ScoreError};
 
 /// The protocol the labels were made under, if that is known.
@@ -59,6 +60,27 @@ impl Target {
             }
             Domain::Normalised => Ok(learning_target(dataset)?.2),
         }
+    }
+
+    /// The target of a data set's labels as its manifest tells it, without reading them: statistics that it holds of each map make
+    /// those of the training maps to the last digits. `None` where it holds none, as of imported labels.
+    pub(crate) fn told(dataset: &Dataset, domain: Domain) -> Option<Self> {
+        if let Domain::Linear = domain {
+            return Some(Self::Linear);
+        }
+        let manifest = dataset.manifest();
+        let train = manifest.split.maps(Part::Train);
+        let maps = || manifest.maps.iter().filter(|map| train.contains(&map.id));
+        let is_silent = |map: &MapEntry| {
+            let labels = map.status.get("valid").copied().unwrap_or(0);
+            labels > 0 && map.statistics["relative_power"].is_null()
+        };
+        if maps().any(is_silent) {
+            return None;
+        }
+        let protocol = protocol_of(dataset).unwrap_or(Protocol::Released);
+        let normalization = |train| Normalization::of(protocol, train);
+        pooled(maps()).map(normalization).map(Self::Normalised)
     }
 
     /// Makes the stored label of a link into the target, in double precision from the stored values on: `row` has a value

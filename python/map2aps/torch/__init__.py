@@ -28,8 +28,10 @@ class ApsDataset(Dataset[Example]):
     """The labelled links of a part of a data set, as pairs (condition, target).
 
     A condition of shape (3, size, size) shows buildings, transmitter and receiver, or is the input of Polar-Reg, of shape
-    (180, 214) (see `map2aps.PolarView`); a target of shape (180,) is the spectrum as models learn it. Both are float32. Conditions are drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on
-    all cores: worker processes are seldom of use, and each that is spawned, not forked, loads the labels again.
+    (180, 214) (see `map2aps.PolarView`); a target of shape (180,) is the spectrum as models learn it. Both are float32. Conditions are
+    drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on all cores: worker processes are seldom of use.
+    Labels stay on disk until they are asked for; where the data set's manifest holds no statistics of them, as of imported ones, the
+    first normalised target waits until the training maps have been read once.
 
     Parameters
     ----------
@@ -64,9 +66,11 @@ class ApsDataset(Dataset[Example]):
             raise ValueError(f"domain: '{domain}' is neither 'normalised' nor 'linear'")
         if condition not in ("image", "polar"):
             raise ValueError(f"condition: '{condition}' is neither 'image' nor 'polar'")
+        if maps is not None and condition == "image":
+            raise ValueError("maps: images are drawn of what the data set holds; only condition='polar' takes maps")
         settings = {
             "size": size,
-            "mirror": mirror and split == "train",
+            "mirror": mirror,
             "linear": domain == "linear",
             "polar": condition == "polar",
             "maps": maps,

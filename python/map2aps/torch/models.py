@@ -456,9 +456,44 @@ def shipped(name: str = "polar_reg") -> nn.Module:
     return model.eval()
 
 
+def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
+    """Makes sure that a model predicts labels as those of a data set are made.
+
+    Angles of the protocol "released" are half a turn from those of "paper", and another array sees other spectra: predictions look
+    as good, and are wrong.
+
+    Parameters
+    ----------
+    model : torch.nn.Module
+        Of `load` or `shipped`, with ``settings``.
+    data : path-like
+        Folder of the data set.
+
+    Raises
+    ------
+    ValueError
+        For labels of other settings (protocol, array, sampling rate), and a model without ``settings``.
+    """
+    from map2aps import Dataset
+
+    settings = getattr(model, "settings", None)
+    if settings is None:
+        raise ValueError("model: it has no settings that tell which labels it learnt")
+    learnt = settings["data_configuration"].get("label")
+    found = Dataset(data).manifest["configuration"].get("label")
+    if learnt != found:
+        raise ValueError(f"{os.fspath(data)}: its labels are made with {found}, the model learnt labels made with {learnt}")
+
+
 def save(model: nn.Module, file: str | os.PathLike[str]) -> None:
     """Writes the weights of a model of `build` so that ``cargo xtask predict`` and ``train --warm-start`` read them."""
     from safetensors.torch import save_file
 
+    # The model behind what spreads it over devices, or compiles it.
+    while not isinstance(getattr(model, "kind", None), str) or hasattr(model, "_orig_mod"):
+        inner = getattr(model, "module", None) or getattr(model, "_orig_mod", None)
+        if not isinstance(inner, nn.Module):
+            raise ValueError(f"model: expected one that build, load or shipped made, got {type(model).__name__}")
+        model = inner
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
     save_file(tensors, os.fspath(file), {"model": str(model.kind)})

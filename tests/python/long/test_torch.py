@@ -98,6 +98,11 @@ def test_bad_settings_and_numbers_are_named(data: Path, tmp_path: Path) -> None:
         (lambda: ApsDataset(data, "train", condition="polar", maps=1.5), ValueError, "maps.*float 1.5"),
         (lambda: ApsDataset(data, "test").batch([0.5]), ValueError, "numbers: expected integers .*float64"),
         (lambda: ApsDataset(tmp_path, "train"), ValueError, "not a data set"),
+        (lambda: ApsDataset(tmp_path / "none", "train"), FileNotFoundError, "none"),
+        (lambda: ApsDataset(data, None), ValueError, "split: expected a string, got NoneType"),
+        (lambda: ApsDataset(data, "train", mirror="no"), ValueError, "mirror: expected True or False, got str 'no'"),
+        (lambda: ApsDataset(data, "train", maps=data), ValueError, "only condition='polar' takes maps"),
+        (lambda: ApsDataset(data, "test").batch(np.array([2**64 - 1], np.uint64)), IndexError, str(2**64 - 1)),
         (lambda: ApsDataset(data, "test")[10_000], IndexError, "10000"),
         (lambda: ApsDataset(data, "test")[-1], IndexError, "-1"),
         (lambda: ApsDataset(data, "test").batch([[1, 2]]), ValueError, r"shape \(1, 2\)"),
@@ -186,6 +191,11 @@ def test_weights_go_through_a_file_that_tells_its_model(tmp_path: Path) -> None:
     assert not again.training
     for name, tensor in model.state_dict().items():
         assert torch.equal(again.state_dict()[name], tensor), name
+    for wrapped in (torch.nn.DataParallel(model), torch.compile(model)):
+        models.save(wrapped, tmp_path / "wrapped.safetensors")
+        assert (tmp_path / "wrapped.safetensors").read_bytes() == (tmp_path / "weights.safetensors").read_bytes()
+    with pytest.raises(ValueError, match="model: .*got Linear"):
+        models.save(torch.nn.Linear(2, 2), tmp_path / "wrapped.safetensors")
     with pytest.raises(RuntimeError, match="size mismatch"):
         models.load(tmp_path / "weights.safetensors", "resnet_mlp", "paper")
     for bad in (("resnet", "paper"), ("ms_mlp", "tiny")):
@@ -225,7 +235,7 @@ def test_a_subclass_stays_itself_in_worker_processes(data: Path) -> None:
     assert torch.equal(again[3][0], examples[3][0])
 
 
-def test_shipped_weights_load_in_one_line(tmp_path: Path) -> None:
+def test_shipped_weights_load_in_one_line(data: Path, tmp_path: Path) -> None:
     model = models.shipped("polar_reg")
     assert not model.training
     assert model.settings["protocol"] == "paper" and model.settings["training_statistics"]["std"] > 0
@@ -237,5 +247,11 @@ def test_shipped_weights_load_in_one_line(tmp_path: Path) -> None:
     values = models.POLAR_WAYS * models.POLAR_FEATURES + models.POLAR_NUMBERS
     spectrum = model(torch.zeros(1, models.POLAR_DIRECTIONS, values))
     assert spectrum.shape == (1, 180) and torch.isfinite(spectrum).all()
+    with pytest.raises(ValueError, match="'protocol': 'released'.*'protocol': 'paper'"):
+        models.check(model, data)
+    with pytest.raises(ValueError, match="no settings"):
+        models.check(models.build("polar_reg"), data)
+    paper = map2aps.make_dataset(tmp_path / "paper", 1, tx_per_map=1, rx_per_map=2, protocol="paper", progress=None)
+    models.check(model, paper.path)
     with pytest.raises(ValueError, match="no weights of 'vit_reg' are shipped, only of polar_reg"):
         models.shipped("vit_reg")

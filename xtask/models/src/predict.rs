@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Error, Result, bail, ensure};
 use aps_data::npy::{self, Element};
 use aps_data::{Dataset, Part};
-use aps_model::condition::ConditionConfig;
+use aps_model::condition::{ConditionConfig, InputKind};
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::targets::{self, Target};
@@ -94,6 +94,11 @@ impl Args {
             }
         };
         let trained = trained.map_err(advised)?;
+        let kind = trained.label().kind;
+        ensure!(
+            self.image_size.is_none() || kind.input() == InputKind::Images,
+            "--image-size is for models of images, not for {kind}"
+        );
         let report = trained.report();
         if let (Some(weights), false) = (&self.weights, report.dropped.is_empty()) {
             note!("weights '{}': {report}", weights.display());
@@ -121,7 +126,7 @@ impl Args {
         );
         let images = self.images_of(trained);
         if let Some(settings) = trained.settings() {
-            warn_of_differences(settings, &dataset, root);
+            must_be_alike(settings, &dataset, root)?;
         }
         let mut output = Output::create(&self.out, targets::labelled_links(&dataset, maps))?;
         let names = csv::Writer::from_path(self.links_path());
@@ -218,8 +223,19 @@ impl Args {
     }
 }
 
-/// Warns of differences between training and data set with which predictions are possible but hardly good.
-fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
+/// Refuses labels whose angles mean something else than those of the training, and warns of other differences, with which predictions
+/// are possible but hardly good.
+fn must_be_alike(trained: &Settings, dataset: &Dataset, root: &Path) -> Result<()> {
+    if let Some(here) = targets::protocol_of(dataset) {
+        ensure!(
+            trained.protocol == here.to_string(),
+            "the model was trained on labels of the protocol '{}', those of '{}' are of '{here}', whose angles are half a turn away; \
+             make them anew with `relabel --protocol {}`",
+            trained.protocol,
+            root.display(),
+            trained.protocol
+        );
+    }
     let here = dataset.manifest().configuration.get("label");
     if trained.data_configuration.get("label") != here {
         note!(
@@ -227,6 +243,7 @@ fn warn_of_differences(trained: &Settings, dataset: &Dataset, root: &Path) {
             root.display()
         );
     }
+    Ok(())
 }
 
 /// Names the option that helps against an error of the library, which does not know them.

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Error, Result, ensure};
 use aps_data::Dataset;
-use aps_model::condition::Frame;
+use aps_model::condition::{Frame, InputKind};
 use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
 use map2aps::MapError;
@@ -124,6 +124,16 @@ impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
         xtask::use_threads(self.threads)?;
+        ensure!(
+            self.l1_weight.is_none() || self.model.is_adversarial(),
+            "--l1-weight is for models with a regularizer, ms_areg and adv_mlp, not for {}",
+            self.model
+        );
+        ensure!(
+            self.image_size.is_none() || self.model.input() == InputKind::Images,
+            "--image-size is for models of images, not for {}",
+            self.model
+        );
         let folder = RunFolder::create(&self.out)?;
         let has_checkpoint = folder.checkpoint().is_file();
         ensure!(
@@ -135,11 +145,6 @@ impl Args {
             !self.resume || has_checkpoint,
             "there is no run to continue in '{}'; start one without --resume",
             self.out.display()
-        );
-        ensure!(
-            self.l1_weight.is_none() || self.model.is_adversarial(),
-            "--l1-weight is for models with a regularizer, ms_areg and adv_mlp, not for {}",
-            self.model
         );
         let interrupted = interrupt_flag()?;
         let dataset = training::open(&self.data)?;

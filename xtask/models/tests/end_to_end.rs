@@ -43,28 +43,29 @@ fn text(path: &Path) -> &str {
 /// Four maps of 2 x 8 links, one of each map's without a label; spectra are a lobe towards the transmitter.
 fn dataset() -> &'static Path {
     static DATASET: OnceLock<TempDir> = OnceLock::new();
-    let folder = DATASET.get_or_init(|| {
-        let root = tempfile::tempdir().unwrap();
-        let config = DatasetConfig {
-            seed: 1,
-            configuration: json!({
-                "label": { "protocol": "paper", "array": { "uniform_linear": {} } },
-            }),
-            ..DatasetConfig::default()
-        };
-        let writer = DatasetWriter::open(root.path(), config).unwrap();
-        for id in 0..4 {
-            write_map(&writer, id);
-        }
-        let split = Split {
-            train: vec![0, 1],
-            develop: vec![2],
-            test: vec![3],
-        };
-        writer.finish(&split).unwrap();
-        root
-    });
-    folder.path()
+    DATASET.get_or_init(|| dataset_of("paper")).path()
+}
+
+fn dataset_of(protocol: &str) -> TempDir {
+    let root = tempfile::tempdir().unwrap();
+    let config = DatasetConfig {
+        seed: 1,
+        configuration: json!({
+            "label": { "protocol": protocol, "array": { "uniform_linear": {} } },
+        }),
+        ..DatasetConfig::default()
+    };
+    let writer = DatasetWriter::open(root.path(), config).unwrap();
+    for id in 0..4 {
+        write_map(&writer, id);
+    }
+    let split = Split {
+        train: vec![0, 1],
+        develop: vec![2],
+        test: vec![3],
+    };
+    writer.finish(&split).unwrap();
+    root
 }
 
 fn write_map(writer: &DatasetWriter, id: u32) {
@@ -353,6 +354,28 @@ fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
     let args = ["export-onnx", "--model", "polar_reg", "--out"];
     assert!(succeed(&[&args[..], &[text(&shipped)]].concat()).contains("polar_reg"));
     assert!(fail(&["export-onnx", "--model", "ms_mlp", "--out", "no.onnx"]).contains("polar_reg"));
+    let sized = ["--overwrite", "--image-size", "32"];
+    let told = fail(&[&args[..], &[text(&shipped)], &sized].concat());
+    assert!(
+        told.contains("polar_reg takes no condition images"),
+        "{told}"
+    );
+    let weights = file("best.safetensors");
+    let none = [
+        "export-onnx",
+        "--weights",
+        text(&weights),
+        "--image-size",
+        "0",
+    ];
+    let told = fail(
+        &[
+            &none[..],
+            &["--out", text(&folder.path().join("none.onnx"))],
+        ]
+        .concat(),
+    );
+    assert!(told.contains("0 pixels"), "{told}");
 }
 
 #[test]
@@ -380,6 +403,21 @@ fn what_does_not_fit_is_told() {
     );
     let told = predict(&weights, &["--preset", "paper"]);
     assert!(told.contains("small") && told.contains("paper"), "{told}");
+    let other = dataset_of("released");
+    let told = fail(&[
+        "predict",
+        "--weights",
+        text(&weights),
+        "--data",
+        text(other.path()),
+        "--out",
+        text(&out),
+    ]);
+    assert!(
+        told.contains("half a turn") && told.contains("--protocol paper"),
+        "{told}"
+    );
+    assert!(!out.exists());
     let foreign = folder.path().join("foreign.safetensors");
     fs::write(&foreign, b"nothing of the kind").unwrap();
     assert!(predict(&foreign, &["--model", "ms_mlp"]).contains("foreign.safetensors"));
@@ -400,6 +438,8 @@ fn what_does_not_fit_is_told() {
     assert!(fail(&training("resnet_mlp", &new, &["--dev-maps", "3"])).contains("map 3"));
     assert!(fail(&training("resnet", &new, &[])).contains("resnet_mlp"));
     assert!(fail(&training("ms_mlp", &new, &["--l1-weight", "1"])).contains("ms_areg"));
+    assert!(fail(&training("polar_reg", &new, &[])).contains("--image-size is for"));
+    assert!(fail(&training("resnet_mlp", dataset(), &[])).contains("folder of a data set"));
     let told = fail(&training("ms_mlp", &new, &["--warm-start", text(&weights)]));
     assert!(
         told.contains("best.safetensors") && told.contains("encoder.stem.0.weight"),

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use aps_label::{DelayAxis, LabelConfig, Labeler};
 use npyz::WriterBuilder;
 
@@ -39,6 +39,11 @@ pub struct Args {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
+        ensure!(
+            self.pdp.as_ref() != Some(&self.out),
+            "--out and --pdp are both '{}'; give each a file of its own",
+            self.out.display()
+        );
         let place = || format!("paths '{}'", self.paths.display());
         let file = File::open(&self.paths).with_context(place)?;
         let list = LinkList::read(BufReader::new(file)).with_context(place)?;

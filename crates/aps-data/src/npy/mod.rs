@@ -21,7 +21,8 @@ mod header;
 mod writer;
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Read, Seek, Write};
+use std::ops::Range;
 use std::path::Path;
 
 pub use element::Element;
@@ -147,6 +148,33 @@ pub fn read<T: Element>(path: impl AsRef<Path>) -> Result<Array<T>, NpyError> {
     let file = File::open(path)?;
     let length = file.metadata()?.len();
     from_reader(file, length)
+}
+
+/// Reads rows, along the first axis, of the array in a file, which is checked as [`read`] checks it. The shape is that of the file,
+/// the data are those of the rows alone.
+///
+/// # Errors
+/// As [`read`], and [`NpyError::Length`] for rows that the array has not.
+pub fn read_rows<T: Element>(
+    path: impl AsRef<Path>,
+    rows: Range<usize>,
+) -> Result<Array<T>, NpyError> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let header = Header::read(&mut file, length)?;
+    let count = header.check::<T>(length)?;
+    let (shape, bytes) = (header.shape, length - header.length);
+    let all = shape.first().copied().unwrap_or(0);
+    if rows.end > all {
+        return Err(NpyError::Length { shape, bytes });
+    }
+    let row_bytes = count.checked_div(all).unwrap_or(0) * T::SIZE;
+    file.seek_relative((rows.start * row_bytes) as i64)?;
+    let mut bytes = vec![0; rows.len() * row_bytes];
+    file.read_exact(&mut bytes)?;
+    let mut data = Vec::with_capacity(bytes.len() / T::SIZE);
+    T::decode(&bytes, &mut data);
+    Ok(Array { shape, data })
 }
 
 /// Reads an array from `length` bytes of a reader; see [`read`].

@@ -251,3 +251,28 @@ proptest! {
         prop_assert_eq!(array.data, values);
     }
 }
+
+#[test]
+fn rows_of_a_file_are_those_of_the_whole() {
+    let root = tempfile::tempdir().unwrap();
+    let file = root.path().join("a.npy");
+    let values: Vec<f32> = (0..24).map(|i| i as f32).collect();
+    npy::write(&file, &[4, 3, 2], &values).unwrap();
+    for rows in [0..0, 0..1, 1..3, 3..4, 0..4, 4..4] {
+        let found = npy::read_rows::<f32>(&file, rows.clone()).unwrap();
+        assert_eq!(found.shape, [4, 3, 2]);
+        assert_eq!(found.data, values[6 * rows.start..6 * rows.end]);
+    }
+    let beyond = npy::read_rows::<f32>(&file, 3..5);
+    assert!(matches!(beyond, Err(NpyError::Length { .. })));
+    assert!(npy::read_rows::<f64>(&file, 0..1).is_err());
+    for shape in [vec![], vec![0], vec![0, 3]] {
+        let values = vec![1.0_f32; shape.iter().product()];
+        npy::write(&file, &shape, &values).unwrap();
+        assert!(npy::read_rows::<f32>(&file, 0..1).is_err());
+        assert_eq!(
+            npy::read_rows::<f32>(&file, 0..0).unwrap().data,
+            Vec::<f32>::new()
+        );
+    }
+}

@@ -15,13 +15,18 @@ pub enum MapError {
     #[error("'{0}' is not a map id or a range like 0-4")]
     IdList(String),
     /// Maps that are not there.
-    #[error("maps {missing:?} are not there; available are {available:?}")]
+    #[error("maps {missing:?} are not there; available are {}", ranges(available))]
     Missing {
         /// Chosen maps that are not there.
         missing: Vec<u32>,
         /// Maps that are there.
         available: Vec<u32>,
     },
+    /// More synthetic cities than there are ids for.
+    #[error(
+        "{0} synthetic cities are too many: their ids end at 999999, where those of copies begin"
+    )]
+    TooMany(u32),
     /// A map in two parts of a split.
     #[error("the split names map {0} twice")]
     Twice(u32),
@@ -135,6 +140,14 @@ pub enum MapError {
     /// A scene without an area.
     #[error("the map has no area to draw terminals from")]
     NoArea,
+    /// A data set without links.
+    #[error("a map needs at least 1 transmitter and 1 receiver, not {tx} and {rx}")]
+    NoLinks {
+        /// Transmitters wanted.
+        tx: usize,
+        /// Receivers wanted of each.
+        rx: usize,
+    },
     /// A map with more grid points than terminals are drawn from.
     #[error(
         "map {id} of {size_m} m has too many grid points to draw terminals from; cut smaller maps"

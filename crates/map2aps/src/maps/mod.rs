@@ -149,12 +149,15 @@ impl MapSource {
     /// The ids of the maps, ascending.
     ///
     /// # Errors
-    /// A folder that cannot be read, holds no map, or two files of one.
+    /// A folder that cannot be read, holds no map, or two files of one; more synthetic cities than there are ids for.
     pub fn ids(&self) -> Result<Vec<u32>> {
         match self {
             Self::Folder(folder) => radiomapseer::ids(folder),
             #[cfg(feature = "geojson")]
             Self::City(city) => Ok(city.ids().to_vec()),
+            &Self::Synthetic { count } if count > COPY_STRIDE => {
+                Err(MapError::TooMany(count).into())
+            }
             &Self::Synthetic { count } => Ok((0..count).collect()),
         }
     }

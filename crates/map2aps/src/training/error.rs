@@ -97,6 +97,12 @@ pub enum TrainingError {
     /// Images given to a model that takes other input.
     #[error("{0} takes no condition images")]
     NoImages(ModelKind),
+    /// A size that images cannot have.
+    #[error("images of 0 pixels: give a size of at least 1")]
+    NoPixels,
+    /// A run in the folder of a data set.
+    #[error("'{}' is the folder of a data set; give the run another one", .0.display())]
+    DatasetFolder(PathBuf),
     /// A log of other columns.
     #[error("its columns are not those of this run; move it away to continue without it")]
     LogColumns,

@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use aps_data::Dataset;
 use aps_label::{MeanStd, Normalization};
 use aps_model::condition::Frame;
 use aps_model::train::TrainConfig;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::Device;
+use super::{Device, TrainingError};
 use crate::error::{At, Place, Result};
 
 /// Every setting of a run; written for people and for prediction, not read by training.
@@ -87,8 +88,11 @@ impl RunFolder {
     /// Makes the folder if need be.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be made, and that of a data set.
     pub fn create(path: &Path) -> Result<Self> {
+        if Dataset::is_at(path) {
+            return Err(TrainingError::DatasetFolder(path.into()).into());
+        }
         fs::create_dir_all(path).at_file(Place::Creating, path)?;
         Ok(Self(path.into()))
     }

@@ -9,7 +9,7 @@ use aps_model::{ModelKind, Preset, onnx};
 
 use super::input::shape_for;
 use super::loaded::Loaded;
-use super::usual_image_size;
+use super::{TrainingError, usual_image_size};
 use crate::error::Result;
 
 /// A model as a file of ONNX: see [`aps_model::onnx`].
@@ -65,6 +65,11 @@ impl OnnxModel {
         let size = image_size.or(trained_on);
         let size = size.unwrap_or(usual_image_size(label.preset));
         let has_images = label.kind.input() == InputKind::Images;
+        match image_size {
+            Some(_) if !has_images => return Err(TrainingError::NoImages(label.kind).into()),
+            Some(0) => return Err(TrainingError::NoPixels.into()),
+            _ => {}
+        }
         let mut facts = Vec::new();
         if has_images {
             facts.push(("image_size", size.to_string()));

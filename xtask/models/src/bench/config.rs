@@ -282,6 +282,7 @@ impl Config {
         let parse = |text: &String| -> Result<f64> {
             let time = humantime::parse_duration(text);
             let time = time.with_context(|| format!("training.budget '{text}'"))?;
+            ensure!(!time.is_zero(), "training.budget '{text}': must be above 0");
             Ok(time.as_secs_f64())
         };
         self.training.budget.as_ref().map(parse).transpose()
@@ -481,6 +482,7 @@ mod tests {
             ("[latency]\nbatches = []", "latency.batches"),
             ("[latency]\nseconds = nan", "latency.seconds"),
             ("[training]\nbudget = 'soon'", "training.budget"),
+            ("[training]\nbudget = '0s'", "training.budget"),
             ("seed = 'x'", "seed"),
         ] {
             let error = format!("{:#}", with_file(text, "").unwrap_err());

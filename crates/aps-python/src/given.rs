@@ -1,0 +1,110 @@
+//! Numbers, words and truth values as arguments.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyBool;
+
+/// Most characters of a value that a message shows.
+const SHOWN: usize = 60;
+
+/// A value that was given, or why it is none of its type: what is wrong is told by the name of the argument, which only its reader
+/// knows.
+pub struct Given<T>(Result<T, String>);
+
+impl<T> Given<T> {
+    /// The value.
+    ///
+    /// # Errors
+    /// `ValueError` that names the argument, what it takes, and what was given.
+    pub fn named(self, name: &str) -> PyResult<T> {
+        self.0
+            .map_err(|why| PyValueError::new_err(format!("{name}: {why}")))
+    }
+}
+
+impl<T> From<T> for Given<T> {
+    fn from(value: T) -> Self {
+        Self(Ok(value))
+    }
+}
+
+impl<'a, 'py, T: Wanted + FromPyObject<'a, 'py>> FromPyObject<'a, 'py> for Given<T> {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let kind = given.get_type().name()?;
+        let mut shown = given.repr()?.to_string();
+        if let Some((end, _)) = shown.char_indices().nth(SHOWN) {
+            shown.truncate(end);
+            shown.push_str("...");
+        }
+        let refused = format!("expected {}, got {kind} {shown}", T::wanted());
+        // To Python, True is the number 1.
+        let is_other = given.is_instance_of::<PyBool>() && !T::IS_BOOL;
+        Ok(Self(match given.extract() {
+            Ok(value) if !is_other => Ok(value),
+            _ => Err(refused),
+        }))
+    }
+}
+
+/// The value that was given for an argument; `None` for none.
+///
+/// # Errors
+/// As [`Given::named`].
+pub fn optional<T>(given: Option<Given<T>>, name: &str) -> PyResult<Option<T>> {
+    given.map(|given| given.named(name)).transpose()
+}
+
+/// Types of values, in words.
+pub trait Wanted {
+    /// True for truth values alone.
+    const IS_BOOL: bool = false;
+
+    /// The words.
+    fn wanted() -> String;
+}
+
+impl Wanted for bool {
+    const IS_BOOL: bool = true;
+
+    fn wanted() -> String {
+        "True or False".into()
+    }
+}
+
+impl Wanted for String {
+    fn wanted() -> String {
+        "a string".into()
+    }
+}
+
+impl Wanted for u32 {
+    fn wanted() -> String {
+        format!("an integer from 0 to {}", Self::MAX)
+    }
+}
+
+impl Wanted for u64 {
+    fn wanted() -> String {
+        format!("an integer from 0 to {}", Self::MAX)
+    }
+}
+
+impl Wanted for usize {
+    fn wanted() -> String {
+        format!("an integer from 0 to {}", Self::MAX)
+    }
+}
+
+impl Wanted for f64 {
+    fn wanted() -> String {
+        "a real number".into()
+    }
+}
+
+impl<const N: usize> Wanted for [f64; N] {
+    fn wanted() -> String {
+        format!("{N} real numbers")
+    }
+}
