@@ -446,7 +446,7 @@ def check_coverage(page):
     for show in page.eval("[...document.getElementById('show').options].map(o => o.value).filter(Boolean)"):
         page.eval(f"""(() => {{ const s = document.getElementById('show'); s.value = '{show}'; s.dispatchEvent(new Event('change')); }})()""")
         page.wait("!document.getElementById('progress').hidden")
-        page.wait("document.getElementById('progress').hidden && !document.getElementById('legend').hidden", 300)
+        page.wait("document.getElementById('progress').hidden && !document.getElementById('legend').hidden", 1800)
         painted = page.eval("""(() => { const c = document.getElementById('heat');
           const copy = new OffscreenCanvas(c.width, c.height).getContext('2d', { willReadFrequently: true });
           copy.drawImage(c, 0, 0);
