@@ -347,6 +347,11 @@ MODEL = """(async () => {
 })()"""
 
 
+def show_model(page):
+    page.eval("document.getElementById('with-model').click()")
+    page.wait("document.getElementById('told-model').textContent.startsWith('CosSim')")
+
+
 def check_overlays(page):
     """Each switch draws a curve in both spectra, and takes it away; the model's has the scores that the curves have."""
     told = "document.getElementById('told-model').textContent"
@@ -359,8 +364,7 @@ def check_overlays(page):
             page.wait(f"JSON.stringify({CURVES}) === '{json.dumps([n + more for n in before], separators=(',', ':'))}'")
             is_default = flip == 2
             must((f"{name}=" not in page.eval("location.hash")) == is_default, f"curve '{name}' is {'gone again' if flip == 2 else 'switched'}, and in the address")
-    page.eval("document.getElementById('with-model').click()")
-    page.wait(f"{told}.startsWith('CosSim')")
+    show_model(page)
     answer = page.eval(MODEL)
     model, label = answer["model"], answer["spectrum"]["aps_db"]
     mean, deviation, top = 0.11740, 0.25708, max(label)
@@ -572,12 +576,17 @@ def check_touch(page):
     free_place(page)
 
 
-def check_widths(page, pictures):
+def check_widths(page):
+    """With the longest texts: the scores of the model and the command line."""
+    show_model(page)
+    page.eval("document.querySelector('[data-file=command]').click()")
+    page.wait("document.getElementById('command').textContent.includes('xtask')")
     for width in WIDTHS:
         page.picture(None, width=width)
         found = page.eval(OVERFLOW)
         must(not found, f"nothing is wider than {width} px {found}")
     page.picture(None)
+    page.eval("document.getElementById('with-model').click()")
 
 
 def frames(page, seconds=6):
@@ -628,14 +637,17 @@ def main():
             check_inside(page)
             check_coverage(page)
             pages.append(check_two_tabs(browser, url, page))
-            check_widths(page, args.pictures)
+            check_widths(page)
             check_touch(page)
             page.open(url + f"#map={page.state()['map']}")
         if args.pictures:
             pictures_of(page, args.pictures)
-        got = frames(page)
-        rate = got["drawn"] / got["seconds"]
-        print(f"{rate:.1f} frames a second follow the receiver ({got['frames'] / got['seconds']:.1f} shown), the longest took {got['longest']:.0f} ms")
+        for what in ("", " with the model's prediction"):
+            if what:
+                show_model(page)
+            got = frames(page)
+            rate, shown = got["drawn"] / got["seconds"], got["frames"] / got["seconds"]
+            print(f"{rate:.1f} frames a second follow the receiver{what} ({shown:.1f} shown), the longest took {got['longest']:.0f} ms")
         for p in pages:
             found = p.faults()
             must(not found, f"nothing in the console, nothing asked of others {found}")
