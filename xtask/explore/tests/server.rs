@@ -5,6 +5,8 @@ use std::net::TcpStream;
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{TraceConfig, Tracer};
+use map2aps::aps_model::ModelKind;
+use map2aps::aps_model::weights::Shipped;
 use map2aps::maps::{TileSettings, load_file};
 use map2aps::path_list::{LinkEntry, LinkList};
 use map2aps::{MapSource, SceneSettings};
@@ -250,12 +252,15 @@ fn prediction_is_scored_against_the_label_that_is_shown() {
     );
     let top_db = label.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let power = |db: f64| 10_f64.powf((db - top_db) / 10.0);
-    // Normalised errors are those of the share of power over the deviation of the training, 0.257.
+    // Normalised errors are those of the share of power over the deviation of the training.
+    let shipped = Shipped::of(ModelKind::PolarReg).unwrap();
+    let settings: Value = serde_json::from_str(shipped.settings).unwrap();
+    let deviation = settings["training_statistics"]["std"].as_f64().unwrap();
     let errors = label
         .iter()
         .zip(&predicted)
         .map(|(&a, &b)| (power(a) - power(b)).abs());
-    let mae = errors.sum::<f64>() / 180.0 / 0.25708;
+    let mae = errors.sum::<f64>() / 180.0 / deviation;
     assert!(
         (model["mae"].as_f64().unwrap() - mae).abs() < 0.02,
         "{mae}: {model}"

@@ -90,6 +90,9 @@ impl LinkModel {
     /// # Panics
     /// When a link is on none of the maps.
     pub fn predict(&self, views: &PolarViews, links: &[SeenLink]) -> Result<Vec<PredictedLink>> {
+        if links.is_empty() {
+            return Ok(Vec::new());
+        }
         let shape = polar::shape();
         let mut values = vec![0.0; links.len() * PolarViews::shape().values()];
         views.write(links, &mut values)?;
