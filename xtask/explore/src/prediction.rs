@@ -37,7 +37,7 @@ pub enum Prediction {
         times_us: [f64; 2],
     },
     /// The setting that the model does not know, or the geometry that has no place in it.
-    None {
+    Missing {
         /// The reason in words.
         reason: String,
     },
@@ -57,12 +57,12 @@ impl Prediction {
         let model = stock.model()?;
         let trace = question.trace.config()?;
         if let Some(known) = unknown(&model, &question.label.config()?, &trace, question) {
-            return Ok(Self::None {
+            return Ok(Self::Missing {
                 reason: format!("it knows only {known}"),
             });
         }
         let made = Self::made(stock, city, &model, question, spectrum);
-        Ok(made.unwrap_or_else(|fault| Self::None {
+        Ok(made.unwrap_or_else(|fault| Self::Missing {
             reason: chain(&fault),
         }))
     }
@@ -119,7 +119,7 @@ fn unknown(
                 elements,
                 spacing_wavelengths,
             } => format!("a linear array of {elements} elements, {spacing_wavelengths} λ apart"),
-            _ => "another array".into(),
+            _ => "an array of another form".into(),
         })
     } else if question.label.heading_deg != 0.0 {
         Some("an array of heading 0°".into())
