@@ -17,6 +17,8 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import urllib.error
+import urllib.request
 from contextlib import contextmanager
 
 WIDTHS = [360, 390, 768, 1280]
@@ -320,6 +322,110 @@ def check_controls(page):
     must(len(fragments) == len(keys), "every control is in the address")
 
 
+def choose(page, key, value):
+    """Sets a control as a person does, and waits for what follows."""
+    page.after(lambda: page.eval(f"""(() => {{ const input = document.getElementById('set-{key}');
+      input.value = '{value}'; input.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"""))
+
+
+def check_slopes(page, xtask, folder):
+    """Two diffractions in the street of the transmitter: slopes change levels, and the command line has the same."""
+    choose(page, "diffractions", 2)
+    without = page.eval(PATHS % "paths")
+    choose(page, "slopes", "on")
+    must("slopes=on" in page.eval("location.hash"), "slopes are in the address")
+    must(page.eval(PATHS % "paths") != without, "slopes change the link")
+    same_as_trace(page, xtask, folder, "with slopes")
+    choose(page, "slopes", "off")
+    choose(page, "diffractions", 1)
+
+
+CURVES = "['aps', 'polar'].map(id => document.querySelectorAll(`#${id} polyline`).length)"
+MODEL = """(async () => {
+  const [{ ask }, { linkQuestion }] = await Promise.all([import('/ask.js'), import('/state.js')]);
+  return (await ask('/api/link', linkQuestion())).json();
+})()"""
+
+
+def show_model(page):
+    page.eval("document.getElementById('with-model').click()")
+    page.wait("document.getElementById('told-model').textContent.startsWith('CosSim')")
+
+
+def check_overlays(page):
+    """Each switch draws a curve in both spectra, and takes it away; the model's has the scores that the curves have."""
+    told = "document.getElementById('told-model').textContent"
+    for name in ("other", "converged", "model"):
+        is_on = page.eval(f"document.getElementById('with-{name}').checked")
+        for flip in (1, 2):
+            before = page.eval(CURVES)
+            more = 1 if is_on == (flip == 2) else -1
+            page.eval(f"document.getElementById('with-{name}').click()")
+            page.wait(f"JSON.stringify({CURVES}) === '{json.dumps([n + more for n in before], separators=(',', ':'))}'")
+            is_default = flip == 2
+            must((f"{name}=" not in page.eval("location.hash")) == is_default, f"curve '{name}' is {'gone again' if flip == 2 else 'switched'}, and in the address")
+    show_model(page)
+    answer = page.eval(MODEL)
+    model, label = answer["model"], answer["spectrum"]["aps_db"]
+    with open(os.path.join(os.path.dirname(__file__), "../crates/aps-model/shipped/polar_reg/config.json"), encoding="utf-8") as text:
+        statistics = json.load(text)["training_statistics"]
+    mean, deviation, top = statistics["mean"], statistics["std"], max(label)
+    a, b = ([(10 ** ((db - top) / 10) - mean) / deviation for db in curve] for curve in (label, model["curve"]["aps_db"]))
+    cosine = sum(x * y for x, y in zip(a, b)) / (sum(x * x for x in a) * sum(y * y for y in b)) ** 0.5
+    must(abs(cosine - model["cosine"]) < 0.02, f"the curves have the CosSim that is told: {cosine:.3f}, {page.eval(told)}")
+    must(f"CosSim {model['cosine']:.3f}, MAE {model['mae']:.3f}" in page.eval(told), "the page tells what the server answers")
+    curves = page.eval(CURVES)
+    choose(page, "heading", 30)
+    must("heading 0°" in page.eval(told) and page.eval(CURVES)[0] == curves[0] - 1, f"a turned array has no prediction: {page.eval(told)}")
+    choose(page, "heading", 0)
+    choose(page, "reflections", 3)
+    must("other limits" in page.eval(told), f"other limits have one: {page.eval(told)}")
+    choose(page, "reflections", 2)
+    address, text = page.eval("location.href"), page.eval(f"{told}.split(';')[0]")
+    page.open(address)
+    page.wait(f"{told}.startsWith('CosSim')")
+    must(page.eval(f"{told}.split(';')[0]") == text, "the address holds the curve")
+    page.eval("document.getElementById('with-model').click()")
+
+
+def check_files(page, folder):
+    """Every button gives its file."""
+    page.browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=folder)
+    page.eval("""(() => { window.saved = []; const make = URL.createObjectURL;
+      URL.createObjectURL = blob => { blob.text().then(text => saved.push(text)); return make.call(URL, blob); }; })()""")
+    begins = {"map": ("[", "{"), "paths": ("{",), "picture": ("<svg",), "explanation": ("<!DOCTYPE html>",)}
+    for i, (name, first) in enumerate(begins.items()):
+        page.eval(f"document.querySelector('[data-file={name}]').click()")
+        page.wait(f"saved.length > {i}")
+        must(page.eval("saved.at(-1)").startswith(first), f"the button of {name} gives its file")
+    page.eval("document.querySelector('[data-file=command]').click()")
+    page.wait("document.getElementById('command').textContent.startsWith('cargo xtask trace')")
+    must(True, "the command line is shown")
+
+
+def check_maps(page):
+    """Another map from the list, if there is one, and back."""
+    ids = page.eval("[...document.getElementById('maps').options].map(o => o.value)")
+    own = str(page.state()["map"])
+    for other in [i for i in ids if i != own][:1] + [own]:
+        page.after(lambda: page.eval(f"""(() => {{ const s = document.getElementById('maps');
+          s.value = '{other}'; s.dispatchEvent(new Event('change')); }})()"""))
+        must(str(page.state()["map"]) == other, f"map {other} of {len(ids)} is shown")
+
+
+def check_malformed(url):
+    """What no page sends is refused in words, and the server lives on."""
+    for body in (b'{"city":', b"\xff\xfe", b"[]", b'{"city":{"map":0},"tx":[NaN,1]}'):
+        request = urllib.request.Request(url + "api/link", body, {"Content-Type": "application/json"})
+        try:
+            urllib.request.urlopen(request, timeout=30)
+        except urllib.error.HTTPError as refusal:
+            told = json.load(refusal)["error"]
+            must(refusal.code == 400 and told["kind"] == "form", f"{body!r} is refused: {told['message']}")
+        else:
+            must(False, f"{body!r} is refused")
+
+
 def check_reload(page):
     read = "[document.getElementById('tables').innerText, document.getElementById('summary').textContent]"
     before, address, state = page.eval(read), page.eval("location.href"), page.state()
@@ -346,7 +452,7 @@ def check_coverage(page):
     for show in page.eval("[...document.getElementById('show').options].map(o => o.value).filter(Boolean)"):
         page.eval(f"""(() => {{ const s = document.getElementById('show'); s.value = '{show}'; s.dispatchEvent(new Event('change')); }})()""")
         page.wait("!document.getElementById('progress').hidden")
-        page.wait("document.getElementById('progress').hidden && !document.getElementById('legend').hidden", 300)
+        page.wait("document.getElementById('progress').hidden && !document.getElementById('legend').hidden", 1800)
         painted = page.eval("""(() => { const c = document.getElementById('heat');
           const copy = new OffscreenCanvas(c.width, c.height).getContext('2d', { willReadFrequently: true });
           copy.drawImage(c, 0, 0);
@@ -472,12 +578,17 @@ def check_touch(page):
     free_place(page)
 
 
-def check_widths(page, pictures):
+def check_widths(page):
+    """With the longest texts: the scores of the model and the command line."""
+    show_model(page)
+    page.eval("document.querySelector('[data-file=command]').click()")
+    page.wait("document.getElementById('command').textContent.includes('xtask')")
     for width in WIDTHS:
         page.picture(None, width=width)
         found = page.eval(OVERFLOW)
         must(not found, f"nothing is wider than {width} px {found}")
     page.picture(None)
+    page.eval("document.getElementById('with-model').click()")
 
 
 def frames(page, seconds=6):
@@ -516,21 +627,29 @@ def main():
             check_drag(page, args.xtask, folder)
             check_controls(page)
             check_reload(page)
+            check_malformed(url)
             page.open(url + f"#map={page.state()['map']}")
             check_hover(page)
+            check_slopes(page, args.xtask, folder)
+            check_overlays(page)
+            check_files(page, folder)
+            check_maps(page)
             check_houses(page, args.xtask, folder)
             check_house_with_faults(page)
             check_inside(page)
             check_coverage(page)
             pages.append(check_two_tabs(browser, url, page))
-            check_widths(page, args.pictures)
+            check_widths(page)
             check_touch(page)
             page.open(url + f"#map={page.state()['map']}")
         if args.pictures:
             pictures_of(page, args.pictures)
-        got = frames(page)
-        rate = got["drawn"] / got["seconds"]
-        print(f"{rate:.1f} frames a second follow the receiver ({got['frames'] / got['seconds']:.1f} shown), the longest took {got['longest']:.0f} ms")
+        for what in ("", " with the model's prediction"):
+            if what:
+                show_model(page)
+            got = frames(page)
+            rate, shown = got["drawn"] / got["seconds"], got["frames"] / got["seconds"]
+            print(f"{rate:.1f} frames a second follow the receiver{what} ({shown:.1f} shown), the longest took {got['longest']:.0f} ms")
         for p in pages:
             found = p.faults()
             must(not found, f"nothing in the console, nothing asked of others {found}")

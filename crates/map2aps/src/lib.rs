@@ -12,6 +12,7 @@
 //! | a data set | [`Examples`], [`DrawnExamples`] | condition images and targets |
 //! | a scene or a data set's maps, links | [`PolarViews`] | the geometry that Polar-Reg is given |
 //! | a data set | `training` (feature `models`) | trained weights, predictions |
+//! | a scene, links | `training::LinkModel` (feature `models`) | predictions without a data set |
 //! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
 //! | a tracer, many terminals | [`trace_links`], [`label_links`] | paths and labels in memory |
 //! | a data set, its maps | [`LinkSource`] | paths of single links |

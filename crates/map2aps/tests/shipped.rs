@@ -5,12 +5,17 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
+use map2aps::aps_label::Protocol;
 use map2aps::aps_model::weights::Shipped;
 use map2aps::aps_model::{ANGLE_BINS, ModelKind};
+use map2aps::aps_raytrace::polar::Mirror;
 use map2aps::maps::TileSettings;
-use map2aps::targets::learning_target;
-use map2aps::training::{self, Device, Trained};
-use map2aps::{Domain, Examples, MapSource, Metric, Part, Prediction, Scoring, Truth};
+use map2aps::targets::{self, learning_target};
+use map2aps::training::{self, Device, LinkModel, Trained};
+use map2aps::{
+    Domain, Examples, MapSource, Metric, Part, PolarViews, Prediction, Scoring, SeenLink, Truth,
+    settings,
+};
 
 fn data(name: &str) -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data")).join(name)
@@ -76,4 +81,68 @@ fn shipped_weights_take_little_room_and_have_their_card() {
         }
         assert!(shipped.card.contains(shipped.label.kind.title()));
     }
+}
+
+/// Without the data set, from the scene alone: the same bits, and the scores that a label in dB gives.
+#[test]
+fn single_links_are_predicted_as_those_of_a_data_set() {
+    let dataset = training::open(&data("shipped")).unwrap();
+    let maps = MapSource::geojson(data("helsinki.geojson"), TileSettings::default()).unwrap();
+    let trained = || {
+        let device = Device::Cpu.open().unwrap();
+        Trained::shipped(ModelKind::PolarReg, &device).unwrap()
+    };
+    let test = Examples::load(&dataset, Part::Test, Domain::Normalised).unwrap();
+    let of_dataset = trained().with_maps(Some(maps.clone())).predict(&test);
+    let of_dataset = of_dataset.unwrap();
+    let id = test.list()[0].map;
+    let configuration = &dataset.manifest().configuration;
+    let settings = settings::scene_of(configuration).unwrap();
+    let scene = maps.load(id, 0, settings).unwrap();
+    let views = PolarViews::new([Ok((id, scene))].into_iter()).unwrap();
+    let links: Vec<SeenLink> = test
+        .list()
+        .iter()
+        .filter(|example| example.map == id)
+        .map(|example| SeenLink {
+            map: 0,
+            tx_m: example.tx_m,
+            rx_m: example.rx_m,
+            mirror: Mirror::default(),
+        })
+        .collect();
+    let deviation = trained().settings().unwrap().training_statistics.std;
+    let model = LinkModel::new(trained()).unwrap();
+    assert_eq!(model.label().protocol, Protocol::Paper);
+    assert_eq!(model.trace().max_reflections, 2);
+    let rows = dataset.map(id).unwrap();
+    for (row, link) in links.iter().enumerate().take(40) {
+        let predicted = &model.predict(&views, &[*link]).unwrap()[0];
+        let expected = &of_dataset[row * ANGLE_BINS..][..ANGLE_BINS];
+        for (found, expected) in predicted.normalised.iter().zip(expected) {
+            assert!(
+                (found - expected).abs() < 1e-4,
+                "link {row}: {found}, {expected}"
+            );
+        }
+        let mut label = [0.0_f32; ANGLE_BINS];
+        targets::spectra(&rows).read_relative_db(test.list()[row].link, &mut label);
+        let label = label.map(f64::from);
+        let scores = predicted.score(&label).unwrap();
+        // The share of power is the target less its scale: errors shrink by the deviation.
+        let power = label.map(|db| 10_f64.powf(db / 10.0));
+        let errors = predicted.relative_power().zip(power);
+        let mae = errors
+            .map(|(found, truth)| (found - truth).abs())
+            .sum::<f64>()
+            / 180.0;
+        assert!((scores.mae - mae / deviation).abs() < 1e-4, "link {row}");
+        assert!(scores.cosine > -1.0 && scores.cosine <= 1.0);
+    }
+    let indoors = SeenLink {
+        rx_m: [f64::NAN; 2],
+        ..links[0]
+    };
+    assert!(model.predict(&views, &[indoors]).is_err());
+    assert!(model.predict(&views, &[]).unwrap().is_empty());
 }

@@ -90,7 +90,17 @@ fn continues_to_the_same_bytes(training: Training) {
         None,
         &Device::Cpu.open().unwrap(),
     );
-    assert!(again.unwrap().predict(&test).unwrap() == predicted);
+    let again = again.unwrap();
+    assert!(again.predict(&test).unwrap() == predicted);
+    // Images are no geometry, and released targets tell no power.
+    let kind = again.label().kind;
+    let refused = LinkModel::new(again).unwrap_err();
+    let is_told = match refused.cause() {
+        Error::Training(TrainingError::NoGeometry(_)) => kind == ModelKind::ResnetMlp,
+        Error::Training(TrainingError::NoPower(_)) => kind == ModelKind::PolarReg,
+        _ => false,
+    };
+    assert!(is_told, "{kind}: {}", refused.chain());
 }
 
 #[test]

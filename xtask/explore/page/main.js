@@ -14,6 +14,9 @@ const part = id => document.getElementById(id);
 /** Rest after the last change before anything slow is asked [ms]. */
 const PAUSE = 250;
 
+/** Curves that may be drawn over the spectrum. */
+const OVERLAYS = ['other', 'converged', 'model'];
+
 let maps = { source: '', ids: [] };
 let answer = null;
 let converged = null;
@@ -51,7 +54,7 @@ const comparison = new Lane('/api/compare', (got, asked) => {
   pending = null;
   before = { got, asked };
   settings.showEffects(settings.toldNow(got));
-  if (part('with-converged').checked && answer) redraw();
+  if (state.converged === 'on' && answer) redraw();
 }, fault => { pending = null; fail(fault); });
 
 const cityLane = new Lane('/api/map', (got, asked) => {
@@ -74,7 +77,18 @@ const cityLane = new Lane('/api/map', (got, asked) => {
 });
 
 function redraw() {
-  charts.draw(answer, { other: part('with-other').checked, converged: part('with-converged').checked ? converged : null });
+  const isOn = name => state[name] === 'on';
+  charts.draw(answer, { other: isOn('other'), converged: isOn('converged') ? converged : null, model: isOn('model') });
+  part('told-model').textContent = isOn('model') ? toldModel(answer.model) : '';
+}
+
+/** The scores of the prediction in words, or the reason why there is none. */
+function toldModel(model) {
+  if (!model) return answer.spectrum ? 'the map is prepared for the model ...' : 'no label to hold a prediction against';
+  if (model.reason) return `no prediction: ${model.reason}`;
+  const [link, map] = model.times_us.map(settings.us);
+  return `CosSim ${model.cosine.toFixed(3)}, MAE ${model.mae.toFixed(3)} against the label; link ${link}, map ${map}`
+    + (model.is_foreign ? '; the label is of other limits or walls than it learnt' : '');
 }
 
 function summary() {
@@ -137,6 +151,7 @@ function takeAddress() {
   }
   part('maps').value = state.map;
   part('show').value = state.show;
+  for (const name of OVERLAYS) part(`with-${name}`).checked = state[name] === 'on';
   settings.showControls();
   houses.forget();
   changedCity();
@@ -158,7 +173,14 @@ async function begin() {
   });
   houses.watchHouses(changedCity);
   tables.watch(city.markTwin);
-  for (const id of ['with-other', 'with-converged']) part(id).addEventListener('change', () => answer && redraw());
+  for (const name of OVERLAYS) {
+    part(`with-${name}`).addEventListener('change', event => {
+      state[name] = event.target.checked ? 'on' : 'off';
+      history.replaceState(null, '', toFragment());
+      if (name === 'model') link.ask(linkQuestion());
+      if (answer) redraw();
+    });
+  }
   for (const button of document.querySelectorAll('[data-file]')) button.addEventListener('click', takeFile(button.dataset.file));
   part('maps').addEventListener('change', event => {
     Object.assign(state, { map: Number(event.target.value), tx: null, rx: null, houses: { moved: [], gone: [], drawn: [] } });

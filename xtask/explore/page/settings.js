@@ -8,6 +8,7 @@ const MOST_EFFECTS = 4;
 const CONTROLS = [
   { key: 'reflections', name: 'Reflections', min: 0, max: 6 },
   { key: 'diffractions', name: 'Diffractions', min: 0, max: 3 },
+  { key: 'slopes', name: 'Slope diffraction', words: { off: 'off', on: 'on' } },
   { key: 'range', name: 'Dynamic range', min: 10, max: 130, step: 10, unit: ' dB', most: 'all paths' },
   { key: 'frequency', name: 'Carrier', min: 0.3, max: 60, step: 0.1, unit: ' GHz', factor: 1e9 },
   { key: 'material', name: 'Walls', words: { concrete: 'concrete', pec: 'perfect conductor', '2.73,0.0085': 'plasterboard', '6.31,0.0162': 'glass', '3.91,0.0238': 'brick' } },
@@ -82,7 +83,7 @@ function show(control) {
 /** Shows the state. */
 export const showControls = () => CONTROLS.forEach(show);
 
-const us = value => (value < 1000 ? `${value.toFixed(0)} µs` : value < 1e6 ? `${(value / 1000).toFixed(1)} ms` : `${(value / 1e6).toFixed(2)} s`);
+export const us = value => (value < 1000 ? `${value.toFixed(0)} µs` : value < 1e6 ? `${(value / 1000).toFixed(1)} ms` : `${(value / 1e6).toFixed(2)} s`);
 const perLink = ({ rx, join, label }) => rx + join + label;
 const error = compared => (compared.error_db ? `${compared.error_db.mean.toFixed(2)} dB (worst ${compared.error_db.worst.toFixed(1)})` : 'none: no converged path');
 

@@ -1,9 +1,10 @@
 // Everything that is chosen, and its form in the address of the page.
 
-/** Limits and label of the command line's defaults. */
+/** Limits and label of the command line's defaults, and the curves that are drawn over the spectrum. */
 export const DEFAULTS = {
-  reflections: 2, diffractions: 1, range: 60, frequency: 3.5e9, material: 'concrete',
+  reflections: 2, diffractions: 1, slopes: 'off', range: 60, frequency: 3.5e9, material: 'concrete',
   protocol: 'paper', array: 'ula', elements: 16, spacing: 0.5, heading: 0, bandwidth: 200e6,
+  other: 'on', converged: 'off', model: 'off',
 };
 
 export const state = { ...DEFAULTS, map: null, tx: null, rx: null, show: '', houses: none() };
@@ -18,6 +19,7 @@ export function isChanged(houses) {
 }
 
 const WORDS = ['material', 'protocol', 'array', 'show'];
+const SWITCHES = ['slopes', 'other', 'converged', 'model'];
 
 /** The fragment of the address: whatever differs from the defaults. */
 export function toFragment() {
@@ -46,6 +48,7 @@ export function fromFragment(fragment) {
   for (const name of Object.keys(DEFAULTS)) {
     const text = parts.get(name);
     if (text === null || WORDS.includes(name)) continue;
+    if (SWITCHES.includes(name)) { if (['on', 'off'].includes(text)) state[name] = text; continue; }
     if (name === 'range' && text === 'all') state.range = null;
     else state[name] = number(text) ?? DEFAULTS[name];
   }
@@ -61,7 +64,7 @@ export const cityQuestion = () => ({ map: state.map, houses: state.houses });
 
 export const settingsQuestion = () => ({
   trace: {
-    reflections: state.reflections, diffractions: state.diffractions, dynamic_range_db: state.range,
+    reflections: state.reflections, diffractions: state.diffractions, slope_diffraction: state.slopes === 'on', dynamic_range_db: state.range,
     frequency_hz: state.frequency, material: state.material,
   },
   label: {
@@ -70,4 +73,4 @@ export const settingsQuestion = () => ({
   },
 });
 
-export const linkQuestion = () => ({ city: cityQuestion(), tx: state.tx, rx: state.rx, ...settingsQuestion() });
+export const linkQuestion = () => ({ city: cityQuestion(), tx: state.tx, rx: state.rx, ...settingsQuestion(), model: state.model === 'on' });

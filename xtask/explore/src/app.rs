@@ -35,6 +35,9 @@ const BODY_S: u64 = 10;
 /// Places of each kind of terminal that the first ones are chosen from.
 const FIRST: usize = 16;
 
+/// Distance of the first receiver from the first transmitter, as near as there is one \[m\].
+const FIRST_M: f64 = 60.0;
+
 /// Blocks of cells that may wait for their reader.
 const BLOCKS_AHEAD: usize = 4;
 
@@ -271,12 +274,22 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
     let seed = stock.maps().seed;
     let drawn = sampling::draw(&city.scene, seed, question.map, FIRST, 1..=FIRST).ok();
     // In the streets, if there is a choice: between two courtyards there is no path.
-    let place = |points: &[DVec2]| {
-        let in_street = points
+    let in_street = |&p: &DVec2| city.scene.courtyard_of(p).is_none();
+    let first = |points: &[DVec2]| {
+        points
             .iter()
-            .find(|&&p| city.scene.courtyard_of(p).is_none());
-        in_street.or(points.first()).map(|p| p.to_array())
+            .copied()
+            .find(in_street)
+            .or(points.first().copied())
     };
+    let tx = drawn.as_ref().and_then(|drawn| first(&drawn.tx));
+    // Far from the transmitter there is often no path within the limits.
+    let rx = drawn.as_ref().zip(tx).and_then(|(drawn, tx)| {
+        let off = |p: &DVec2| (p.distance(tx) - FIRST_M).abs();
+        let streets = drawn.rx.iter().copied().filter(in_street);
+        let nearest = streets.min_by(|p, q| off(p).total_cmp(&off(q)));
+        nearest.or(drawn.rx.first().copied())
+    });
     Ok(MapAnswer {
         area: [city.area.min, city.area.max].map(|p| p.to_array()),
         rings: city.outlines.rings.iter().map(numbers).collect(),
@@ -285,7 +298,7 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
         walls: city.scene.walls().len(),
         repairs: report.to_string(),
         repairs_as_read,
-        tx: drawn.as_ref().and_then(|drawn| place(&drawn.tx)),
-        rx: drawn.as_ref().and_then(|drawn| place(&drawn.rx)),
+        tx: tx.map(|p| p.to_array()),
+        rx: rx.map(|p| p.to_array()),
     })
 }

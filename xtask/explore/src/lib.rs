@@ -21,6 +21,7 @@ pub mod guard;
 pub mod houses;
 mod link;
 mod page;
+mod prediction;
 mod recent;
 mod reply;
 pub mod request;

@@ -12,6 +12,7 @@ use map2aps::path_list::LinkEntry;
 use serde::Serialize;
 
 use crate::fault::Fault;
+use crate::prediction::Prediction;
 use crate::request::{LabelChoice, LinkQuestion};
 use crate::stock::{City, Stock};
 use crate::ticket::Ticket;
@@ -110,6 +111,9 @@ pub struct Answer {
     omitted: usize,
     spectrum: Option<Curve>,
     other: Option<Curve>,
+    /// That of the shipped model, if it is asked for and there is a label to hold it against.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<Prediction>,
     has_mirrors: bool,
     columns: [&'static [&'static str]; 2],
     lobes: Vec<LobeAnswer>,
@@ -195,6 +199,9 @@ pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result
     let protocol = question.label.protocol;
     let explanation = Explanation::of(&traced.view, protocol, &label)?;
     traced.times.label = us(began.elapsed());
+    let shown = explanation.as_ref().filter(|_| question.model);
+    let model = shown.map(|e| Prediction::of(stock, &traced.city, question, &e.spectrum));
+    let model = model.transpose()?;
     let view = &traced.view;
     let index = |path: &PathView| view.paths.iter().position(|p| std::ptr::eq(p, path));
     let (mut lobes, mut paths) = (Vec::new(), Vec::new());
@@ -240,6 +247,7 @@ pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result
             .as_ref()
             .and_then(|e| e.other.as_ref())
             .map(curve),
+        model,
         has_mirrors: explanation.as_ref().is_some_and(|e| e.has_mirrors),
         columns: [&LOBE_COLUMNS, &PATH_COLUMNS],
         lobes,

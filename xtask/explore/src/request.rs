@@ -41,6 +41,9 @@ pub struct LinkQuestion {
     pub trace: TraceChoice,
     /// Settings of the label.
     pub label: LabelChoice,
+    /// The prediction of the shipped model is wanted too.
+    #[serde(default)]
+    pub model: bool,
 }
 
 /// Question about a transmitter's coverage of the map.
@@ -79,6 +82,9 @@ pub struct TraceChoice {
     pub reflections: usize,
     /// Most diffractions on a path.
     pub diffractions: usize,
+    /// Waves from corner to corner take their slope along.
+    #[serde(default)]
+    pub slope_diffraction: bool,
     /// Paths are left out below the strongest by this \[dB\]; none keeps all.
     pub dynamic_range_db: Option<f64>,
     /// Carrier \[Hz\].
@@ -132,6 +138,7 @@ impl TraceChoice {
             max_reflections,
             max_diffractions,
             max_interactions: max_reflections + max_diffractions,
+            slope_diffraction: self.slope_diffraction,
             dynamic_range_db: self.dynamic_range_db,
             ..self.under(TraceConfig::default())?
         };

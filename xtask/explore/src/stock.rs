@@ -11,7 +11,9 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
 use aps_raytrace::{Receiver, Scene, TerminalError, TraceConfig, Tracer, Transmitter};
 use aps_report::picture::Outlines;
-use map2aps::{MapSource, SceneSettings};
+use map2aps::aps_model::ModelKind;
+use map2aps::training::{Device, LinkModel, Trained};
+use map2aps::{MapSource, PolarViews, SceneSettings};
 
 use crate::fault::{End, Fault};
 use crate::houses::House;
@@ -22,6 +24,9 @@ use crate::request::CityQuestion;
 const SCENES: usize = 8;
 const TRACERS: usize = 4;
 const TERMINALS: usize = 8;
+
+/// Geometries for the model that are kept; each bounds its terminals itself.
+const VIEWS: usize = 2;
 
 /// The maps to choose from.
 #[derive(Debug)]
@@ -86,6 +91,8 @@ pub struct Stock {
     tracers: Recent<(u64, TraceConfig), Prepared<Tracer<'static>>>,
     transmitters: Recent<(u64, [u64; 2]), Prepared<Transmitter>>,
     receivers: Recent<(u64, [u64; 2]), Prepared<Receiver>>,
+    model: Recent<(), LinkModel>,
+    views: Recent<u64, Prepared<PolarViews>>,
 }
 
 impl Stock {
@@ -98,6 +105,8 @@ impl Stock {
             tracers: Recent::new(TRACERS),
             transmitters: Recent::new(TERMINALS),
             receivers: Recent::new(TERMINALS),
+            model: Recent::new(1),
+            views: Recent::new(VIEWS),
         }
     }
 
@@ -171,6 +180,29 @@ impl Stock {
         let key = (tracer.number, place.map(f64::to_bits));
         self.receivers
             .get(key, || self.terminal(End::Rx, place, make))
+    }
+
+    /// The shipped model, read when it is first asked for.
+    ///
+    /// # Errors
+    /// Weights that cannot be read.
+    pub fn model(&self) -> Result<Arc<LinkModel>, Fault> {
+        self.model.get((), || {
+            let device = Device::Cpu.open()?;
+            let trained = Trained::shipped(ModelKind::PolarReg, &device)?;
+            Ok(LinkModel::new(trained)?)
+        })
+    }
+
+    /// The geometry of a map as the model is given it. It keeps the ways of transmitters and the rays of receivers.
+    ///
+    /// # Errors
+    /// A map of too many corners.
+    pub fn views(&self, city: &City) -> Result<Arc<Prepared<PolarViews>>, Fault> {
+        self.views.get(city.number, || {
+            let scenes = [Ok((0, city.scene.clone()))].into_iter();
+            self.prepare(|| Ok(PolarViews::new(scenes)?))
+        })
     }
 
     fn terminal<T>(

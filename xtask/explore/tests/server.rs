@@ -5,6 +5,8 @@ use std::net::TcpStream;
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{TraceConfig, Tracer};
+use map2aps::aps_model::ModelKind;
+use map2aps::aps_model::weights::Shipped;
 use map2aps::maps::{TileSettings, load_file};
 use map2aps::path_list::{LinkEntry, LinkList};
 use map2aps::{MapSource, SceneSettings};
@@ -127,10 +129,14 @@ fn point(value: &Value) -> DVec2 {
 
 /// The link as the tracer gives it.
 fn traced(question: &Value) -> Value {
+    traced_with(question, TraceConfig::default())
+}
+
+fn traced_with(question: &Value, config: TraceConfig) -> Value {
     let map = question["city"]["map"].as_u64().unwrap() as u32;
     let cities = MapSource::Synthetic { count: 3 };
     let scene = cities.load(map, 42, SceneSettings::default()).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, config).unwrap();
     let (tx, rx) = (point(&question["tx"]), point(&question["rx"]));
     let link = tracer.trace(tx, rx).unwrap();
     assert!(!link.paths.is_empty());
@@ -222,6 +228,109 @@ fn comparison_of_converged_limits_with_themselves_finds_no_error() {
     question["trace"]["dynamic_range_db"] = 30.0.into();
     let converged = post(port, "/api/compare", &question).json();
     assert_eq!(converged["error_db"], json!({ "mean": 0.0, "worst": 0.0 }));
+}
+
+#[test]
+fn prediction_is_scored_against_the_label_that_is_shown() {
+    let port = start();
+    let mut question = question(port, 0);
+    let without = post(port, "/api/link", &question).json();
+    assert!(without.get("model").is_none());
+    question["model"] = true.into();
+    let answer = post(port, "/api/link", &question).json();
+    assert_eq!(answer["link"], without["link"]);
+    let model = &answer["model"];
+    assert_eq!(model["is_foreign"], false);
+    let levels = |curve: &Value| -> Vec<f64> {
+        let levels = curve["aps_db"].as_array().unwrap().iter();
+        levels.map(|level| level.as_f64().unwrap()).collect()
+    };
+    let (label, predicted) = (levels(&answer["spectrum"]), levels(&model["curve"]));
+    assert_eq!(
+        model["curve"]["angles_deg"],
+        answer["spectrum"]["angles_deg"]
+    );
+    let top_db = label.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let power = |db: f64| 10_f64.powf((db - top_db) / 10.0);
+    // Normalised errors are those of the share of power over the deviation of the training.
+    let shipped = Shipped::of(ModelKind::PolarReg).unwrap();
+    let settings: Value = serde_json::from_str(shipped.settings).unwrap();
+    let deviation = settings["training_statistics"]["std"].as_f64().unwrap();
+    let errors = label
+        .iter()
+        .zip(&predicted)
+        .map(|(&a, &b)| (power(a) - power(b)).abs());
+    let mae = errors.sum::<f64>() / 180.0 / deviation;
+    assert!(
+        (model["mae"].as_f64().unwrap() - mae).abs() < 0.02,
+        "{mae}: {model}"
+    );
+    assert!(model["cosine"].as_f64().unwrap() > 0.3, "{model}");
+    // The next link of the map finds it prepared.
+    question["rx"][0] = (question["rx"][0].as_f64().unwrap() + 0.5).into();
+    let next = post(port, "/api/link", &question).json();
+    assert_eq!(next["model"]["times_us"][1], model["times_us"][1]);
+}
+
+#[test]
+fn prediction_tells_the_setting_that_it_does_not_know() {
+    let port = start();
+    let mut asked = question(port, 0);
+    asked["model"] = true.into();
+    for (pointer, value, told) in [
+        ("/label/protocol", json!("released"), "protocol paper"),
+        (
+            "/label/array",
+            json!("uca"),
+            "a linear array of 16 elements",
+        ),
+        ("/label/elements", json!(8), "a linear array of 16 elements"),
+        ("/label/heading_deg", json!(15), "heading 0°"),
+        ("/label/sampling_rate_hz", json!(100e6), "200 MHz"),
+        ("/trace/frequency_hz", json!(28e9), "3.5 GHz"),
+    ] {
+        let mut other = asked.clone();
+        *other.pointer_mut(pointer).unwrap() = value;
+        let answer = post(port, "/api/link", &other).json();
+        let reason = answer["model"]["reason"].as_str().unwrap();
+        assert!(reason.contains(told), "{pointer}: {reason}");
+        assert!(answer["model"].get("curve").is_none());
+    }
+    // Of other limits and walls there is one: what the model gets wrong is to be seen.
+    for (pointer, value) in [
+        ("/trace/reflections", json!(5)),
+        ("/trace/material", json!("pec")),
+        ("/trace/dynamic_range_db", json!(null)),
+    ] {
+        let mut other = asked.clone();
+        *other.pointer_mut(pointer).unwrap() = value;
+        let answer = post(port, "/api/link", &other).json();
+        assert_eq!(answer["model"]["is_foreign"], true, "{pointer}");
+        assert!(answer["model"]["cosine"].is_number());
+    }
+}
+
+#[test]
+fn slopes_are_those_of_the_tracer_and_of_the_command_line() {
+    let port = start();
+    let mut question = question(port, 0);
+    question["trace"]["diffractions"] = 2.into();
+    question["trace"]["dynamic_range_db"] = json!(null);
+    let without = post(port, "/api/link", &question).json();
+    question["trace"]["slope_diffraction"] = true.into();
+    let with = post(port, "/api/link", &question).json();
+    assert_ne!(with["link"], without["link"]);
+    let config = TraceConfig {
+        max_diffractions: 2,
+        max_interactions: 4,
+        dynamic_range_db: None,
+        slope_diffraction: true,
+        ..TraceConfig::default()
+    };
+    assert_eq!(with["link"], traced_with(&question, config));
+    let command = post(port, "/api/file/command", &question).body;
+    let command = String::from_utf8(command).unwrap();
+    assert_eq!(command.matches("--slope-diffraction true").count(), 2);
 }
 
 #[test]

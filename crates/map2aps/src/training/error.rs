@@ -103,6 +103,14 @@ pub enum TrainingError {
     /// A run in the folder of a data set.
     #[error("'{}' is the folder of a data set; give the run another one", .0.display())]
     DatasetFolder(PathBuf),
+    /// A single link's geometry given to a model that takes other input.
+    #[error("{0} takes condition images, not the geometry of a link")]
+    NoGeometry(ModelKind),
+    /// Weights whose spectra cannot be turned into power.
+    #[error(
+        "the settings of the training of {0} are not known, or its targets do not tell their power"
+    )]
+    NoPower(ModelKind),
     /// A log of other columns.
     #[error("its columns are not those of this run; move it away to continue without it")]
     LogColumns,
