@@ -204,18 +204,18 @@ impl WedgeBound {
             .columns
             .each_ref()
             .map(|column| &column[range.clone()]);
-        // All legs between corners take slopes along, or none.
+        // All legs between corners take slopes along, or none; legs of terminals take none.
         let is_sloped = |slopes: &[f64]| slopes.first().is_some_and(|&slope| slope > 0.0);
-        if p.slope > 0.0 || is_sloped(columns[COLUMNS - 4]) {
-            bound_each_with_slopes(self, p, columns, out);
-        } else {
-            bound_each(self, p, columns, out);
+        match (p.slope > 0.0, is_sloped(columns[COLUMNS - 4])) {
+            (false, false) => bound_each(self, p, columns, out),
+            (true, true) => bound_each_with_slopes(self, p, columns, out),
+            _ => bound_each_with_slope(self, p, columns, out),
         }
     }
 
-    /// The bound with slopes for one pair of rays.
+    /// The bound with slopes for one pair of rays; without `BOTH`, one of them takes none along.
     #[inline(always)]
-    fn with_slopes(&self, p: &Direction, q: &Direction) -> f64 {
+    fn with_slopes<const BOTH: bool>(&self, p: &Direction, q: &Direction) -> f64 {
         let value = self.of(p, q);
         let (cc, ss) = (p.cos * q.cos, p.sin * q.sin);
         let (sc, cs) = (p.sin * q.cos, p.cos * q.sin);
@@ -231,10 +231,11 @@ impl WedgeBound {
         let value = value * p.value * q.value;
         let by_p = (by_angle(1) + varying(p, 0)) * q.value;
         let by_q = (by_angle(1) + varying(q, 0)) * p.value;
-        let by_both = by_angle(2) + varying(p, 1) + varying(q, 1);
-        let slopes = p.slope * (by_p * by_p)
-            + q.slope * (by_q * by_q)
-            + p.slope * q.slope * (by_both * by_both);
+        let mut slopes = p.slope * (by_p * by_p) + q.slope * (by_q * by_q);
+        if BOTH {
+            let by_both = by_angle(2) + varying(p, 1) + varying(q, 1);
+            slopes += p.slope * q.slope * (by_both * by_both);
+        }
         let factor = self.factor * SLOPE_MARGIN;
         (value * value + factor * factor * slopes).sqrt() * MARGIN
     }
@@ -340,7 +341,17 @@ fn bound_each_with_slopes(
     columns: [&[f64]; COLUMNS],
     out: &mut [f64],
 ) {
-    each(columns, out, |q| wedge.with_slopes(p, q));
+    each(columns, out, |q| wedge.with_slopes::<true>(p, q));
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn bound_each_with_slope(
+    wedge: &WedgeBound,
+    p: &Direction,
+    columns: [&[f64]; COLUMNS],
+    out: &mut [f64],
+) {
+    each(columns, out, |q| wedge.with_slopes::<false>(p, q));
 }
 
 #[inline(always)]
@@ -522,7 +533,7 @@ mod tests {
             let exact = (along.slope * turn.by_first.norm_sqr()).sqrt();
             let bound = wedge
                 .bound
-                .with_slopes(&wedge.direction(&along), &wedge.direction(&other));
+                .with_slopes::<false>(&wedge.direction(&along), &wedge.direction(&other));
             worst = worst.max(bound / exact);
         }
         eprintln!("the bound along a wall is at most {worst:.2} times the slope");
