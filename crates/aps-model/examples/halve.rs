@@ -2,6 +2,8 @@
 //! model is given as a fact stay as they are.
 //!
 //! `cargo run --release -p aps-model --example halve -- best.safetensors weights.safetensors`
+//!
+//! Of a checkpoint, `last.safetensors`, it takes the predictor; that does not say its model, which is then named behind the files.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -14,9 +16,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (from, to) = from
         .zip(to)
         .ok_or("give the file to read and the one to write")?;
-    let label = read_label(Path::new(&from))?.ok_or("it does not say its model")?;
+    let label = match (std::env::args().nth(3), read_label(Path::new(&from))?) {
+        (Some(model), _) => format!("{model} small"),
+        (None, Some(label)) => format!("{} {}", label.kind, label.preset),
+        (None, None) => return Err("it does not say its model: name it behind the files".into()),
+    };
+    let read = files::load(&from, &Device::Cpu)?;
+    let is_checkpoint = read.keys().any(|name| name.starts_with("predictor."));
     let mut tensors = BTreeMap::new();
-    for (name, tensor) in files::load(&from, &Device::Cpu)? {
+    for (name, tensor) in read {
+        let name = match (is_checkpoint, name.strip_prefix("predictor.")) {
+            (false, _) => name,
+            (true, Some(name)) if !name.starts_with("optimizer.") => name.to_owned(),
+            (true, _) => continue,
+        };
         let is_large = tensor.rank() > 1 && tensor.dtype().is_float();
         let halved = match is_large && !name.starts_with("fixed.") {
             true => tensor.to_dtype(DType::F16)?,
@@ -24,7 +37,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         tensors.insert(name, halved);
     }
-    let label = format!("{} {}", label.kind, label.preset);
     let metadata = HashMap::from([("model".to_owned(), label)]);
     Ok(std::fs::write(
         to,

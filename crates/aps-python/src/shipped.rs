@@ -6,11 +6,18 @@ use pyo3::types::PyBytes;
 
 /// Models whose weights are shipped, their files, and the settings of their trainings. `aps-model`, which has them, would bring
 /// candle with it.
-const SHIPPED: [(&str, &[u8], &str); 1] = [(
-    "polar_reg",
-    include_bytes!("../../aps-model/shipped/polar_reg/weights.safetensors"),
-    include_str!("../../aps-model/shipped/polar_reg/config.json"),
-)];
+const SHIPPED: [(&str, &[u8], &str); 2] = [
+    (
+        "ms_areg",
+        include_bytes!("../../aps-model/shipped/ms_areg/weights.safetensors"),
+        include_str!("../../aps-model/shipped/ms_areg/config.json"),
+    ),
+    (
+        "polar_reg",
+        include_bytes!("../../aps-model/shipped/polar_reg/weights.safetensors"),
+        include_str!("../../aps-model/shipped/polar_reg/config.json"),
+    ),
+];
 
 /// The shipped weights of a model, as safetensors, and the settings of their training, as JSON.
 #[pyfunction]

@@ -438,7 +438,7 @@ def shipped(name: str = "polar_reg") -> nn.Module:
     Parameters
     ----------
     name : str
-        Model of which weights are shipped: "polar_reg", which learnt labels of the protocol "paper".
+        Model of which weights are shipped, "ms_areg" or "polar_reg": both learnt labels of the protocol "paper".
 
     Returns
     -------

@@ -253,5 +253,5 @@ def test_shipped_weights_load_in_one_line(data: Path, tmp_path: Path) -> None:
         models.check(models.build("polar_reg"), data)
     paper = map2aps.make_dataset(tmp_path / "paper", 1, tx_per_map=1, rx_per_map=2, protocol="paper", progress=None)
     models.check(model, paper.path)
-    with pytest.raises(ValueError, match="no weights of 'vit_reg' are shipped, only of polar_reg"):
+    with pytest.raises(ValueError, match="no weights of 'vit_reg' are shipped, only of ms_areg, polar_reg"):
         models.shipped("vit_reg")

@@ -39,7 +39,10 @@ macro_rules! shipped {
 }
 
 /// Everything that is shipped.
-const ALL: [Shipped; 1] = [shipped!(PolarReg, Small, "polar_reg")];
+const ALL: [Shipped; 2] = [
+    shipped!(MsAreg, Small, "ms_areg"),
+    shipped!(PolarReg, Small, "polar_reg"),
+];
 
 impl Shipped {
     /// Everything that is shipped, in the order in which the models are listed.
