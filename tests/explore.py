@@ -331,12 +331,12 @@ def choose(page, key, value):
 def check_slopes(page, xtask, folder):
     """Two diffractions in the street of the transmitter: slopes change levels, and the command line has the same."""
     choose(page, "diffractions", 2)
-    without = page.eval(PATHS % "paths")
-    choose(page, "slopes", "on")
-    must("slopes=on" in page.eval("location.hash"), "slopes are in the address")
-    must(page.eval(PATHS % "paths") != without, "slopes change the link")
-    same_as_trace(page, xtask, folder, "with slopes")
+    there = page.eval(PATHS % "paths")
     choose(page, "slopes", "off")
+    must("slopes=off" in page.eval("location.hash"), "slopes are in the address")
+    must(page.eval(PATHS % "paths") != there, "slopes change the link")
+    same_as_trace(page, xtask, folder, "without slopes")
+    choose(page, "slopes", "on")
     choose(page, "diffractions", 1)
 
 

@@ -19,7 +19,7 @@ class Limits(TypedDict, total=False):
     frequency_hz : carrier, 1 to 1e18; 3.5e9.
     material : of the walls: "concrete" (after ITU-R P.2040-3), "pec", or (relative permittivity, conductivity in S/m).
     max_reflections, max_diffractions, max_interactions : most of each on a path; 2, 1 and 3.
-    slope_diffraction : waves from corner to corner take their slope along; False.
+    slope_diffraction : waves from corner to corner take their slope along; True.
     dynamic_range_db : paths weaker than the link's strongest by more are left out; 60, None keeps all.
     max_fallback_diffractions : links without a path go on with up to so many diffractions, at estimated levels; 0, none do.
     max_images, max_wave_bytes : bounds on memory, beyond which a trace is refused.

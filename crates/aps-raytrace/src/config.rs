@@ -39,7 +39,7 @@ pub struct TraceConfig {
     /// Most interactions on a path, of either kind.
     pub max_interactions: usize,
     /// Waves from corner to corner take their slope along: slope diffraction. Without it such paths are cascades of
-    /// coefficients, and nothing goes along a wall from corner to corner.
+    /// coefficients, and nothing goes along a wall from corner to corner. With one diffraction at most it changes nothing.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slope_diffraction: bool,
     /// Paths weaker than the link's strongest by more than this \[dB\] are left out; `None` keeps
@@ -67,7 +67,7 @@ impl Default for TraceConfig {
             max_reflections: 2,
             max_diffractions: 1,
             max_interactions: 3,
-            slope_diffraction: false,
+            slope_diffraction: true,
             dynamic_range_db: Some(60.0),
             max_fallback_diffractions: 0,
             max_images: 10_000_000,

@@ -14,6 +14,9 @@
 //! along the wall, from -1 at first by [`grazing_slope`](crate::material::Reflector::grazing_slope), which is part of the slope; other rays
 //! take Gamma as constant, for the waves that a reflector returns from a slope of Gamma are no rays.
 //!
+//! **Corners closer than 1/k** see no slope of each other: mu grows up to 1 there and falls with the distance below it, so that a corner that is
+//! cut off by a wall of a nanometre stays the corner it was.
+//!
 //! **Continuity.** D jumps where a ray appears, its slope does not: D is odd in the angle from a boundary.
 
 use std::f64::consts::TAU;
@@ -144,7 +147,7 @@ pub(crate) struct Slopes {
 }
 
 impl Slopes {
-    /// mu / j for a leg from a corner, where `ray` leaves, to another: its sign is that of the reflections on it.
+    /// mu / j for a leg from a corner, where `ray` leaves, to another, at most 1: its sign is that of the reflections on it.
     pub fn factor(self, leg: &Leg, ray: &Ray) -> f64 {
         let sign = if leg.reflections.is_multiple_of(2) {
             1.0
@@ -153,7 +156,8 @@ impl Slopes {
         };
         let is_along_a_wall = ray.is_along_a_face() && leg.ray.is_along_a_face();
         let share = if is_along_a_wall { 0.5 } else { 1.0 };
-        sign * share * self.wavelength_m / (TAU * ray.length_m)
+        let distance = TAU * ray.length_m / self.wavelength_m;
+        sign * share * distance.min(distance.recip())
     }
 }
 

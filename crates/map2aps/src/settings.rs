@@ -127,7 +127,7 @@ struct TraceSettings {
     max_reflections: usize,
     max_diffractions: usize,
     max_interactions: usize,
-    /// Missing where it is off, as in manifests of versions that had none.
+    /// Missing where it is off, as in manifests of versions that had none, and where it changes nothing: see [`decides_slopes`].
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     slope_diffraction: bool,
     dynamic_range_db: Option<f64>,
@@ -143,6 +143,11 @@ struct TraceSettings {
 enum MaterialSetting {
     Named(String),
     Values([f64; 2]),
+}
+
+/// Tells if paths have a leg from corner to corner, which alone takes a slope along.
+fn decides_slopes(max_diffractions: usize) -> bool {
+    max_diffractions > 1
 }
 
 impl TraceSettings {
@@ -161,7 +166,7 @@ impl TraceSettings {
             max_reflections: config.max_reflections,
             max_diffractions: config.max_diffractions,
             max_interactions: config.max_interactions,
-            slope_diffraction: config.slope_diffraction,
+            slope_diffraction: config.slope_diffraction && decides_slopes(config.max_diffractions),
             dynamic_range_db: config.dynamic_range_db,
             accuracy_db: None,
             max_fallback_diffractions: config.max_fallback_diffractions,
@@ -191,7 +196,7 @@ impl TraceSettings {
             max_reflections: self.max_reflections,
             max_diffractions: self.max_diffractions,
             max_interactions: self.max_interactions,
-            slope_diffraction: self.slope_diffraction,
+            slope_diffraction: self.slope_diffraction || !decides_slopes(self.max_diffractions),
             dynamic_range_db: self.dynamic_range_db,
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..TraceConfig::default()
@@ -230,6 +235,7 @@ mod tests {
                 material,
                 dynamic_range_db: None,
                 frequency_hz: 0.1 + 28e9,
+                max_diffractions: 2,
                 slope_diffraction: material == Material::PerfectConductor,
                 ..TraceConfig::default()
             };

@@ -2,7 +2,7 @@
 
 /** Limits and label of the command line's defaults, and the curves that are drawn over the spectrum. */
 export const DEFAULTS = {
-  reflections: 2, diffractions: 1, slopes: 'off', range: 60, frequency: 3.5e9, material: 'concrete',
+  reflections: 2, diffractions: 1, slopes: 'on', range: 60, frequency: 3.5e9, material: 'concrete',
   protocol: 'paper', array: 'ula', elements: 16, spacing: 0.5, heading: 0, bandwidth: 200e6,
   other: 'on', converged: 'off', model: 'off',
 };

@@ -165,9 +165,7 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
     option("--rx", &format_args!("{c},{d}"));
     option("--max-reflections", &config.max_reflections);
     option("--max-diffractions", &config.max_diffractions);
-    if config.slope_diffraction {
-        option("--slope-diffraction", &true);
-    }
+    option("--slope-diffraction", &config.slope_diffraction);
     option("--frequency-hz", &config.frequency_hz);
     option("--material", &question.trace.material);
     option("--close-gaps", &maps.scene.close_gaps_m);

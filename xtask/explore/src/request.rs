@@ -83,7 +83,6 @@ pub struct TraceChoice {
     /// Most diffractions on a path.
     pub diffractions: usize,
     /// Waves from corner to corner take their slope along.
-    #[serde(default)]
     pub slope_diffraction: bool,
     /// Paths are left out below the strongest by this \[dB\]; none keeps all.
     pub dynamic_range_db: Option<f64>,

@@ -113,7 +113,7 @@ fn question(port: u16, map: u32) -> Value {
         "tx": city["tx"],
         "rx": city["rx"],
         "trace": {
-            "reflections": 2, "diffractions": 1, "dynamic_range_db": 60.0,
+            "reflections": 2, "diffractions": 1, "slope_diffraction": true, "dynamic_range_db": 60.0,
             "frequency_hz": 3.5e9, "material": "concrete",
         },
         "label": {
@@ -316,6 +316,7 @@ fn slopes_are_those_of_the_tracer_and_of_the_command_line() {
     let mut question = question(port, 0);
     question["trace"]["diffractions"] = 2.into();
     question["trace"]["dynamic_range_db"] = json!(null);
+    question["trace"]["slope_diffraction"] = false.into();
     let without = post(port, "/api/link", &question).json();
     question["trace"]["slope_diffraction"] = true.into();
     let with = post(port, "/api/link", &question).json();
