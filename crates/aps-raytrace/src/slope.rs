@@ -8,7 +8,7 @@
 //! that over, mu its sign. In a chain value and slope go from corner to corner, two numbers, and each corner is a
 //! matrix of D and its derivatives by one angle, by the other and by both. All of it is symmetric, so reciprocal.
 //!
-//! **Along a wall** from one of its ends to the other the value is 0, and only the slope goes on. The slope of D_1 is that of the wave and
+//! **Along a wall** that reflects, from one of its ends to the other, the value is 0, and only the slope goes on. The slope of D_1 is that of the wave and
 //! of its reflection together, and so is what D_2' expects: half of mu. With finite conductivity too the value is 0 there, to the
 //! order in 1/k that rays have; of Luebbers' heuristic a rest remains, which is left out. Gamma varies with the angle of the ray
 //! along the wall, from -1 at first by [`grazing_slope`](crate::material::Reflector::grazing_slope), which is part of the slope; other rays

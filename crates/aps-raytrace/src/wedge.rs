@@ -65,9 +65,10 @@ pub(crate) struct Ray {
 }
 
 impl Ray {
-    /// Returns true when the ray runs along one of the faces.
+    /// Returns true when the ray runs along one of the faces, and that one reflects: walls of vacuum do not.
     pub fn is_along_a_face(&self) -> bool {
-        self.from_0.min(self.from_n) < ALONG_RAD
+        let along = |angle: f64, gamma: Complex64| angle < ALONG_RAD && gamma != Complex64::ZERO;
+        along(self.from_0, self.gamma_0) || along(self.from_n, self.gamma_n)
     }
 
     /// Returns true when the ray is the end of a leg along a face of which only the slope goes on.
