@@ -109,6 +109,7 @@ fn walls_of_a_nanometre_change_no_other_path() {
         ..all_paths()
     };
     let ends = points("-7,-5 30,-4 25,22 -3,15");
+    let mut over_the_cut = 0;
     for cut in [1e-9, 1e-6] {
         let chamfered = polygon(&format!("0,0 {},0 20,{cut} 20,10 0,10", 20.0 - cut));
         let scenes = [rectangle(0.0, 0.0, 20.0, 10.0), chamfered].map(|f| scene(&[f]));
@@ -123,6 +124,13 @@ fn walls_of_a_nanometre_change_no_other_path() {
                 for path in &after {
                     assert!(path.gain.is_finite() && path.length_m.is_finite());
                     assert!(path.gain.norm() <= 2.0 * friis(path.length_m), "{path:?}");
+                    // Over the wall that cuts the corner off: less of it the shorter it is.
+                    let mut legs = path.interactions.windows(2);
+                    if legs.any(|i| i[0].point.distance(i[1].point) < 2.0 * cut) {
+                        let strength = path.gain.norm() / friis(path.length_m);
+                        assert!(strength <= 100.0 * cut.sqrt(), "{strength:e}: {path:?}");
+                        over_the_cut += 1;
+                    }
                 }
                 let specular = |paths: &[PathRecord]| -> Vec<f64> {
                     let is_specular = |p: &&PathRecord| {
@@ -141,4 +149,5 @@ fn walls_of_a_nanometre_change_no_other_path() {
             }
         }
     }
+    assert!(over_the_cut > 0);
 }
