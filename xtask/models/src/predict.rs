@@ -5,8 +5,8 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Error, Result, bail, ensure};
-use aps_data::npy::{self, Element};
 use aps_data::Part;
+use aps_data::npy::{self, Element};
 use aps_model::condition::{ConditionConfig, InputKind};
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::{ProgressBar, ProgressStyle};
