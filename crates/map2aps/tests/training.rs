@@ -2,9 +2,11 @@
 #![cfg(feature = "models")]
 
 use std::fs;
+use std::num::NonZeroU64;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use map2aps::aps_metrics::{Better, Metric};
 use map2aps::aps_model::train::StepReport;
 use map2aps::aps_model::{ANGLE_BINS, ModelKind, Preset};
 use map2aps::training::*;
@@ -118,6 +120,49 @@ fn a_cancelled_training_on_fields_continues_to_the_same_bytes() {
     training.config.epochs = 1;
     training.config.batch = 12;
     continues_to_the_same_bytes(training);
+}
+
+/// The step whose row in `scores.csv` is best in a metric, the first of equals.
+fn best_row(scores: &str, metric: Metric) -> u64 {
+    let mut rows = scores.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let names = rows.next().unwrap();
+    let name = format!("dev_{}", metric.key());
+    let column = names.iter().position(|of| *of == name).unwrap();
+    let sign = match metric.better() {
+        Better::Lower => 1.0,
+        Better::Higher => -1.0,
+    };
+    let cost = |row: &Vec<&str>| sign * row[column].parse::<f64>().unwrap();
+    let best = rows.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap();
+    best[0].parse().unwrap()
+}
+
+#[test]
+fn the_best_weights_are_those_of_the_metric_that_is_asked_for() {
+    let root = tempfile::tempdir().unwrap();
+    let dataset = dataset(&root.path().join("data"));
+    let mut steps = Vec::new();
+    for (selection, metric) in [
+        (Selection::Loss, Metric::Mse),
+        (Selection::Metric(Metric::Cosine), Metric::Cosine),
+        (Selection::Metric(Metric::Recall4Deg), Metric::Recall4Deg),
+    ] {
+        let mut training = Training {
+            selection,
+            score_every: NonZeroU64::new(1),
+            ..training()
+        };
+        training.config.epochs = 3;
+        let folder = RunFolder::create(&root.path().join(metric.key())).unwrap();
+        let mut run = training.prepare(&dataset, folder.clone(), false).unwrap();
+        run.train(&Control::default()).unwrap();
+        let scores = fs::read_to_string(folder.scores()).unwrap();
+        assert_eq!(run.best_steps(), Some(best_row(&scores, metric)));
+        assert_eq!(run.settings().chosen_by.as_deref(), Some(metric.key()));
+        steps.extend(run.best_steps());
+    }
+    steps.dedup();
+    assert!(steps.len() > 1, "each metric has its best there: {steps:?}");
 }
 
 #[test]
