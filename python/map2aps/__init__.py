@@ -8,7 +8,9 @@
 
 Lengths are metres, times seconds, angles radians counter-clockwise from x unless a name says otherwise (``_db``, ``_deg``). Every
 function takes anything that NumPy makes an array of, copies it, and computes in double precision on all cores without Python's
-lock; Ctrl-C ends it, or, where it cannot stop inside (making scenes and tracers, scores, batches), leaves it to be done unheard. Results are the same bits for any number of threads, which ``RAYON_NUM_THREADS`` limits.
+lock; Ctrl-C ends it, or, where it cannot stop inside (making scenes and tracers, scores, batches), leaves it to be done unheard.
+Results are the same bits for any number of threads, which ``RAYON_NUM_THREADS`` limits. Where a function takes a protocol it is
+"released" by default.
 
 Arrays and numbers of a wrong shape, type or value raise ``ValueError``, an unknown setting or an object of another class
 ``TypeError``, what the system refuses ``OSError``, a file that is not there ``FileNotFoundError``.

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 Protocol: TypeAlias = Literal["paper", "released"]
+# Of every function that takes one, as of ``cargo xtask dataset``.
+USUAL_PROTOCOL: Protocol = "released"
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import Array, Protocol, label_settings
+from ._arrays import USUAL_PROTOCOL, Array, Protocol, label_settings
 from ._paths import Limits
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def make_dataset(
     receivers: Literal["reached", "outdoor"] = "reached",
     map_ids: list[int] | None = None,
     seed: int = 42,
-    protocol: Protocol = "released",
+    protocol: Protocol = USUAL_PROTOCOL,
     array: Array | None = None,
     sampling_rate_hz: float | None = None,
     store_pdp: bool = False,

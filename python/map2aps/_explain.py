@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import _native
-from ._arrays import Array, Protocol, label_settings
+from ._arrays import USUAL_PROTOCOL, Array, Protocol, label_settings
 from ._paths import Paths, held
 
 
@@ -47,7 +47,7 @@ def explain(
     scene: _native.Scene,
     paths: Paths,
     link: int = 0,
-    protocol: Protocol = "paper",
+    protocol: Protocol = USUAL_PROTOCOL,
     array: Array | None = None,
     title: str | None = None,
 ) -> Html:
@@ -60,7 +60,7 @@ def explain(
     paths : Paths
     link : int
         The link among them.
-    protocol : {"paper", "released"}
+    protocol : {"released", "paper"}
         Definition of the spectrum.
     array : UniformLinear or UniformCircular, optional
         The receiving array.

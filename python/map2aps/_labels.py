@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import Array, Protocol, label_settings
+from ._arrays import USUAL_PROTOCOL, Array, Protocol, label_settings
 from ._paths import Paths, held
 
 
@@ -51,7 +51,7 @@ class Profiles:
 
 def label(
     paths: Paths,
-    protocol: Protocol = "released",
+    protocol: Protocol = USUAL_PROTOCOL,
     array: Array | None = None,
     sampling_rate_hz: float | None = None,
 ) -> Labels:
@@ -77,7 +77,7 @@ def label(
 
 def pdp(
     paths: Paths,
-    protocol: Protocol = "released",
+    protocol: Protocol = USUAL_PROTOCOL,
     array: Array | None = None,
     sampling_rate_hz: float | None = None,
     delay_points: int | None = None,

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import Protocol
+from ._arrays import USUAL_PROTOCOL, Protocol
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Scores:
 def metrics(
     truth: npt.ArrayLike,
     prediction: npt.ArrayLike,
-    protocol: Protocol = "released",
+    protocol: Protocol = USUAL_PROTOCOL,
     map_ids: npt.ArrayLike | None = None,
     data_range: float | None = None,
 ) -> Scores:

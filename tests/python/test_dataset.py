@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import map2aps
+from map2aps import _native
 
 
 def test_a_data_set_has_its_maps_and_arrays(data: Path) -> None:
@@ -141,3 +142,11 @@ def test_an_array_of_another_shape_is_refused(data: Path, tmp_path: Path) -> Non
     np.save(tmp_path / "set" / "map_0000" / "status.npy", np.zeros(5, np.uint8))
     with pytest.raises(ValueError, match=r"\(5,\).*\(3,\)"):
         copy[0]["status"]
+
+
+def test_a_batch_beyond_all_memory_is_refused_before_any_is_taken(data: Path) -> None:
+    settings = {"size": 4096, "mirror": False, "linear": True, "polar": False, "maps": None}
+    examples = _native.Examples(data, "train", settings)
+    # 51.5 GB.
+    with pytest.raises(MemoryError, match="numbers: 256 of 50331648 values each"):
+        examples.batch([0] * 256)

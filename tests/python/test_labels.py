@@ -1,3 +1,5 @@
+import inspect
+
 import numpy as np
 import pytest
 
@@ -115,3 +117,10 @@ def test_columns_of_paths_that_do_not_fit_are_named() -> None:
     ]:
         with pytest.raises(ValueError, match=told):
             map2aps.label(paths.replace(**{name: value}))
+
+
+def test_every_function_takes_the_same_protocol_by_default() -> None:
+    functions = [getattr(map2aps, name) for name in map2aps.__all__]
+    signatures = [inspect.signature(of) for of in functions if inspect.isfunction(of)]
+    defaults = [of.parameters["protocol"].default for of in signatures if "protocol" in of.parameters]
+    assert defaults == ["released"] * 5

@@ -53,3 +53,5 @@ def test_ends_that_cannot_stand_where_they_are_are_named(scene: map2aps.Scene) -
             view.input(tx, rx)
     with pytest.raises(TypeError, match="Scene"):
         map2aps.PolarView([HOUSE])
+    with pytest.raises(MemoryError, match="rx: links: 121000000 of"):
+        view.input(np.full((11_000, 2), 1.0), np.full((11_000, 2), 2.0))

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p aps-model --example halve -- best.safetensors weights.safetensors`
 //!
-//! Of a checkpoint, `last.safetensors`, it takes the predictor; that does not say its model, which is then named behind the files.
+//! It takes the predictor of a checkpoint, `last.safetensors`, too; that does not say its model, which is then named behind the files.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;

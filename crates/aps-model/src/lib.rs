@@ -2,8 +2,8 @@
 //!
 //! A model is a [`ModuleT`](candle_core::ModuleT), built from a [`VarBuilder`](candle_nn::VarBuilder): from candle's `VarMap`, from
 //! a file, or [`seeded`] as in the benchmark. Input of all models but one is a batch of condition images (batch, 3,
-//! height, width): buildings, transmitter heatmap, receiver heatmap; [`ModelKind::PolarReg`] takes fields of the geometry, which
-//! another crate makes of the scene. Output is (batch, 180): the normalised spectrum.
+//! height, width): buildings, transmitter heatmap, receiver heatmap; [`ModelKind::PolarReg`] takes ways along rays, which another
+//! crate finds in the scene. Output is (batch, 180): the normalised spectrum.
 //!
 //! The main items:
 //! - [`ModelKind`] names the eight models of the benchmark and builds them in the sizes of a [`Preset`];

@@ -7,7 +7,7 @@ use numpy::{
     Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
     PyUntypedArray, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
@@ -148,6 +148,28 @@ pub fn points(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Vec<DVec
     let values = argument.values::<f64>()?;
     let (points, _) = values.as_chunks();
     Ok(points.iter().copied().map(DVec2::from).collect())
+}
+
+/// Largest size of what is made at once \[bytes\]. Where memory is promised freely, more would be granted, and end the program
+/// when it is written to.
+const MAX_BYTES: usize = 16 << 30;
+
+/// Zeros for `rows` of `values` numbers each.
+///
+/// # Errors
+/// `MemoryError`, before anything is taken, for more than can be had.
+pub fn zeros(name: &str, rows: usize, values: usize) -> PyResult<Vec<f32>> {
+    let length = rows.saturating_mul(values);
+    let mut zeros = Vec::new();
+    let is_small = length.saturating_mul(size_of::<f32>()) <= MAX_BYTES;
+    if !is_small || zeros.try_reserve_exact(length).is_err() {
+        return Err(PyMemoryError::new_err(format!(
+            "{name}: {rows} of {values} values each are too many at once; ask for fewer at a time, at most {} GiB",
+            MAX_BYTES >> 30
+        )));
+    }
+    zeros.resize(length, 0.0);
+    Ok(zeros)
 }
 
 /// An array of numbers, row by row, in a shape.

@@ -9,7 +9,7 @@ use numpy::PyArrayDyn;
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::arrays::{Argument, Kind, shaped};
+use crate::arrays::{Argument, Kind, shaped, zeros};
 use crate::given::Given;
 use crate::maps::Maps;
 use crate::run::run_owned;
@@ -101,11 +101,10 @@ impl Examples {
             .collect::<PyResult<Vec<_>>>()?;
         let (drawn, rows) = (Arc::clone(&self.drawn), numbers.len());
         let (shape, bins) = (self.drawn.input_shape(), self.drawn.examples().bins());
+        let mut inputs = zeros("numbers", rows, shape.iter().product())?;
+        let mut targets = zeros("numbers", rows, bins)?;
         let shape = [&[rows], &shape[..]].concat();
-        let length = shape.iter().product();
         let (inputs, targets) = run_owned(py, move || {
-            let mut inputs = vec![0.0; length];
-            let mut targets = vec![0.0; numbers.len() * bins];
             drawn.write(&numbers, &mut inputs, &mut targets)?;
             Ok((inputs, targets))
         })?;

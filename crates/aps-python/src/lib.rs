@@ -5,6 +5,7 @@
 //! threads of its own, without Python's lock, and ends at Ctrl-C.
 
 mod arrays;
+mod differences;
 mod error;
 mod examples;
 mod explain;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 /// The native part of `map2aps`.
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use super::differences::label_differences;
     #[pymodule_export]
     use super::examples::Examples;
     #[pymodule_export]

@@ -4,10 +4,9 @@ use map2aps::aps_raytrace::polar::Mirror;
 use map2aps::error::Place;
 use map2aps::{Error, PolarViews, SeenLink};
 use numpy::PyArrayDyn;
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
-use crate::arrays::{points, shaped};
+use crate::arrays::{points, shaped, zeros};
 use crate::run::{run, run_owned};
 use crate::scene::Scene;
 
@@ -52,12 +51,7 @@ impl PolarView {
         let (tx, rx) = (points(tx, "tx")?, points(rx, "rx")?);
         let shape = PolarViews::shape();
         let links = tx.len().saturating_mul(rx.len());
-        let mut values: Vec<f32> = Vec::new();
-        let length = links.saturating_mul(shape.values());
-        if values.try_reserve_exact(length).is_err() {
-            let text = format!("{links} links of {} values each", shape.values());
-            return Err(PyMemoryError::new_err(text));
-        }
+        let mut values = zeros("rx: links", links, shape.values())?;
         let values = run(py, None, |control| {
             let pairs = tx.iter().flat_map(|tx| rx.iter().map(move |rx| (tx, rx)));
             let seen = pairs.map(|(tx, rx)| SeenLink {
@@ -67,7 +61,6 @@ impl PolarView {
                 mirror: Mirror::default(),
             });
             let seen: Vec<SeenLink> = seen.collect();
-            values.resize(length, 0.0);
             for (part, links) in seen.chunks(AT_A_TIME).enumerate() {
                 if control.is_cancelled() {
                     return Err(Error::Cancelled);

@@ -260,7 +260,7 @@ impl Examples {
     /// The form in which the labels are learnt.
     ///
     /// # Errors
-    /// Where labels stay on disk, those of [`Target::of`].
+    /// Errors of [`Target::of`], where labels stay on disk.
     pub(crate) fn form(&self) -> Result<Target> {
         match &self.labels {
             Labels::Held(_, target) => Ok(*target),

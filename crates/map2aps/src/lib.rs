@@ -48,6 +48,7 @@
 mod batch;
 pub mod control;
 mod dataset;
+mod differences;
 mod drawn;
 pub mod error;
 mod examples;
@@ -82,6 +83,7 @@ pub use aps_raytrace::TraceConfig;
 pub use batch::{LinkLabels, label_links, trace_links};
 pub use control::{Control, Progress, Work};
 pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
+pub use differences::Difference;
 pub use drawn::DrawnExamples;
 pub use error::{Error, Place, Result};
 pub use examples::{Draw, Example, Examples};

@@ -1,7 +1,7 @@
 //! Weights that come with `aps-model`, on a small data set of another city.
 #![cfg(all(feature = "models", feature = "geojson"))]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
@@ -83,7 +83,18 @@ fn shipped_weights_take_little_room_and_have_their_card() {
     }
 }
 
-/// Without the data set, from the scene alone: the same bits, and the scores that a label in dB gives.
+/// The Python package has a list of its own, held to the same folder by its tests.
+#[test]
+fn everything_in_the_folder_of_shipped_weights_is_listed() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../aps-model/shipped");
+    let names = fs::read_dir(folder).unwrap();
+    let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let listed = Shipped::all().map(|shipped| shipped.label.kind.name().to_owned());
+    assert_eq!(names.collect::<BTreeSet<_>>(), listed.collect());
+}
+
+/// Without the data set, from the scene alone: the same spectra but for the rounding of batches of other sizes, and the scores
+/// that a label in dB gives.
 #[test]
 fn single_links_are_predicted_as_those_of_a_data_set() {
     let dataset = training::open(&data("shipped")).unwrap();

@@ -1,14 +1,15 @@
 """The models of the benchmark in PyTorch, with the names and shapes of parameters that the files of ``cargo xtask train`` have.
 
 Each takes condition images of shape (batch, 3, height, width), Polar-Reg what `map2aps.PolarView` makes; `map2aps.torch.ApsDataset`
-has both. They give spectra of shape (batch, 180) in the data set's normalised domain. All sizes but the spectrum's follow from ``width``, the channels of the first stage: 64 in the paper, 32 in the preset
-"small" for CPUs (16 of RadioUNet; a smaller transformer).
+has both. They give spectra of shape (batch, 180) in the data set's normalised domain. All sizes but the spectrum's follow from
+``width``, the channels of the first stage: 64 in the paper, 32 in the preset "small" for CPUs (16 of RadioUNet; a smaller transformer).
 """
 
 from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -295,7 +296,7 @@ class PolarBlock(nn.Module):
 
 
 class PolarSpectrum(nn.Module):
-    """What is known of the labels, and not learnt: the array's response, and how spectra are normalised."""
+    """Facts of the labels, which are given and not learnt: the array's response, and how spectra are normalised."""
 
     array: Tensor
     mean: Tensor
@@ -397,7 +398,15 @@ def build(name: str, preset: Preset = "paper") -> nn.Module:
     return model
 
 
-def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset = "paper") -> nn.Module:
+def _told(kind: str | None) -> tuple[str, Preset] | None:
+    """Model and preset of a file's metadata; None of a file that tells none, or one of another program."""
+    name, _, preset = (kind or "").partition(" ")
+    if name not in MODELS or preset not in ("paper", "small"):
+        return None
+    return name, "paper" if preset == "paper" else "small"
+
+
+def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset | None = None) -> nn.Module:
     """Makes a model with the weights of a file, set to evaluation.
 
     Parameters
@@ -405,7 +414,8 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset =
     file : path-like
         Safetensors, as ``cargo xtask train`` and `save` write.
     name, preset : optional
-        As of `build`; the file tells them by default.
+        As of `build`; as the file tells by default. Of a file that does not tell them the name must be given, and the preset is
+        "paper" unless it is.
 
     Returns
     -------
@@ -413,18 +423,25 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset =
         Its ``settings`` are those of the training (a dict), as ``config.json`` beside the file has them; None without one. Predictions are
         normalised with its ``settings["training_statistics"]``, not with those of the data that it is asked about: power relative to the
         link's maximum is ``y * std + mean``, for labels of ``settings["protocol"]`` "paper".
+
+    Raises
+    ------
+    ValueError
+        For a name or preset other than the file's own, and a file without a name where none is given.
     """
     from safetensors import safe_open
 
     with safe_open(os.fspath(file), "pt") as weights:
         kind = (weights.metadata() or {}).get("model")
-        if name is None:
-            if kind is None:
-                raise ValueError(f"{os.fspath(file)}: it does not tell its model; name it")
-            found, _, sizes = kind.partition(" ")
-            model = build(found, sizes)
-        else:
-            model = build(name, preset)
+        told = _told(kind)
+        if told is None:
+            if name is None:
+                raise ValueError(f"{os.fspath(file)}: it does not tell its model, but {kind!r}; name it")
+            told = name, preset or "paper"
+        wanted = name or told[0], preset or told[1]
+        if wanted != told:
+            raise ValueError(f"{os.fspath(file)}: it holds {' '.join(told)}, not {' '.join(wanted)}")
+        model = build(*wanted)
         model.load_state_dict({tensor: weights.get_tensor(tensor) for tensor in weights.keys()})
     beside = Path(file).with_name("config.json")
     settings: Any = json.loads(beside.read_text(encoding="utf-8")) if beside.is_file() else None
@@ -460,7 +477,8 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
     """Makes sure that a model predicts labels as those of a data set are made.
 
     Angles of the protocol "released" are half a turn from those of "paper", and another array sees other spectra: predictions look
-    as good, and are wrong.
+    as good, and are wrong. Of other limits, another material, carrier or sampling rate it warns: predictions are of paths that the
+    labels lack, or lack some of theirs.
 
     Parameters
     ----------
@@ -472,17 +490,26 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
     Raises
     ------
     ValueError
-        For labels of other settings (protocol, array, sampling rate), and a model without ``settings``.
+        For labels of another protocol or array, and a model without ``settings``.
+
+    Warns
+    -----
+    UserWarning
+        For labels of other limits, material, carrier or sampling rate.
     """
-    from map2aps import Dataset
+    from map2aps import Dataset, _native
 
     settings = getattr(model, "settings", None)
     if settings is None:
         raise ValueError("model: it has no settings that tell which labels it learnt")
-    learnt = settings["data_configuration"].get("label")
-    found = Dataset(data).manifest["configuration"].get("label")
-    if learnt != found:
-        raise ValueError(f"{os.fspath(data)}: its labels are made with {found}, the model learnt labels made with {learnt}")
+    learnt, found = (json.dumps(of) for of in (settings["data_configuration"], Dataset(data).manifest["configuration"]))
+    differences = _native.label_differences(settings["protocol"], learnt, found)
+    for is_of_meaning, difference in differences:
+        if is_of_meaning:
+            raise ValueError(f"{os.fspath(data)}: the model learnt labels of another meaning: {difference}")
+    if differences:
+        told = "; ".join(difference for _, difference in differences)
+        warnings.warn(f"{os.fspath(data)}: the model learnt other labels: {told}", stacklevel=2)
 
 
 def save(model: nn.Module, file: str | os.PathLike[str]) -> None:

@@ -12,7 +12,7 @@ NOTEBOOK = ROOT / "docs" / "notebooks" / "city-to-score.ipynb"
 
 
 def kinds(notebook: nbformat.NotebookNode) -> list[list[str]]:
-    """What each cell shows: the name of a stream, or the richest type of an output."""
+    """Outputs of each cell: the name of a stream, or the richest type of an output."""
     return [
         [output.get("name") or sorted(output.data, key=lambda kind: kind != "image/png")[0] for output in cell.get("outputs", [])]
         for cell in notebook.cells

@@ -1,19 +1,24 @@
 import importlib.util
+import json
 import pickle
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
 import torch
 from safetensors.numpy import load_file
+from safetensors.torch import save_file
 from torch.utils.data import DataLoader
 
 import map2aps
 from map2aps.torch import ApsDataset, models
 
 GOLDEN = Path(__file__).parents[2] / "golden"
+SHIPPED = Path(__file__).parents[2] / "data" / "shipped"
 
 
 def test_an_example_is_a_condition_and_the_target_that_predictions_are_scored_against(data: Path) -> None:
@@ -196,8 +201,21 @@ def test_weights_go_through_a_file_that_tells_its_model(tmp_path: Path) -> None:
         assert (tmp_path / "wrapped.safetensors").read_bytes() == (tmp_path / "weights.safetensors").read_bytes()
     with pytest.raises(ValueError, match="model: .*got Linear"):
         models.save(torch.nn.Linear(2, 2), tmp_path / "wrapped.safetensors")
-    with pytest.raises(RuntimeError, match="size mismatch"):
-        models.load(tmp_path / "weights.safetensors", "resnet_mlp", "paper")
+    for name, preset in [("resnet_mlp", "paper"), (None, "paper"), ("ms_mlp", "small"), ("ms_mlp", None)]:
+        told = f"holds resnet_mlp small, not {name or 'resnet_mlp'} {preset or 'small'}"
+        with pytest.raises(ValueError, match=told):
+            models.load(tmp_path / "weights.safetensors", name, preset)
+    for name, preset in [("resnet_mlp", None), (None, "small"), ("resnet_mlp", "small")]:
+        assert models.load(tmp_path / "weights.safetensors", name, preset).kind == "resnet_mlp small"
+    # Of another program, which says something else or nothing.
+    tensors = {name: tensor.contiguous() for name, tensor in model.state_dict().items()}
+    for metadata in ({"model": "resnet18 imagenet"}, None):
+        save_file(tensors, tmp_path / "foreign.safetensors", metadata)
+        assert models.load(tmp_path / "foreign.safetensors", "resnet_mlp", "small").kind == "resnet_mlp small"
+        with pytest.raises(ValueError, match="does not tell its model"):
+            models.load(tmp_path / "foreign.safetensors")
+        with pytest.raises(RuntimeError, match="size mismatch"):
+            models.load(tmp_path / "foreign.safetensors", "resnet_mlp")
     for bad in (("resnet", "paper"), ("ms_mlp", "tiny")):
         with pytest.raises(ValueError, match=bad[0] if bad[1] == "paper" else bad[1]):
             models.build(*bad)
@@ -247,11 +265,44 @@ def test_shipped_weights_load_in_one_line(data: Path, tmp_path: Path) -> None:
     values = models.POLAR_WAYS * models.POLAR_FEATURES + models.POLAR_NUMBERS
     spectrum = model(torch.zeros(1, models.POLAR_DIRECTIONS, values))
     assert spectrum.shape == (1, 180) and torch.isfinite(spectrum).all()
-    with pytest.raises(ValueError, match="'protocol': 'released'.*'protocol': 'paper'"):
+    with pytest.raises(ValueError, match="protocol: paper in the training, released here"):
         models.check(model, data)
     with pytest.raises(ValueError, match="no settings"):
         models.check(models.build("polar_reg"), data)
-    paper = map2aps.make_dataset(tmp_path / "paper", 1, tx_per_map=1, rx_per_map=2, protocol="paper", progress=None)
-    models.check(model, paper.path)
+    few: dict[str, Any] = {"tx_per_map": 1, "rx_per_map": 2, "protocol": "paper", "progress": None}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        models.check(model, map2aps.make_dataset(tmp_path / "paper", 1, store_pdp=True, **few).path)
+    eight = map2aps.make_dataset(tmp_path / "eight", 1, array=map2aps.UniformLinear(8), **few)
+    with pytest.raises(ValueError, match="array: .*16.* in the training, .*8.* here"):
+        models.check(model, eight.path)
+    converged = map2aps.make_dataset(
+        tmp_path / "converged", 1, max_diffractions=2, material="pec", frequency_hz=28e9, sampling_rate_hz=100e6, **few
+    )
+    with pytest.warns(UserWarning) as told:
+        models.check(model, converged.path)
+    for setting in ("max_diffractions: 1 in the training, 2 here", "material: concrete", "frequency_hz", "sampling_rate_hz"):
+        assert setting in str(told[0].message)
     with pytest.raises(ValueError, match="no weights of 'vit_reg' are shipped, only of ms_areg, polar_reg"):
         models.shipped("vit_reg")
+
+
+@pytest.mark.parametrize("name", ["ms_areg", "polar_reg"])
+def test_shipped_weights_reproduce_their_scores(name: str) -> None:
+    stated = json.loads((SHIPPED.with_suffix(".json")).read_text(encoding="utf-8"))[name]
+    model = models.shipped(name)
+    models.check(model, SHIPPED)
+    maps = {"condition": "polar", "maps": SHIPPED.parent / "helsinki.geojson"} if name == "polar_reg" else {}
+    linear, examples = (ApsDataset(SHIPPED, "test", domain=domain, **maps) for domain in ("linear", "normalised"))
+    conditions, truth = examples.batch(np.arange(len(examples)))
+    with torch.no_grad():
+        prediction = model(conditions).double()
+    # From the statistics of the training to those of this data set, which its targets and their power give.
+    own = model.settings["training_statistics"]
+    power = linear.batch(np.arange(len(linear)))[1].double()
+    std = float(power.std() / truth.double().std())
+    mean = float(power.mean() - std * truth.double().mean())
+    wanted = (prediction * own["std"] + own["mean"] - mean) / std
+    found = map2aps.metrics(truth.double().numpy(), wanted.numpy(), "paper").summary
+    for metric, value in stated.items():
+        assert abs(found[metric] - value) <= 1e-3 * max(1.0, abs(value)), metric

@@ -5,13 +5,13 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Error, Result, bail, ensure};
+use aps_data::Part;
 use aps_data::npy::{self, Element};
-use aps_data::{Dataset, Part};
 use aps_model::condition::{ConditionConfig, InputKind};
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::targets::{self, Target};
-use map2aps::training::{self, Device, Settings, Trained, TrainingError};
+use map2aps::training::{self, Device, Trained, TrainingError};
 use map2aps::{Example, Examples, MapError};
 use xtask::{MapsArg, PartName, TileArgs, note};
 
@@ -64,7 +64,7 @@ pub struct Args {
     /// Links predicted at a time.
     #[arg(long, default_value_t = 64)]
     batch: usize,
-    /// Where to compute.
+    /// Device to compute on.
     #[arg(long, value_parser = devices(), default_value_t = Device::Cpu)]
     device: Device,
     /// Threads [default: all cores].
@@ -125,8 +125,9 @@ impl Args {
             root.display()
         );
         let images = self.images_of(trained);
-        if let Some(settings) = trained.settings() {
-            must_be_alike(settings, &dataset, root)?;
+        for difference in trained.differences(&dataset).map_err(advised)? {
+            let place = root.display();
+            note!("note: the model learnt other labels than those of '{place}': {difference}");
         }
         let mut output = Output::create(&self.out, targets::labelled_links(&dataset, maps))?;
         let names = csv::Writer::from_path(self.links_path());
@@ -223,29 +224,6 @@ impl Args {
     }
 }
 
-/// Refuses labels whose angles mean something else than those of the training, and warns of other differences, with which predictions
-/// are possible but hardly good.
-fn must_be_alike(trained: &Settings, dataset: &Dataset, root: &Path) -> Result<()> {
-    if let Some(here) = targets::protocol_of(dataset) {
-        ensure!(
-            trained.protocol == here.to_string(),
-            "the model was trained on labels of the protocol '{}', those of '{}' are of '{here}', whose angles are half a turn away; \
-             make them anew with `relabel --protocol {}`",
-            trained.protocol,
-            root.display(),
-            trained.protocol
-        );
-    }
-    let here = dataset.manifest().configuration.get("label");
-    if trained.data_configuration.get("label") != here {
-        note!(
-            "note: the model was trained on labels made with other settings than those of '{}'",
-            root.display()
-        );
-    }
-    Ok(())
-}
-
 /// Names the option that helps against an error of the library, which does not know them.
 pub fn advised(error: map2aps::Error) -> Error {
     use aps_model::Error::ForeignLabel;
@@ -255,6 +233,13 @@ pub fn advised(error: map2aps::Error) -> Error {
         }
         map2aps::Error::Training(TrainingError::Unnamed(_)) => {
             Error::new(error).context("give --model")
+        }
+        map2aps::Error::Training(TrainingError::OtherLabels { difference, .. }) => {
+            let option = match difference.learnt.as_str() {
+                Some(protocol) => format!("--protocol {protocol}"),
+                None => "--array, --elements and --spacing".into(),
+            };
+            Error::new(error).context(format!("make the labels anew with `relabel`, {option}"))
         }
         map2aps::Error::Map(MapError::NoScene(_)) => Error::new(error).context("--maps"),
         _ => error.into(),

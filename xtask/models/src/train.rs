@@ -95,7 +95,7 @@ pub struct Args {
     /// of a uniform linear array, which follow without tracing.
     #[arg(long)]
     mirror: bool,
-    /// Where to compute.
+    /// Device to compute on.
     #[arg(long, value_parser = devices(), default_value_t = Device::Cpu)]
     device: Device,
     /// Weight of the absolute error beside the regularizer's score, for ms_areg and adv_mlp

@@ -144,6 +144,15 @@ fn is_whole(results: &Results, out: &Path) {
                 .all(|l| l.p95_ms_per_link >= l.median_ms_per_link)
         );
     }
+    let shipped = results
+        .entries
+        .iter()
+        .filter(|e| e.kind == EntryKind::Shipped);
+    let shipped: Vec<&str> = shipped.map(|e| e.name.as_str()).collect();
+    let expected =
+        [ModelKind::MsAreg, ModelKind::PolarReg].map(|kind| format!("{}, shipped", kind.title()));
+    assert_eq!(shipped, expected);
+    assert!(results.left_out.is_empty(), "{:?}", results.left_out);
     // The tracer scores better with more of the interactions that the labels are made of.
     let cosine = |name| mean_cosine(results, out, name);
     assert!(cosine("tracer, 2 interactions") > cosine("tracer, 0 interactions"));
@@ -164,6 +173,31 @@ fn is_whole(results: &Results, out: &Path) {
     for file in ["report.html", "report.md", "configuration.json"] {
         assert!(out.join(file).is_file(), "{file}");
     }
+}
+
+/// The shipped weights learnt labels of the protocol `paper`, whose angles are half a turn from those of `released`.
+#[test]
+fn shipped_weights_are_left_out_where_labels_mean_something_else() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("bench");
+    let more = ["--models", "resnet_mlp", "--budget", "1s", "--set"];
+    let results = results(&out, &[&more[..], &["data.protocol=released"]].concat());
+    assert_eq!(results.data.protocol, "released");
+    assert!(results.failed.is_empty(), "{:?}", results.failed);
+    assert!(!results.entries.iter().any(|e| e.kind == EntryKind::Shipped));
+    assert!(results.entries.iter().any(|e| e.kind == EntryKind::Model));
+    let names: Vec<&str> = results.left_out.iter().map(|r| r.name.as_str()).collect();
+    let expected =
+        [ModelKind::MsAreg, ModelKind::PolarReg].map(|kind| format!("{}, shipped", kind.title()));
+    assert_eq!(names, expected);
+    let told = "protocol: paper in the training, released here";
+    assert!(
+        results.left_out[0].message.contains(told),
+        "{:?}",
+        results.left_out
+    );
+    let page = fs::read_to_string(out.join("report.md")).unwrap();
+    assert!(page.contains("Left out") && page.contains(told), "{page}");
 }
 
 #[test]

@@ -286,6 +286,104 @@ fn predictions_are_rows_of_the_test_links() {
     assert!(told.contains("trained on 32 x 32"), "{told}");
 }
 
+/// Without a file of weights, on the small data set that the scores of the shipped ones are stated for.
+#[test]
+fn shipped_weights_predict_where_no_file_is_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("pred.npy");
+    let data = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data"));
+    let (dataset, city) = (data.join("shipped"), data.join("helsinki.geojson"));
+    let opened = Dataset::open(&dataset).unwrap();
+    let links = opened.maps_of(Part::Test);
+    let links: usize = links.map(|map| map.unwrap().valid_links().count()).sum();
+    for (model, maps) in [
+        ("ms_areg", &[][..]),
+        ("polar_reg", &["--maps", text(&city)]),
+    ] {
+        let args = [
+            "predict",
+            "--model",
+            model,
+            "--data",
+            text(&dataset),
+            "--out",
+            text(&out),
+        ];
+        succeed(&[&args[..], maps].concat());
+        let spectra = npy::read::<f32>(&out).unwrap();
+        assert_eq!(spectra.shape, [links, BINS], "{model}");
+        assert!(spectra.data.iter().all(|x| x.is_finite()), "{model}");
+    }
+    let other = dataset_of("released");
+    let args = [
+        "predict",
+        "--model",
+        "ms_areg",
+        "--out",
+        text(&out),
+        "--data",
+    ];
+    let told = fail(&[&args[..], &[text(other.path())]].concat());
+    assert!(told.contains("half a turn"), "{told}");
+}
+
+/// Labels of other limits are predicted, and told; power delay profiles beside them change nothing.
+#[test]
+fn labels_of_other_limits_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, changed) = (folder.path().join("pred.npy"), folder.path().join("data"));
+    let data = Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../tests/data/shipped"
+    ));
+    copy(data, &changed);
+    let args = [
+        "predict",
+        "--model",
+        "ms_areg",
+        "--out",
+        text(&out),
+        "--data",
+    ];
+    let told = |changes: &[(&str, &str)]| {
+        for file in ["manifest.json", "map_0000/map.json", "map_0001/map.json"] {
+            let mut json = fs::read_to_string(data.join(file)).unwrap();
+            for (before, after) in changes {
+                assert!(json.contains(before), "{file}: {before}");
+                json = json.replace(before, after);
+            }
+            fs::write(changed.join(file), json).unwrap();
+        }
+        let output = run(&[&args[..], &[text(&changed)]].concat());
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{told}");
+        told
+    };
+    let silent = told(&[("\"pdp\": false", "\"pdp\": true")]);
+    assert!(!silent.contains("other labels"), "{silent}");
+    let told = told(&[
+        ("\"max_diffractions\": 1", "\"max_diffractions\": 3"),
+        ("\"material\": \"concrete\"", "\"material\": \"pec\""),
+    ]);
+    for difference in [
+        "max_diffractions: 1 in the training, 3 here",
+        "material: concrete in the training, pec here",
+    ] {
+        assert!(told.contains(difference), "{told}");
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let (path, target) = entry.map(|e| (e.path(), to.join(e.file_name()))).unwrap();
+        match path.is_dir() {
+            true => copy(&path, &target),
+            false => drop(fs::copy(&path, &target).unwrap()),
+        }
+    }
+}
+
 /// Metadata of somebody else's say nothing about the model, which must then be named.
 #[test]
 fn weights_with_foreign_metadata_need_the_model_named() {
@@ -414,7 +512,9 @@ fn what_does_not_fit_is_told() {
         text(&out),
     ]);
     assert!(
-        told.contains("half a turn") && told.contains("--protocol paper"),
+        told.contains("half a turn")
+            && told.contains("--protocol paper")
+            && told.contains("relabel"),
         "{told}"
     );
     assert!(!out.exists());

@@ -281,7 +281,7 @@ mod tests {
             assert_ne!(first, second);
             assert_eq!(first, epoch(0), "an epoch can be asked for again");
 
-            // A transmitter's part is over before many others begin: its fields are made about once for all of the part.
+            // A transmitter's part is over before many others begin: its geometry is prepared about once for all of the part.
             let mut made = 0;
             let mut recent: Vec<usize> = Vec::new();
             for example in first {

@@ -19,6 +19,9 @@ pub fn document(analysis: &Analysis<'_>) -> Document {
     for failure in &results.failed {
         document = document.lead(format!("Failed: {}: {}", failure.name, failure.message));
     }
+    for reason in &results.left_out {
+        document = document.lead(format!("Left out: {}: {}", reason.name, reason.message));
+    }
     let mut front = Section::new("Error against time");
     front.figures(figures::error_against_time(analysis, protocol));
     let (table, others) = tables::front(analysis, protocol);

@@ -43,6 +43,9 @@ pub struct Results {
     /// Failures; the others went on without it.
     #[serde(default)]
     pub failed: Vec<Failure>,
+    /// Left out because they predict labels of another meaning than these: of another protocol or array.
+    #[serde(default)]
+    pub left_out: Vec<Failure>,
     /// Links whose predictions are shown.
     #[serde(default)]
     pub examples: Vec<Example>,
@@ -239,12 +242,12 @@ pub struct ProtocolScores {
     pub file: PathBuf,
 }
 
-/// Something that could not be scored.
+/// Something that was not scored.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
     /// Name of the entry.
     pub name: String,
-    /// The error.
+    /// The reason.
     pub message: String,
 }
 

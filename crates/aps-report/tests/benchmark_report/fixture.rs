@@ -95,6 +95,7 @@ pub fn results(folder: &Path, entries: &[Made]) -> Results {
         links,
         entries,
         failed: Vec::new(),
+        left_out: Vec::new(),
     }
 }
 

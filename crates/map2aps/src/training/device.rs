@@ -23,7 +23,7 @@ pub enum Device {
 }
 
 impl Device {
-    /// All devices.
+    /// Every device that this version knows.
     pub const ALL: [Self; 3] = [Self::Cpu, Self::Cuda, Self::Metal];
 
     /// Opens the device.

@@ -6,6 +6,7 @@ use aps_model::weights::Label;
 use aps_model::{ModelKind, candle_core};
 
 use super::Device;
+use crate::differences::Difference;
 use crate::error::Error;
 
 impl From<candle_core::Error> for Error {
@@ -149,11 +150,30 @@ pub enum TrainingError {
         /// The model that was asked for.
         expected: Label,
     },
+    /// Labels of another meaning than those that a model learnt.
+    #[error(
+        "{model} learnt labels of another {}, and its predictions cannot be held against these: {difference}{}",
+        difference.setting, half_a_turn(difference)
+    )]
+    OtherLabels {
+        /// The model.
+        model: ModelKind,
+        /// The setting in which they differ.
+        difference: Difference,
+    },
     /// A prediction from an image that is not finite.
     #[error(
         "the prediction of sample {0} is not finite: the weights are damaged, or belong elsewhere"
     )]
     NotFinite(usize),
+}
+
+/// The consequence of another protocol.
+fn half_a_turn(difference: &Difference) -> &'static str {
+    match difference.setting {
+        "protocol" => "; their angles are half a turn away",
+        _ => "",
+    }
 }
 
 fn names(kinds: &[ModelKind]) -> String {

@@ -31,7 +31,7 @@ impl Examples {
         }
     }
 
-    /// All links, on the maps of [`Examples::input`].
+    /// Links of all examples, on the maps of [`Examples::input`].
     pub fn links(&self) -> impl Iterator<Item = Link> {
         (0..self.list().len()).map(|example| self.link(example))
     }

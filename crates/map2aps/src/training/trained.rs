@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use aps_data::Dataset;
 use aps_label::{MeanStd, Normalization};
 use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::{ConditionConfig, InputKind, ModelInput};
@@ -12,7 +13,8 @@ use aps_model::{ANGLE_BINS, Model, ModelKind, Preset, frozen, trainable};
 use super::input::shape_for;
 use super::loaded::Loaded;
 use super::{Settings, TrainingError, usual_image_size};
-use crate::error::Result;
+use crate::differences::Difference;
+use crate::error::{At, Place, Result};
 use crate::examples::Examples;
 use crate::maps::MapSource;
 use crate::targets::Target;
@@ -95,6 +97,28 @@ impl Trained {
         let differ = |&own: &Normalization| own != wanted;
         let target = own.filter(differ).map(|own| [own, wanted]);
         Self { target, ..self }
+    }
+
+    /// Compares the labels that the model learnt with those of a data set, and returns the differences with which predictions are
+    /// possible but hardly good: of limits, material, carrier and sampling rate. None where the settings of the training are not
+    /// known.
+    ///
+    /// # Errors
+    /// [`TrainingError::OtherLabels`] where the same spectrum means something else: for another protocol or array.
+    pub fn differences(&self, dataset: &Dataset) -> Result<Vec<Difference>> {
+        let Some(settings) = &self.settings else {
+            return Ok(Vec::new());
+        };
+        let found = &dataset.manifest().configuration;
+        let all = Difference::all(&settings.protocol, &settings.data_configuration, found);
+        match all.iter().find(|difference| difference.is_of_meaning()) {
+            Some(difference) => Err(TrainingError::OtherLabels {
+                model: self.label.kind,
+                difference: difference.clone(),
+            })
+            .at(Place::Dataset(dataset.root().into())),
+            None => Ok(all),
+        }
     }
 
     /// The model and its sizes.

@@ -61,7 +61,7 @@ pub struct Args {
     /// development maps, and write them into the profile's file; no test map is looked at.
     #[arg(long, value_name = "SHARE")]
     tune: Option<f64>,
-    /// Where models compute.
+    /// Device of the models.
     #[arg(long, value_parser = devices())]
     device: Option<Device>,
     /// Threads [default: all cores].

@@ -36,7 +36,7 @@ pub struct Config {
     /// Models in the order of their training; all if not given.
     #[serde(default = "every_model")]
     pub models: Vec<ModelKind>,
-    /// Where models compute.
+    /// Device of the models.
     pub device: Device,
     /// The data set.
     pub data: DataConfig,

@@ -29,7 +29,7 @@ use aps_report::benchmark::{
 use baselines::Found;
 use config::Config;
 use map2aps::targets::{Target, labelled_links};
-use map2aps::training::{self, Trained, Training};
+use map2aps::training::{self, Trained, Training, TrainingError};
 use map2aps::{DatasetPlan, Draw, Examples};
 use serde_json::{Value, json};
 use stamp::{Part, State};
@@ -110,7 +110,7 @@ impl Bench {
         };
         announce(1, "data set");
         let context = self.context(plan, &split)?;
-        let (mut entries, mut failed) = (Vec::new(), Vec::new());
+        let (mut entries, mut failed, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         for (stage, job) in (2..).zip(&jobs) {
             let (name, _) = job.title();
             announce(stage, &name);
@@ -120,6 +120,11 @@ impl Bench {
                     return Err(
                         error.context("what is finished is kept, the same command continues")
                     );
+                }
+                Err(error) if is_not_applicable(&error) => {
+                    let message = output::told(error.as_ref());
+                    note!("{name} is left out: {message}");
+                    left_out.push(Failure { name, message });
                 }
                 // The tracer without interactions tells which links are in sight: no report without it.
                 Err(error) if matches!(job, Job::Tracer(SIGHT)) => return Err(error),
@@ -132,12 +137,19 @@ impl Bench {
         }
         ensure!(!entries.is_empty(), "nothing could be scored");
         machine.seconds_total = started.elapsed().as_secs_f64();
-        let results = self.results(machine, &context, entries, failed)?;
+        let results = Results {
+            failed,
+            left_out,
+            ..self.results(machine, &context, entries)?
+        };
         results.save(&self.out)?;
         let files = aps_report::benchmark::write_report(&results, &self.out)?;
         note!("{} files of the report", files.len());
         for failure in &results.failed {
             say!("failed: {}: {}", failure.name, failure.message)?;
+        }
+        for reason in &results.left_out {
+            say!("left out: {}: {}", reason.name, reason.message)?;
         }
         say!("{}", self.out.join("report.html").display())?;
         let is_model = |entry: &Entry| entry.kind == EntryKind::Model;
@@ -298,6 +310,9 @@ impl Bench {
 
     /// Asks a model that was trained elsewhere, perhaps on data with other statistics.
     fn ask(&self, trained: Trained, context: &BenchContext) -> Result<Answer> {
+        for difference in trained.differences(&context.dataset)? {
+            note!("note: it learnt other labels than those here: {difference}");
+        }
         let trained = trained
             .with_maps(Some(context.plan.maps.clone()))
             .for_targets(Target::Normalised(context.test.normalization()));
@@ -337,7 +352,6 @@ impl Bench {
         machine: Machine,
         context: &BenchContext,
         entries: Vec<Entry>,
-        failed: Vec<Failure>,
     ) -> Result<Results> {
         let folder_of = |name: &str| self.out.join("scores").join(stem(name));
         let (sight, _) = Job::Tracer(SIGHT).title();
@@ -384,9 +398,19 @@ impl Bench {
                 folder_of,
             )?,
             entries,
-            failed,
+            failed: Vec::new(),
+            left_out: Vec::new(),
         })
     }
+}
+
+/// Tells if something was not scored because it predicts labels of another meaning, which is no failure.
+fn is_not_applicable(error: &anyhow::Error) -> bool {
+    let cause = error.downcast_ref::<map2aps::Error>().map(|e| e.cause());
+    matches!(
+        cause,
+        Some(map2aps::Error::Training(TrainingError::OtherLabels { .. }))
+    )
 }
 
 /// Settings that decide predictions or weights from elsewhere: the digest of their file.

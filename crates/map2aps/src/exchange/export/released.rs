@@ -18,7 +18,7 @@ pub struct Released<'a> {
     lengths: [Option<u64>; 2],
 }
 
-/// Where they come from: made anew from the paths, to be rounded once, or as they are stored.
+/// Their origin: made anew from the paths, to be rounded once, or as they are stored.
 enum Source<'a> {
     Paths {
         table: PathTable,
