@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 """Drives the page of `cargo xtask explore` in Chromium as a person does, by mouse, keyboard and touch, and fails if a number differs
-from what `trace` prints, a control does nothing, anything is wider than the page, asked of another address or written to the console:
+from what `trace` prints, a control does nothing, anything is wider than the page, asked of another address or written to the console, or
+fewer than five frames a second follow a receiver that is dragged:
 
     python3 tests/explore.py XTASK_EXPLORE XTASK [--maps MAPS] [--map ID] [--pictures FOLDER]
 
-XTASK_EXPLORE and XTASK are the programs. Chromium is the one in $CHROMIUM, else `chromium`. Prints how many frames a second follow a
-receiver that is dragged. With --pictures it keeps pictures of the page."""
+XTASK_EXPLORE and XTASK are the programs. Chromium is the one in $CHROMIUM, else `chromium`. Prints the frames a second. With --pictures it keeps pictures of the page."""
 
 import argparse
 import base64
 import fcntl
 import json
+import math
 import os
 import re
 import shlex
@@ -20,6 +21,9 @@ import tempfile
 import urllib.error
 import urllib.request
 from contextlib import contextmanager
+
+# Frames a second that a busy machine has too.
+LEAST_FRAMES = 5.0
 
 WIDTHS = [360, 390, 768, 1280]
 
@@ -166,7 +170,7 @@ class Page:
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key, **more)
 
     def screen(self, point):
-        """Where a place on the map is on the screen."""
+        """Place on the screen of a place on the map."""
         return self.eval(f"""import('/city.js').then(city => {{
           document.getElementById('city').scrollIntoView({{ block: 'center' }});
           const svg = document.getElementById('map'), [x, y] = city.place({json.dumps(point)});
@@ -187,7 +191,7 @@ class Page:
                 out.write(base64.b64decode(data))
 
     def faults(self):
-        """What was written to the console, and what was asked of others."""
+        """Lines of the console, and requests to others."""
         found = []
         for event in self.browser.events:
             if event.get("sessionId") != self.session:
@@ -241,6 +245,30 @@ def same_as_trace(page, xtask, folder, what):
     printed = subprocess.run([xtask, *words[2:]], cwd=where, capture_output=True, text=True, check=True).stdout
     shown = json.loads(page.eval(PATHS % "paths"))
     must(json.loads(printed) == shown, f"{what}: trace prints the same {len(shown['links'][0]['paths'])} paths")
+    shows(page, json.loads(printed)["links"][0], what)
+
+
+# True if the line over the map tells a link: distance, paths, path loss and delay spread, as far as they are printed.
+TELLS = """(() => {
+  const text = document.getElementById('summary').textContent, { sight, expected } = %s;
+  const numbers = (text.match(/-?[0-9.]+/g) ?? []).map(Number);
+  return text.includes(', no line of sight,') !== sight && text.includes('no path') === (expected.length < 3)
+    && numbers.length === expected.length && numbers.every((v, i) => Math.abs(v - expected[i]) <= [0.501, 0, 0.0501, 0.501][i]);
+})()"""
+
+
+def shows(page, link, what):
+    """Holds the line that the page shows against a link."""
+    paths = link["paths"]
+    powers = [10 ** (path["gain_db"] / 10) for path in paths]
+    expected = [math.dist(link["tx"], link["rx"]), len(paths)]
+    if paths:
+        mean = sum(p * path["delay_s"] for p, path in zip(powers, paths)) / sum(powers)
+        square = sum(p * (path["delay_s"] - mean) ** 2 for p, path in zip(powers, paths)) / sum(powers)
+        expected += [-10 * math.log10(sum(powers)), 1e9 * math.sqrt(square)]
+    told = {"sight": any(not path["interactions"] for path in paths), "expected": expected}
+    page.wait(TELLS % json.dumps(told), 30)
+    must(True, f"{what}: the page tells the same: {page.eval('document.getElementById(`summary`).textContent')}")
 
 
 RINGS = """(async () => {
@@ -326,6 +354,20 @@ def choose(page, key, value):
     """Sets a control as a person does, and waits for what follows."""
     page.after(lambda: page.eval(f"""(() => {{ const input = document.getElementById('set-{key}');
       input.value = '{value}'; input.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"""))
+
+
+def check_endless(page):
+    """Three diffractions without a dynamic range are refused in words, and with one they are shown."""
+    choose(page, "diffractions", 2)
+    choose(page, "range", 130)
+    page.eval("""(() => { const input = document.getElementById('set-diffractions');
+      input.value = 3; input.dispatchEvent(new Event('input', { bubbles: true })); })()""")
+    page.wait("document.body.classList.contains('is-stale') && document.getElementById('fault').textContent.includes('dynamic range')")
+    must(True, f"paths without end are refused: {page.eval('document.getElementById(`fault`).textContent')}")
+    choose(page, "range", 30)
+    must(not page.eval("document.body.classList.contains('is-stale')"), "a dynamic range brings them back")
+    choose(page, "diffractions", 1)
+    choose(page, "range", 60)
 
 
 def check_slopes(page, xtask, folder):
@@ -414,7 +456,7 @@ def check_maps(page):
 
 
 def check_malformed(url):
-    """What no page sends is refused in words, and the server lives on."""
+    """Bodies that no page sends are refused in words, and the server lives on."""
     for body in (b'{"city":', b"\xff\xfe", b"[]", b'{"city":{"map":0},"tx":[NaN,1]}'):
         request = urllib.request.Request(url + "api/link", body, {"Content-Type": "application/json"})
         try:
@@ -513,6 +555,30 @@ def check_houses(page, xtask, folder):
     must(page.state()["houses"]["gone"] == [], "and called back")
     page.after(lambda: page.eval("document.getElementById('reset').click()"))
     must(walls() == before, "the houses are as they were read")
+    choose_mode(page, "link")
+
+
+def check_house_by_keys(page, xtask, folder):
+    x, y = page.eval("import('/state.js').then(s => s.state.rx.map(Math.round))")
+    choose_mode(page, "draw")
+    page.eval("document.querySelector('input[name=mode]:checked').focus()")
+    for _ in range(5):
+        if page.eval("document.activeElement.id") != "cross":
+            page.key("Tab", code="Tab", windowsVirtualKeyCode=9)
+    must(page.eval("document.activeElement.id") == "cross", "Tab leads to the cross that draws")
+    for key, steps in (("ArrowRight", 3), ("ArrowUp", 3), (" ", 1), ("ArrowRight", 6), (" ", 1), ("ArrowUp", 5), (" ", 1)):
+        for _ in range(steps):
+            page.key(key)
+    page.key("Escape")
+    must(not page.eval("document.getElementById('drawing').getAttribute('d')"), "Escape drops what is drawn")
+    for key, steps in ((" ", 1), ("ArrowLeft", 6), (" ", 1), ("ArrowDown", 5), (" ", 1)):
+        for _ in range(steps):
+            page.key(key)
+    page.after(lambda: page.key("Enter"))
+    drawn = page.state()["houses"]["drawn"]
+    must(drawn == [[[x + 9, y + 8], [x + 3, y + 8], [x + 3, y + 3]]], f"a house is drawn by keys beside ({x}, {y}): {drawn}")
+    same_as_trace(page, xtask, folder, "with a house drawn by keys")
+    page.after(lambda: page.eval("document.getElementById('reset').click()"))
     choose_mode(page, "link")
 
 
@@ -616,7 +682,7 @@ def main():
     parser.add_argument("--maps", default="tests/data/helsinki.geojson")
     parser.add_argument("--map", help="number of the map [default: the first]")
     parser.add_argument("--pictures")
-    parser.add_argument("--only-frames", action="store_true", help="measure, and check nothing")
+    parser.add_argument("--only-frames", action="store_true", help="drag, and check nothing but the frames")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, server(args.explore, ["--maps", args.maps]) as url:
         must(re.fullmatch(r"http://127\.0\.0\.1:\d+/", url), f"the page is at {url}")
@@ -631,10 +697,12 @@ def main():
             page.open(url + f"#map={page.state()['map']}")
             check_hover(page)
             check_slopes(page, args.xtask, folder)
+            check_endless(page)
             check_overlays(page)
             check_files(page, folder)
             check_maps(page)
             check_houses(page, args.xtask, folder)
+            check_house_by_keys(page, args.xtask, folder)
             check_house_with_faults(page)
             check_inside(page)
             check_coverage(page)
@@ -649,7 +717,8 @@ def main():
                 show_model(page)
             got = frames(page)
             rate, shown = got["drawn"] / got["seconds"], got["frames"] / got["seconds"]
-            print(f"{rate:.1f} frames a second follow the receiver{what} ({shown:.1f} shown), the longest took {got['longest']:.0f} ms")
+            told = f"{rate:.1f} frames a second follow the receiver{what} ({shown:.1f} shown), the longest took {got['longest']:.0f} ms"
+            must(rate >= LEAST_FRAMES, told)
         for p in pages:
             found = p.faults()
             must(not found, f"nothing in the console, nothing asked of others {found}")

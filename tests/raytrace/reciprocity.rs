@@ -23,6 +23,7 @@ fn two_diffractions() -> TraceConfig {
     TraceConfig {
         max_reflections: 1,
         max_diffractions: 2,
+        slope_diffraction: false,
         ..with_chains()
     }
 }

@@ -77,6 +77,8 @@ pub(crate) struct Direction {
 
 /// Count of numbers in a direction.
 const COLUMNS: usize = 15;
+/// Place of the slope among them.
+const SLOPES: usize = 11;
 
 impl Direction {
     fn columns(&self) -> [f64; COLUMNS] {
@@ -205,8 +207,10 @@ impl WedgeBound {
             .each_ref()
             .map(|column| &column[range.clone()]);
         // All legs between corners take slopes along, or none; legs of terminals take none.
-        let is_sloped = |slopes: &[f64]| slopes.first().is_some_and(|&slope| slope > 0.0);
-        match (p.slope > 0.0, is_sloped(columns[COLUMNS - 4])) {
+        let slopes = columns[SLOPES];
+        let is_sloped = slopes.first().is_some_and(|&slope| slope > 0.0);
+        debug_assert!(slopes.iter().all(|&slope| (slope > 0.0) == is_sloped));
+        match (p.slope > 0.0, is_sloped) {
             (false, false) => bound_each(self, p, columns, out),
             (true, true) => bound_each_with_slopes(self, p, columns, out),
             _ => bound_each_with_slope(self, p, columns, out),

@@ -14,8 +14,8 @@
 //! along the wall, from -1 at first by [`grazing_slope`](crate::material::Reflector::grazing_slope), which is part of the slope; other rays
 //! take Gamma as constant, for the waves that a reflector returns from a slope of Gamma are no rays.
 //!
-//! **Corners closer than 1/k** see no slope of each other: mu grows up to 1 there and falls with the distance below it, so that a corner that is
-//! cut off by a wall of a nanometre stays the corner it was.
+//! **Corners closer than 1/k**: mu grows up to 1 and falls with the distance below it, where a series in 1 / (k s) says nothing. What goes over such
+//! a wall into the shadow of both corners is lost, as it is in a cascade.
 //!
 //! **Continuity.** D jumps where a ray appears, its slope does not: D is odd in the angle from a boundary.
 

@@ -101,7 +101,7 @@ impl Trade {
                     true => choice.name.clone(),
                     false => String::new(),
                 },
-                interval: None,
+                ..Spot::default()
             };
             let members = self.choices.iter().filter(|c| c.group == group);
             chart = chart.with(Series::new(

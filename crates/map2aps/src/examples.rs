@@ -67,7 +67,7 @@ enum Labels {
     Held(Samples, Target),
     /// On disk.
     Stored {
-        dataset: Dataset,
+        dataset: Box<Dataset>,
         domain: Domain,
         /// Found when it is first asked for.
         target: OnceLock<Target>,
@@ -118,7 +118,7 @@ impl Examples {
     /// A data set that stores no angle power spectra, or cannot be read.
     pub fn open(dataset: &Dataset, part: Part, domain: Domain) -> Result<Self> {
         let labels = Labels::Stored {
-            dataset: dataset.clone(),
+            dataset: Box::new(dataset.clone()),
             domain,
             target: Target::told(dataset, domain).map_or_else(OnceLock::new, OnceLock::from),
         };

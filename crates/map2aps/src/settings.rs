@@ -127,7 +127,7 @@ struct TraceSettings {
     max_reflections: usize,
     max_diffractions: usize,
     max_interactions: usize,
-    /// Missing where it is off, as in manifests of versions that had none, and where it changes nothing: see [`decides_slopes`].
+    /// Missing where it is off, as in manifests of versions that had none, and where it changes nothing: see [`has_legs_between_corners`].
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     slope_diffraction: bool,
     dynamic_range_db: Option<f64>,
@@ -145,9 +145,9 @@ enum MaterialSetting {
     Values([f64; 2]),
 }
 
-/// Tells if paths have a leg from corner to corner, which alone takes a slope along.
-fn decides_slopes(max_diffractions: usize) -> bool {
-    max_diffractions > 1
+/// Tells if paths may have a leg from corner to corner, which alone takes a slope along.
+fn has_legs_between_corners(max_diffractions: usize, max_interactions: usize) -> bool {
+    max_diffractions.min(max_interactions) > 1
 }
 
 impl TraceSettings {
@@ -166,7 +166,8 @@ impl TraceSettings {
             max_reflections: config.max_reflections,
             max_diffractions: config.max_diffractions,
             max_interactions: config.max_interactions,
-            slope_diffraction: config.slope_diffraction && decides_slopes(config.max_diffractions),
+            slope_diffraction: config.slope_diffraction
+                && has_legs_between_corners(config.max_diffractions, config.max_interactions),
             dynamic_range_db: config.dynamic_range_db,
             accuracy_db: None,
             max_fallback_diffractions: config.max_fallback_diffractions,
@@ -196,7 +197,8 @@ impl TraceSettings {
             max_reflections: self.max_reflections,
             max_diffractions: self.max_diffractions,
             max_interactions: self.max_interactions,
-            slope_diffraction: self.slope_diffraction || !decides_slopes(self.max_diffractions),
+            slope_diffraction: self.slope_diffraction
+                || !has_legs_between_corners(self.max_diffractions, self.max_interactions),
             dynamic_range_db: self.dynamic_range_db,
             max_fallback_diffractions: self.max_fallback_diffractions,
             ..TraceConfig::default()
@@ -251,6 +253,29 @@ mod tests {
             assert_eq!(tracing_of(&read).unwrap(), Some((sampling, trace)));
             assert_eq!(label_of(&read).unwrap(), label);
         }
+    }
+
+    #[test]
+    fn slopes_are_named_only_where_they_change_something() {
+        let default = TraceConfig::default();
+        let written = |trace: &TraceConfig| serde_json::to_value(TraceSettings::of(trace)).unwrap();
+        let read = |settings: Value| -> TraceConfig {
+            let settings: TraceSettings = serde_json::from_value(settings).unwrap();
+            settings.config().unwrap()
+        };
+        for slope_diffraction in [false, true] {
+            let single = TraceConfig {
+                slope_diffraction,
+                ..default.clone()
+            };
+            assert!(written(&single).get("slope_diffraction").is_none());
+            assert_eq!(read(written(&single)), default);
+        }
+        // Two diffractions of a version that knew no slopes.
+        let mut earlier = written(&TraceConfig::converged());
+        let settings = earlier.as_object_mut().unwrap();
+        assert_eq!(settings.remove("slope_diffraction"), Some(json!(true)));
+        assert!(!read(earlier).slope_diffraction);
     }
 
     #[test]

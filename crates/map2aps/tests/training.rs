@@ -2,9 +2,11 @@
 #![cfg(feature = "models")]
 
 use std::fs;
+use std::num::NonZeroU64;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use map2aps::aps_metrics::{Better, Metric};
 use map2aps::aps_model::train::StepReport;
 use map2aps::aps_model::{ANGLE_BINS, ModelKind, Preset};
 use map2aps::training::*;
@@ -118,6 +120,60 @@ fn a_cancelled_training_on_fields_continues_to_the_same_bytes() {
     training.config.epochs = 1;
     training.config.batch = 12;
     continues_to_the_same_bytes(training);
+}
+
+/// The step whose row in `scores.csv` is best in a metric, the first of equals.
+fn best_row(scores: &str, metric: Metric) -> u64 {
+    let mut rows = scores.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let names = rows.next().unwrap();
+    let name = format!("dev_{}", metric.key());
+    let column = names.iter().position(|of| *of == name).unwrap();
+    let sign = match metric.better() {
+        Better::Lower => 1.0,
+        Better::Higher => -1.0,
+    };
+    let cost = |row: &Vec<&str>| sign * row[column].parse::<f64>().unwrap();
+    let best = rows.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap();
+    best[0].parse().unwrap()
+}
+
+#[test]
+fn the_best_weights_are_those_of_the_metric_that_is_asked_for() {
+    let root = tempfile::tempdir().unwrap();
+    let dataset = dataset(&root.path().join("data"));
+    // The training itself is the same whatever it is judged by.
+    let trained = |name: &str, selection: Selection| {
+        let mut training = Training {
+            selection,
+            score_every: NonZeroU64::new(1),
+            ..training()
+        };
+        training.config.epochs = 3;
+        training.config.learning_rate = 1e-3;
+        let folder = RunFolder::create(&root.path().join(name)).unwrap();
+        let mut run = training.prepare(&dataset, folder.clone(), false).unwrap();
+        run.train(&Control::default()).unwrap();
+        let chosen_by = run.settings().chosen_by.clone();
+        let scores = fs::read_to_string(folder.scores()).unwrap();
+        (run.best_steps().unwrap(), chosen_by.unwrap(), scores)
+    };
+    let (by_loss, chosen_by, scores) = trained("loss", Selection::Loss);
+    assert_eq!(
+        (by_loss, &*chosen_by),
+        (best_row(&scores, Metric::Mse), "mse")
+    );
+    for better in [Better::Lower, Better::Higher] {
+        // One that is best after other steps.
+        let others = Metric::ALL.into_iter().filter(|m| m.better() == better);
+        let metric = others.filter(|&m| best_row(&scores, m) != by_loss).last();
+        let metric = metric.unwrap_or_else(|| panic!("{better:?}: {scores}"));
+        let (steps, chosen_by, again) = trained(metric.key(), Selection::Metric(metric));
+        assert_eq!(
+            (steps, &*chosen_by),
+            (best_row(&scores, metric), metric.key())
+        );
+        assert_eq!(again, scores);
+    }
 }
 
 #[test]

@@ -86,6 +86,7 @@ export async function start(fail) {
         progress.value = line.done / grid.of;
       }
     }
+    if (run === mine && progress.value < 1) throw new Error('the last cells are missing');
     if (run === mine) stop();
   } catch (fault) {
     if (fault.name === 'AbortError' || run !== mine) return;

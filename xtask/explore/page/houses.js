@@ -12,6 +12,8 @@ let past = [];
 let ring = [];
 let chosen = null;
 let mode = 'link';
+/** Place of the cross that draws a house by keys [m]. */
+let cross = null;
 let changed = () => {};
 
 const copy = () => structuredClone(state.houses);
@@ -69,10 +71,31 @@ function finish() {
   tools();
 }
 
-function sketch(pointer) {
-  const points = pointer ? [...ring, whole(under(pointer))] : ring;
-  const d = points.map(place).map(p => p.join(' ')).join('L');
-  part('drawing').setAttribute('d', points.length ? `M${d}` : '');
+/** Draws the corners so far, and the side to a place that may become the next. */
+function sketch(next) {
+  const d = [...ring, ...(ring.length && next ? [next] : [])].map(place).map(p => p.join(' ')).join('L');
+  part('drawing').setAttribute('d', d && `M${d}`);
+}
+
+/** Sets a corner; the first one again ends the house. */
+function corner(point) {
+  const isClosed = ring.length > 2 && Math.hypot(point[0] - ring[0][0], point[1] - ring[0][1]) < 3;
+  if (isClosed) return finish();
+  ring.push(point);
+  sketch();
+  tools();
+}
+
+/** Puts the cross somewhere on the map; it is there while houses are drawn. */
+function crossTo(p) {
+  part('cross').toggleAttribute('hidden', mode !== 'draw');
+  if (mode !== 'draw') return;
+  const [min, max] = city.area;
+  cross = whole(p).map((v, i) => Math.min(Math.max(v, min[i]), max[i]));
+  const [x, y] = place(cross);
+  part('cross').setAttribute('d', `M${x - 9} ${y}h18M${x} ${y - 9}v18`);
+  part('cross').setAttribute('aria-valuetext', `x ${cross[0]} m, y ${cross[1]} m`);
+  sketch(cross);
 }
 
 function tools() {
@@ -95,6 +118,7 @@ export function drawHouses(answer) {
   }) : [];
   part('houses').replaceChildren(...shapes);
   if (focused !== undefined) part('houses').querySelector(`[data-house="${focused}"]`)?.focus({ preventScroll: true });
+  crossTo(cross ?? state.rx ?? [0, 0]);
   tools();
 }
 
@@ -147,16 +171,15 @@ export function watchHouses(then) {
     if (by) move(id, by);
     if (event.key === 'Delete') remove(id);
   });
-  svg.addEventListener('click', event => {
-    if (mode !== 'draw') return;
-    const point = whole(under(event));
-    const isClosed = ring.length > 2 && Math.hypot(point[0] - ring[0][0], point[1] - ring[0][1]) < 3;
-    if (isClosed) return finish();
-    ring.push(point);
-    sketch();
-    tools();
+  svg.addEventListener('click', event => { if (mode === 'draw') corner(whole(under(event))); });
+  svg.addEventListener('pointermove', event => { if (ring.length) sketch(whole(under(event))); });
+  part('cross').addEventListener('keydown', event => {
+    const by = arrow(event);
+    if (by) crossTo(cross.map((v, i) => v + by[i]));
+    if (event.key !== ' ') return;
+    event.preventDefault();
+    corner(cross);
   });
-  svg.addEventListener('pointermove', event => { if (ring.length) sketch(event); });
   document.addEventListener('keydown', event => {
     if (event.key === 'Escape') { ring = []; sketch(); tools(); }
     if (event.key === 'Enter' && ring.length > 2 && event.target.tagName !== 'BUTTON') finish();

@@ -53,7 +53,7 @@ function draw(answer) {
 const sheet = new CSSStyleSheet();
 document.adoptedStyleSheets = [sheet];
 
-/** What belongs to a path, everywhere on the page, stands out: rules, so that it stays when pictures are drawn anew. */
+/** Makes everything on the page that belongs to a path stand out: by rules, so that it stays when pictures are drawn anew. */
 function light(number) {
   sheet.replaceSync(number === null ? '' :
     `svg [data-path]:not([data-path="${number}"]){opacity:.12} tr[data-path="${number}"]{background:var(--panel)}`);

@@ -1,4 +1,4 @@
-//! The addresses of the server, and the threads that work for them.
+//! The addresses of the server.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use hyper::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use hyper::http::request;
 use hyper::{Method, Request};
 use map2aps::sampling;
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon::ThreadPoolBuildError;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::json;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::mpsc;
 
 use crate::compare::compare;
 use crate::coverage::Survey;
@@ -23,7 +23,8 @@ use crate::link::answer;
 use crate::reply::{self, Parts, Reply};
 use crate::request::{CityQuestion, CoverageQuestion, LinkQuestion, read};
 use crate::stock::Stock;
-use crate::ticket::{Lanes, Ticket};
+use crate::ticket::{Held, Lanes, Ticket};
+use crate::workers::Workers;
 use crate::{files, guard, page};
 
 /// Largest body \[bytes\]: the drawn houses of a map are some ten kilobytes.
@@ -38,8 +39,11 @@ const FIRST: usize = 16;
 /// Distance of the first receiver from the first transmitter, as near as there is one \[m\].
 const FIRST_M: f64 = 60.0;
 
-/// Blocks of cells that may wait for their reader.
-const BLOCKS_AHEAD: usize = 4;
+/// Lines of a survey that may wait for their reader.
+const LINES_AHEAD: usize = 4;
+
+/// Time for a reader to take a line \[s\].
+const STALL_S: u64 = 30;
 
 /// Number of a page, drawn by itself; its requests overtake each other.
 const PAGE: &str = "x-page";
@@ -47,12 +51,11 @@ const PAGE: &str = "x-page";
 /// The server's state.
 #[derive(Debug)]
 pub struct App {
-    stock: Arc<Stock>,
     lanes: Lanes,
-    /// Threads for links, which are not to wait for the others.
-    quick: ThreadPool,
-    /// Threads for comparisons, coverage and files.
-    slow: ThreadPool,
+    /// For links, which are not to wait for the others.
+    quick: Workers,
+    /// For comparisons, coverage and files.
+    slow: Workers,
 }
 
 impl App {
@@ -61,13 +64,10 @@ impl App {
     /// # Errors
     /// Threads that cannot be started.
     pub fn new(stock: Stock) -> Result<Arc<Self>, ThreadPoolBuildError> {
-        // The panic itself is printed; the request's answer tells of it too.
-        let pool = || ThreadPoolBuilder::new().panic_handler(|_| ()).build();
         Ok(Arc::new(Self {
-            stock: Arc::new(stock),
             lanes: Lanes::default(),
-            quick: pool()?,
-            slow: pool()?,
+            slow: Workers::new(stock.with_own_threads()?),
+            quick: Workers::new(stock),
         }))
     }
 
@@ -101,9 +101,9 @@ impl App {
         let held = ticket.held();
         let body = body_of(&head, body).await?;
         let reply = match kind {
-            "map" => self.work(&self.quick, &body, ticket, map).await?,
-            "link" => self.work(&self.quick, &body, ticket, answer).await?,
-            "compare" => self.work(&self.slow, &body, ticket, compare).await?,
+            "map" => work(&self.quick, &body, ticket, map).await?,
+            "link" => work(&self.quick, &body, ticket, answer).await?,
+            "compare" => work(&self.slow, &body, ticket, compare).await?,
             "coverage" => {
                 let question: CoverageQuestion = read(&body)?;
                 return self.coverage(question, ticket, held).await;
@@ -111,9 +111,8 @@ impl App {
             _ => {
                 let name = file_of(path).ok_or(Fault::NotFound)?.to_owned();
                 let question: LinkQuestion = read(&body)?;
-                let stock = Arc::clone(&self.stock);
-                let make = move || files::make(&name, &stock, &question, &ticket);
-                on(&self.slow, make).await?
+                let make = move |stock: &Stock| files::make(&name, stock, &question, &ticket);
+                self.slow.run(make).await?
             }
         };
         drop(held);
@@ -121,58 +120,52 @@ impl App {
     }
 
     fn maps(&self) -> impl Serialize + use<> {
-        let maps = self.stock.maps();
+        let maps = self.quick.stock.maps();
         json!({ "source": maps.source.to_string(), "ids": maps.ids })
-    }
-
-    /// Computes an answer on some threads.
-    async fn work<Q, A>(
-        &self,
-        pool: &ThreadPool,
-        body: &[u8],
-        ticket: Ticket,
-        compute: fn(&Stock, &Q, &Ticket) -> Result<A, Fault>,
-    ) -> Result<Reply, Fault>
-    where
-        Q: DeserializeOwned + Send + 'static,
-        A: Serialize + 'static,
-    {
-        let question: Q = read(body)?;
-        let stock = Arc::clone(&self.stock);
-        on(pool, move || {
-            Ok(reply::json(&compute(&stock, &question, &ticket)?))
-        })
-        .await
     }
 
     async fn coverage(
         &self,
         question: CoverageQuestion,
         ticket: Ticket,
-        held: crate::ticket::Held,
+        held: Held,
     ) -> Result<Reply, Fault> {
-        let stock = Arc::clone(&self.stock);
-        let known = ticket.clone();
-        let survey = on(&self.slow, move || Survey::new(&stock, &question, &known)).await?;
-        let (sender, receiver) = mpsc::channel::<Bytes>(BLOCKS_AHEAD);
-        self.slow.spawn(move || {
-            survey.run(&ticket, |line| sender.blocking_send(line.into()).is_ok());
-        });
+        let make = move |stock: &Stock| Survey::new(stock, &question, ticket);
+        let survey = self.slow.run(make).await?;
+        let (sender, receiver) = mpsc::channel(LINES_AHEAD);
+        tokio::spawn(deliver(self.slow.clone(), survey, sender));
         Ok(reply::parts(Parts::new(receiver, held)))
     }
 }
 
-/// Runs a job on some threads.
-async fn on<T: Send + 'static>(
-    pool: &ThreadPool,
-    job: impl FnOnce() -> Result<T, Fault> + Send + 'static,
-) -> Result<T, Fault> {
-    let (sender, receiver) = oneshot::channel();
-    pool.spawn(move || {
-        let _ = sender.send(job());
-    });
-    // Nobody sends when the job has panicked.
-    receiver.await.unwrap_or(Err(Fault::Broken))
+/// Computes an answer.
+async fn work<Q, A>(
+    workers: &Workers,
+    body: &[u8],
+    ticket: Ticket,
+    compute: fn(&Stock, &Q, &Ticket) -> Result<A, Fault>,
+) -> Result<Reply, Fault>
+where
+    Q: DeserializeOwned + Send + 'static,
+    A: Serialize + 'static,
+{
+    let question: Q = read(body)?;
+    workers
+        .run(move |stock| Ok(reply::json(&compute(stock, &question, &ticket)?)))
+        .await
+}
+
+/// Computes the lines of a survey as their reader takes them, and no further: one that stalls keeps no worker from others.
+async fn deliver(workers: Workers, mut survey: Survey, sender: mpsc::Sender<Bytes>) {
+    let patience = Duration::from_secs(STALL_S);
+    while let Ok(Ok(place)) = tokio::time::timeout(patience, sender.reserve()).await {
+        let next = workers.run(move |_| Ok((survey.next(), survey))).await;
+        let Ok((Some(line), rest)) = next else {
+            return;
+        };
+        survey = rest;
+        place.send(line.into());
+    }
 }
 
 /// The file that a path names.
@@ -301,4 +294,59 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
         tx: tx.map(|p| p.to_array()),
         rx: rx.map(|p| p.to_array()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coverage::tests::survey;
+    use crate::stock::tests::stock;
+
+    /// Runs something until nobody can go on, and then the clock of the timeouts.
+    fn run<T>(future: impl Future<Output = T>) -> T {
+        let mut runtime = tokio::runtime::Builder::new_current_thread();
+        let runtime = runtime.enable_time().start_paused(true).build().unwrap();
+        runtime.block_on(future)
+    }
+
+    #[test]
+    fn readers_that_stall_leave_the_workers_to_others_and_are_given_up() {
+        let workers = Workers::new(stock());
+        run(async {
+            let mut stalled = Vec::new();
+            for page in 0..4 * Workers::most() as u64 {
+                let ticket = Lanes::default().enter(page, "coverage");
+                let (sender, receiver) = mpsc::channel(LINES_AHEAD);
+                let lines = survey(&workers.stock, ticket);
+                stalled.push((
+                    tokio::spawn(deliver(workers.clone(), lines, sender)),
+                    receiver,
+                ));
+            }
+            for (delivery, mut receiver) in stalled {
+                // Ends only because it is given up: nothing is taken before.
+                delivery.await.unwrap();
+                for _ in 0..LINES_AHEAD {
+                    assert!(receiver.recv().await.is_some());
+                }
+                assert!(receiver.recv().await.is_none());
+            }
+        });
+    }
+
+    #[test]
+    fn survey_ends_with_its_reader() {
+        let workers = Workers::new(stock());
+        run(async {
+            let ticket = Lanes::default().enter(1, "coverage");
+            let lines = survey(&workers.stock, ticket);
+            let (sender, mut receiver) = mpsc::channel(LINES_AHEAD);
+            let delivery = tokio::spawn(deliver(workers, lines, sender));
+            for _ in 0..3 {
+                assert!(receiver.recv().await.is_some());
+            }
+            drop(receiver);
+            delivery.await.unwrap();
+        });
+    }
 }

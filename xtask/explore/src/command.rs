@@ -38,7 +38,7 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let source: MapSource = self.maps.open(self.tiles.settings(), CITIES)?;
         let maps = Maps::new(source, self.seed, self.scene.settings())?;
-        let server = Server::bind(App::new(Stock::new(maps))?, self.port);
+        let server = Server::bind(App::new(Stock::new(maps)?)?, self.port);
         let server = server.with_context(|| format!("cannot listen on port {}", self.port))?;
         say!("http://{}/", server.address())?;
         server.serve()?;

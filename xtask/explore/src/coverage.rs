@@ -3,6 +3,7 @@
 //! The answer is a line of JSON for each block of cells: the first tells the grid, the last cells come with the lowest stride. A
 //! cell that can hold no receiver has null for every value.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
@@ -88,6 +89,12 @@ pub struct Survey {
     labeler: Labeler,
     /// The chosen limits, and for an error the converged ones.
     sides: Vec<Side>,
+    stock: Stock,
+    ticket: Ticket,
+    /// Cells of the lines to come, each with its stride.
+    ahead: VecDeque<(u32, Vec<u32>)>,
+    /// Cells of the lines before; none before the line of the grid.
+    done: Option<u32>,
 }
 
 /// A map and a transmitter prepared for some limits.
@@ -166,7 +173,7 @@ impl Survey {
     ///
     /// # Errors
     /// As for a link.
-    pub fn new(stock: &Stock, question: &CoverageQuestion, ticket: &Ticket) -> Result<Self, Fault> {
+    pub fn new(stock: &Stock, question: &CoverageQuestion, ticket: Ticket) -> Result<Self, Fault> {
         let label = LabelConfig {
             pdp: false,
             ..question.label.config()?
@@ -184,51 +191,35 @@ impl Survey {
             let tx = stock.transmitter(&tracer, question.tx)?;
             sides.push(Side { tracer, tx });
         }
+        let grid = Grid::new(city.area, question.cell_m)?;
+        let mut ahead = VecDeque::new();
+        for (pass, &stride) in STRIDES.iter().enumerate() {
+            let cells = grid.pass(pass);
+            ahead.extend(cells.chunks(BLOCK).map(|cells| (stride, cells.to_vec())));
+        }
         Ok(Self {
-            grid: Grid::new(city.area, question.cell_m)?,
+            grid,
             show: question.show,
             label: question.label.clone(),
             labeler: Labeler::new(&label).map_err(Fault::of)?,
             sides,
+            stock: stock.clone(),
+            ticket,
+            ahead,
+            done: None,
         })
     }
 
-    /// Computes all cells and sends them line by line, until one is not taken.
-    pub fn run(&self, ticket: &Ticket, send: impl Fn(Vec<u8>) -> bool) {
-        if !send(line(&self.grid)) {
-            return;
-        }
-        let mut done = 0;
-        for (pass, &stride) in STRIDES.iter().enumerate() {
-            for cells in self.grid.pass(pass).chunks(BLOCK) {
-                done += cells.len() as u32;
-                let is_sent = match self.block(cells, ticket) {
-                    Ok(block) => send(line(&Block {
-                        stride,
-                        done,
-                        ..block
-                    })),
-                    Err(fault) => {
-                        send(line(&fault.told()));
-                        false
-                    }
-                };
-                if !is_sent {
-                    return;
-                }
-            }
-        }
-    }
-
-    fn block(&self, cells: &[u32], ticket: &Ticket) -> Result<Block, Fault> {
+    fn block(&self, cells: &[u32]) -> Result<Block, Fault> {
         let one = |buffers: &mut Buffers, &cell: &u32| {
-            ticket.check()?;
+            self.ticket.check()?;
             self.value(self.grid.place(cell), buffers)
         };
-        let values: Vec<Option<Value>> = cells
-            .par_iter()
-            .map_init(Buffers::default, one)
-            .collect::<Result<_, Fault>>()?;
+        let all = || -> Result<Vec<_>, Fault> {
+            let cells = cells.par_iter();
+            cells.map_init(Buffers::default, one).collect()
+        };
+        let values = self.stock.on_all_threads(all)?;
         let mut block = Block::default();
         for (&cell, value) in cells.iter().zip(values) {
             block.push(cell, self.show, value);
@@ -283,6 +274,32 @@ impl Survey {
     }
 }
 
+/// The lines of the answer: the grid, all cells, and a fault that ends them.
+impl Iterator for Survey {
+    type Item = Vec<u8>;
+
+    fn next(&mut self) -> Option<Vec<u8>> {
+        let Some(done) = self.done else {
+            self.done = Some(0);
+            return Some(line(&self.grid));
+        };
+        let (stride, cells) = self.ahead.pop_front()?;
+        let done = done + cells.len() as u32;
+        self.done = Some(done);
+        Some(match self.block(&cells) {
+            Ok(block) => line(&Block {
+                stride,
+                done,
+                ..block
+            }),
+            Err(fault) => {
+                self.ahead.clear();
+                line(&fault.told())
+            }
+        })
+    }
+}
+
 fn tenths(value: f64) -> f64 {
     (value * 10.0).round() / 10.0
 }
@@ -294,15 +311,11 @@ fn line(value: &impl Serialize) -> Vec<u8> {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::cell::{Cell, RefCell};
-
-    use map2aps::{MapSource, SceneSettings};
-
+pub(crate) mod tests {
     use super::*;
     use crate::request::read;
     use crate::request::tests::question;
-    use crate::stock::Maps;
+    use crate::stock::tests::stock;
     use crate::ticket::Lanes;
 
     #[test]
@@ -319,44 +332,28 @@ mod tests {
         assert!(grid.place(51).distance(DVec2::new(-0.1, 7.9)) < 1e-12);
     }
 
-    /// Surveys a synthetic city; returns its cells and the request that asks for them.
-    fn survey(lanes: &Lanes) -> (Survey, Ticket) {
+    /// A survey of a synthetic city.
+    pub fn survey(stock: &Stock, ticket: Ticket) -> Survey {
         let mut asked = question();
         let fields = asked.as_object_mut().unwrap();
         fields.remove("rx");
         fields.insert("show".into(), "link".into());
         fields.insert("cell_m".into(), 4.0.into());
         let asked = read(asked.to_string().as_bytes()).unwrap();
-        let source = MapSource::Synthetic { count: 1 };
-        let stock = Stock::new(Maps::new(source, 42, SceneSettings::default()).unwrap());
-        let ticket = lanes.enter(1, "coverage");
-        (Survey::new(&stock, &asked, &ticket).unwrap(), ticket)
-    }
-
-    #[test]
-    fn survey_ends_with_its_reader() {
-        let (survey, ticket) = survey(&Lanes::default());
-        let taken = Cell::new(0);
-        survey.run(&ticket, |_| {
-            taken.set(taken.get() + 1);
-            taken.get() < 3
-        });
-        assert_eq!(taken.get(), 3);
+        Survey::new(stock, &asked, ticket).unwrap()
     }
 
     #[test]
     fn survey_ends_when_a_newer_one_is_asked_for() {
         let lanes = Lanes::default();
-        let (survey, ticket) = survey(&lanes);
-        let lines = RefCell::new(Vec::new());
-        survey.run(&ticket, |line| {
-            lines.borrow_mut().push(String::from_utf8(line).unwrap());
-            if lines.borrow().len() == 2 {
-                lanes.enter(1, "coverage");
-            }
-            true
-        });
-        let lines = lines.into_inner();
+        let mut survey = survey(&stock(), lanes.enter(1, "coverage"));
+        let mut lines: Vec<_> = survey.by_ref().take(2).collect();
+        lanes.enter(1, "coverage");
+        lines.extend(survey);
+        let lines: Vec<_> = lines
+            .into_iter()
+            .map(|line| String::from_utf8(line).unwrap())
+            .collect();
         assert_eq!(lines.len(), 3);
         assert!(lines[1].contains("level_db") && lines[2].contains("overtaken"));
     }

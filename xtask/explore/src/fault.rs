@@ -53,6 +53,12 @@ pub enum Fault {
         /// The values that are allowed.
         range: RangeInclusive<f64>,
     },
+    /// Limits without an end of paths.
+    #[error(
+        "three diffractions need a dynamic range of {limit} dB at most: with more there are more paths than anybody can look at",
+        limit = crate::request::MANY_DIFFRACTIONS_RANGE_DB
+    )]
+    Endless,
     /// A material that does not exist.
     #[error("material: {0}")]
     Material(String),
@@ -112,6 +118,7 @@ impl Fault {
             Self::Broken => StatusCode::INTERNAL_SERVER_ERROR,
             Self::Cut | Self::Form(_) => StatusCode::BAD_REQUEST,
             Self::Vertices(_)
+            | Self::Endless
             | Self::Terminal { .. }
             | Self::Library(_)
             | Self::Report(_)
@@ -128,7 +135,7 @@ impl Fault {
             Self::NotFound | Self::Method(_) => ("address", None),
             Self::MediaType | Self::Cut | Self::Form(_) => ("form", None),
             Self::TooLarge(_) | Self::Slow(_) | Self::Vertices(_) => ("size", None),
-            Self::Range { .. } | Self::Material(_) => ("setting", None),
+            Self::Range { .. } | Self::Endless | Self::Material(_) => ("setting", None),
             Self::NoHouse { .. } => ("house", None),
             Self::Terminal { end, .. } => ("terminal", Some(*end)),
             Self::Library(_) | Self::Report(_) => ("library", None),

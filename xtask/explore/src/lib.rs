@@ -28,6 +28,7 @@ pub mod request;
 pub mod server;
 pub mod stock;
 pub mod ticket;
+mod workers;
 
 pub use app::App;
 pub use server::Server;

@@ -82,7 +82,8 @@ impl Prediction {
             rx_m: question.rx,
             mirror: Mirror::default(),
         };
-        let mut predicted = model.predict(&views.value, &[link])?;
+        let predict = || model.predict(&views.value, &[link]);
+        let mut predicted = stock.on_all_threads(predict)?;
         let predicted = predicted.pop().ok_or(Fault::Broken)?;
         let scores = predicted.score(&spectrum.aps_db)?;
         let top_db = spectrum.top_db();
@@ -137,10 +138,52 @@ fn unknown(
 
 /// Returns true for limits and walls that the model did not learn.
 fn is_foreign(own: &TraceConfig, chosen: &TraceConfig) -> bool {
+    // With one corner at most there is no slope.
+    let has_slopes = chosen.max_diffractions.min(chosen.max_interactions) > 1;
     let own = TraceConfig {
         max_images: chosen.max_images,
         max_wave_bytes: chosen.max_wave_bytes,
+        slope_diffraction: match has_slopes {
+            true => own.slope_diffraction,
+            false => chosen.slope_diffraction,
+        },
         ..own.clone()
     };
     own != *chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_other_limits_only_where_there_are_two_corners() {
+        for (max_diffractions, max_interactions, tells) in
+            [(0, 3, false), (1, 3, false), (2, 1, false), (2, 3, true)]
+        {
+            let own = TraceConfig {
+                max_diffractions,
+                max_interactions,
+                ..TraceConfig::default()
+            };
+            let other = TraceConfig {
+                slope_diffraction: !own.slope_diffraction,
+                max_images: 1,
+                ..own.clone()
+            };
+            assert_eq!(
+                is_foreign(&own, &other),
+                tells,
+                "{max_diffractions}, {max_interactions}"
+            );
+            assert!(!is_foreign(&own, &own));
+        }
+        let own = TraceConfig::default();
+        let other = TraceConfig {
+            max_reflections: 3,
+            slope_diffraction: false,
+            ..own.clone()
+        };
+        assert!(is_foreign(&own, &other));
+    }
 }

@@ -14,6 +14,7 @@ use aps_report::picture::Outlines;
 use map2aps::aps_model::ModelKind;
 use map2aps::training::{Device, LinkModel, Trained};
 use map2aps::{MapSource, PolarViews, SceneSettings};
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::fault::{End, Fault};
 use crate::houses::House;
@@ -82,9 +83,18 @@ pub struct Prepared<T> {
     pub took: Duration,
 }
 
-/// Maps, tracers and terminals that are kept between requests.
-#[derive(Debug)]
+/// Maps, tracers and terminals that are kept between requests, and threads to prepare them.
+///
+/// Whoever prepares something keeps others that ask for it waiting. So no thread of a pool may ask: while it waits for the rest of
+/// its own work it would take up theirs, and wait for itself.
+#[derive(Debug, Clone)]
 pub struct Stock {
+    kept: Arc<Kept>,
+    threads: Arc<ThreadPool>,
+}
+
+#[derive(Debug)]
+struct Kept {
     maps: Maps,
     counter: AtomicU64,
     cities: Recent<CityQuestion, City>,
@@ -97,8 +107,11 @@ pub struct Stock {
 
 impl Stock {
     /// Nothing but the list of maps.
-    pub fn new(maps: Maps) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// Threads that cannot be started.
+    pub fn new(maps: Maps) -> Result<Self, ThreadPoolBuildError> {
+        let kept = Kept {
             maps,
             counter: AtomicU64::new(0),
             cities: Recent::new(SCENES),
@@ -107,12 +120,32 @@ impl Stock {
             receivers: Recent::new(TERMINALS),
             model: Recent::new(1),
             views: Recent::new(VIEWS),
-        }
+        };
+        Ok(Self {
+            kept: Arc::new(kept),
+            threads: Arc::new(ThreadPoolBuilder::new().build()?),
+        })
+    }
+
+    /// The same things with other threads, on which nobody waits for the work of these.
+    ///
+    /// # Errors
+    /// Threads that cannot be started.
+    pub fn with_own_threads(&self) -> Result<Self, ThreadPoolBuildError> {
+        Ok(Self {
+            kept: Arc::clone(&self.kept),
+            threads: Arc::new(ThreadPoolBuilder::new().build()?),
+        })
+    }
+
+    /// Does something that works on all threads. It must not ask for anything that is kept.
+    pub fn on_all_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.threads.install(work)
     }
 
     /// The maps to choose from.
     pub fn maps(&self) -> &Maps {
-        &self.maps
+        &self.kept.maps
     }
 
     /// A map.
@@ -120,8 +153,8 @@ impl Stock {
     /// # Errors
     /// A map that is not there, changes that do not fit it, and houses that make no scene.
     pub fn city(&self, question: &CityQuestion) -> Result<Arc<City>, Fault> {
-        self.cities.get(question.clone(), || {
-            let maps = &self.maps;
+        self.kept.cities.get(question.clone(), || {
+            let maps = &self.kept.maps;
             let (footprints, area) = maps.source.footprints(question.map, maps.seed)?;
             let as_read = footprints.len();
             let houses = question.houses.apply(footprints)?;
@@ -147,8 +180,9 @@ impl Stock {
         city: &City,
         config: &TraceConfig,
     ) -> Result<Arc<Prepared<Tracer<'static>>>, Fault> {
-        self.tracers.get((city.number, config.clone()), || {
-            self.prepare(|| Tracer::owning(city.scene.clone(), config.clone()).map_err(Fault::of))
+        self.kept.tracers.get((city.number, config.clone()), || {
+            let make = || Tracer::owning(city.scene.clone(), config.clone()).map_err(Fault::of);
+            self.on_all_threads(|| self.prepare(make))
         })
     }
 
@@ -163,7 +197,8 @@ impl Stock {
     ) -> Result<Arc<Prepared<Transmitter>>, Fault> {
         let make = |p| tracer.value.transmitter(p);
         let key = (tracer.number, place.map(f64::to_bits));
-        self.transmitters
+        self.kept
+            .transmitters
             .get(key, || self.terminal(End::Tx, place, make))
     }
 
@@ -178,7 +213,8 @@ impl Stock {
     ) -> Result<Arc<Prepared<Receiver>>, Fault> {
         let make = |p| tracer.value.receiver(p);
         let key = (tracer.number, place.map(f64::to_bits));
-        self.receivers
+        self.kept
+            .receivers
             .get(key, || self.terminal(End::Rx, place, make))
     }
 
@@ -187,7 +223,7 @@ impl Stock {
     /// # Errors
     /// Weights that cannot be read.
     pub fn model(&self) -> Result<Arc<LinkModel>, Fault> {
-        self.model.get((), || {
+        self.kept.model.get((), || {
             let device = Device::Cpu.open()?;
             let trained = Trained::shipped(ModelKind::PolarReg, &device)?;
             Ok(LinkModel::new(trained)?)
@@ -199,9 +235,9 @@ impl Stock {
     /// # Errors
     /// A map of too many corners.
     pub fn views(&self, city: &City) -> Result<Arc<Prepared<PolarViews>>, Fault> {
-        self.views.get(city.number, || {
+        self.kept.views.get(city.number, || {
             let scenes = [Ok((0, city.scene.clone()))].into_iter();
-            self.prepare(|| Ok(PolarViews::new(scenes)?))
+            self.on_all_threads(|| self.prepare(|| Ok(PolarViews::new(scenes)?)))
         })
     }
 
@@ -225,6 +261,17 @@ impl Stock {
     }
 
     fn number(&self) -> u64 {
-        self.counter.fetch_add(1, Ordering::Relaxed)
+        self.kept.counter.fetch_add(1, Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// One synthetic city.
+    pub fn stock() -> Stock {
+        let source = MapSource::Synthetic { count: 1 };
+        Stock::new(Maps::new(source, 42, SceneSettings::default()).unwrap()).unwrap()
     }
 }

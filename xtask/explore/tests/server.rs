@@ -2,6 +2,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
+use std::time::Duration;
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{TraceConfig, Tracer};
@@ -21,7 +22,7 @@ fn start() -> u16 {
 
 fn start_with(source: MapSource) -> u16 {
     let maps = Maps::new(source, 42, SceneSettings::default()).unwrap();
-    let server = Server::bind(App::new(Stock::new(maps)).unwrap(), 0).unwrap();
+    let server = Server::bind(App::new(Stock::new(maps).unwrap()).unwrap(), 0).unwrap();
     assert!(server.address().ip().is_loopback());
     let port = server.address().port();
     std::thread::spawn(|| server.serve().unwrap());
@@ -48,9 +49,13 @@ impl Answer {
     }
 }
 
+/// A server that is silent for so long hangs.
+const HANGS: Duration = Duration::from_secs(600);
+
 /// Sends bytes and reads the answer up to its end.
 fn exchange(port: u16, request: &[u8]) -> Answer {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(HANGS)).unwrap();
     // A server that refuses may close before it has read everything.
     let _ = stream.write_all(request);
     let mut bytes = Vec::new();
@@ -93,8 +98,13 @@ fn get(port: u16, path: &str) -> Answer {
 }
 
 fn post_text(port: u16, path: &str, body: &str) -> Answer {
+    post_from(0, port, path, body)
+}
+
+/// Asks as one of several pages, which do not overtake each other.
+fn post_from(page: usize, port: u16, path: &str, body: &str) -> Answer {
     let request = format!(
-        "POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Type: application/json\r\n\
+        "POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Type: application/json\r\nX-Page: {page}\r\n\
          Content-Length: {}\r\nConnection: close\r\n\r\n{body}",
         body.len()
     );
@@ -228,6 +238,44 @@ fn comparison_of_converged_limits_with_themselves_finds_no_error() {
     question["trace"]["dynamic_range_db"] = 30.0.into();
     let converged = post(port, "/api/compare", &question).json();
     assert_eq!(converged["error_db"], json!({ "mean": 0.0, "worst": 0.0 }));
+}
+
+#[test]
+fn pages_that_ask_for_the_same_at_once_all_have_their_answer() {
+    for map in 0..3 {
+        let port = start();
+        let question = question(port, map);
+        let mut cells = question.clone();
+        cells.as_object_mut().unwrap().remove("rx");
+        cells["show"] = "error".into();
+        cells["cell_m"] = 32.0.into();
+        let [question, cells] = [question, cells].map(|q| q.to_string());
+        let answers = std::thread::scope(|scope| {
+            let ask = |page| {
+                let (question, cells) = (&question, &cells);
+                scope.spawn(move || {
+                    let compare = || post_from(page, port, "/api/compare", question).json();
+                    let survey = || post_from(page, port, "/api/coverage", cells).body;
+                    let (answer, coverage) = match page % 2 {
+                        0 => (compare(), survey()),
+                        _ => {
+                            let coverage = survey();
+                            (compare(), coverage)
+                        }
+                    };
+                    (answer["error_db"].clone(), coverage)
+                })
+            };
+            let asked: Vec<_> = (0..8).map(ask).collect();
+            let answers = asked.into_iter().map(|page| page.join().unwrap());
+            answers.collect::<Vec<_>>()
+        });
+        let [first, ..] = &answers[..] else {
+            unreachable!("there are eight");
+        };
+        assert!(first.0["mean"].is_number() && first.1.ends_with(b"\n"));
+        assert!(answers.iter().all(|answer| answer == first));
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A training with its progress for a person who waits.
 
 use std::fmt::Write;
+use std::iter;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Result;
@@ -110,15 +111,18 @@ impl Progress for Bar {
 
     fn scored(&self, scores: &DevelopmentScores) {
         let (chosen_by, group) = (scores.chosen_by, &scores.group);
+        let others = [Metric::Cosine, Metric::PleDeg];
+        let others = others.into_iter().filter(|&metric| metric != chosen_by);
+        let shown: Vec<String> = iter::once(chosen_by)
+            .chain(others)
+            .map(|metric| format!("{} {:.4}", metric.label(), mean(group, metric)))
+            .collect();
         self.0.println(format!(
-            "{} epochs, {} steps: training loss {:.4}; development {} {:.4}, CosSim {:.4}, PLE {:.2} deg{}",
+            "{} epochs, {} steps: training loss {:.4}; development {}{}",
             short(scores.epochs),
             scores.steps,
             scores.loss,
-            chosen_by.label(),
-            mean(group, chosen_by),
-            mean(group, Metric::Cosine),
-            mean(group, Metric::PleDeg),
+            shown.join(", "),
             if scores.is_best { ", best" } else { "" }
         ));
     }

@@ -12,7 +12,7 @@ use aps_model::train::TrainConfig;
 use aps_model::{ModelKind, Preset};
 use map2aps::MapError;
 use map2aps::training::{
-    self, DevelopmentMaps, Device, InitialWeights, RunFolder, Training, TrainingError,
+    self, DevelopmentMaps, Device, InitialWeights, RunFolder, Selection, Training, TrainingError,
     usual_image_size,
 };
 use xtask::interrupt::interrupt_flag;
@@ -183,6 +183,7 @@ impl Args {
             },
             development_maps: self.dev_maps.clone().unwrap_or_default(),
             development_links: (self.dev_limit > 0).then_some(self.dev_limit),
+            selection: Selection::default(),
             score_every: self.score_every,
             mirror: self.mirror,
             links: self.limit,

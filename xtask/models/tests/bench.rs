@@ -126,7 +126,15 @@ fn is_whole(results: &Results, out: &Path) {
         let times: Vec<f64> = training.curve.iter().map(|p| p.seconds).collect();
         assert!(!times.is_empty() && times.len() <= 7 && times.is_sorted());
         assert!(training.seconds > 0.0, "{times:?}");
-        assert!(training.best_steps.is_some() && training.links_seen > 0);
+        assert!(training.links_seen > 0);
+        // Weights are chosen by the metric that entries are ranked by; of equals the first.
+        let cosines = training.curve.iter().filter_map(|p| p.dev_cosine);
+        let highest = cosines.fold(f64::NEG_INFINITY, f64::max);
+        let best = training.curve.iter();
+        let best = best
+            .filter(|p| p.dev_cosine == Some(highest))
+            .map(|p| p.steps);
+        assert_eq!(training.best_steps, best.min(), "{kind}");
         let batches: Vec<usize> = model.latency.iter().map(|l| l.batch).collect();
         assert_eq!(batches, [1, 16]);
         assert!(
@@ -149,6 +157,12 @@ fn is_whole(results: &Results, out: &Path) {
     let cosine = |name| mean_cosine(results, out, name);
     assert!(cosine("tracer, 2 interactions") > cosine("tracer, 0 interactions"));
     assert!(cosine("tracer, 2 interactions") > cosine("mean spectrum"));
+    // One path of each link, none of which lacks one: more than what is in sight, less than all.
+    let strongest = cosine("strongest path");
+    assert!(strongest > cosine("tracer, 0 interactions") && strongest < 0.999_999);
+    assert_eq!(entry(results, "strongest path").substituted_links, 0);
+    let shipped = entry(results, "Polar-Reg, shipped");
+    assert_eq!(shipped.model.as_deref(), Some("Polar-Reg"));
     // The labels' own limits.
     assert!(cosine("tracer, 3 interactions") > 0.999_999);
     let in_sight = results.links.iter().filter(|l| l.line_of_sight).count() as u64;

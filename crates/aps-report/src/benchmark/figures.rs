@@ -95,6 +95,7 @@ fn in_use(analysis: &Analysis<'_>, protocol: &str, metric: Metric) -> Option<Cha
                 .replace(" interactions", "")
                 .replace(" interaction", ""),
             interval: Some([mean.low, mean.high]),
+            hollow: entry.kind == EntryKind::Shipped,
         };
         chart = chart.with(Series::new("", colour, Mark::Spots(vec![spot])));
     }
@@ -105,23 +106,25 @@ fn chart(x: &str, metric: Metric) -> Chart {
     Chart::new(Axis::log(x), Axis::linear(metric.label())).sized(PANEL.0, PANEL.1)
 }
 
-/// The colour of an entry: the same in all reports for the models of the paper; weights have that of no model.
+/// The colour of an entry: the same in all reports for the models of the paper; weights have that of their model.
 fn colour(analysis: &Analysis<'_>, entry: &Entry) -> Colour {
-    let published = |name: &str| PUBLISHED.iter().position(|p| p.name == name);
-    let others = || {
-        let models = analysis.results.entries.iter();
-        models
-            .filter(|e| e.kind == EntryKind::Model && published(&e.name).is_none())
-            .position(|e| e.name == entry.name)
-            .unwrap_or_default()
-    };
-    match entry.kind {
-        EntryKind::Model => {
-            Colour::Series(published(&entry.name).unwrap_or_else(|| PUBLISHED.len() + others()))
-        }
-        EntryKind::Shipped | EntryKind::External => Colour::Ink,
-        EntryKind::Baseline | EntryKind::Tracer => Colour::Soft,
+    match (entry.kind, &entry.model) {
+        (EntryKind::Model, _) => of_model(analysis, &entry.name),
+        (EntryKind::Shipped, Some(model)) => of_model(analysis, model),
+        (EntryKind::Shipped | EntryKind::External, _) => Colour::Ink,
+        (EntryKind::Baseline | EntryKind::Tracer | EntryKind::Ceiling, _) => Colour::Soft,
     }
+}
+
+/// The colour of a model: those of the paper have theirs in all reports, others one of those behind.
+fn of_model(analysis: &Analysis<'_>, name: &str) -> Colour {
+    let is_published = |name: &str| PUBLISHED.iter().any(|p| p.name == name);
+    let models = analysis.results.entries.iter();
+    let models = models.filter(|e| e.kind == EntryKind::Model);
+    let others = models.map(|e| &*e.name).filter(|name| !is_published(name));
+    let known = PUBLISHED.iter().map(|p| p.name).chain(others);
+    let at = known.into_iter().position(|known| known == name);
+    Colour::Series(at.unwrap_or(PUBLISHED.len()))
 }
 
 /// Map and spectra of an example.

@@ -28,8 +28,8 @@ mod words;
 use std::path::{Path, PathBuf};
 
 pub use results::{
-    CurvePoint, DataSummary, Entry, EntryKind, Example, FILE, FORMAT, Failure, Latency, Machine,
-    Prediction, ProtocolScores, Results, TestLink, Training,
+    CurvePoint, DataSummary, Entry, EntryKind, Example, FILE, FORMAT, Failure, Latency, MEAN,
+    Machine, Prediction, ProtocolScores, Results, TestLink, Training,
 };
 pub use scores::ScoreTable;
 

@@ -24,7 +24,11 @@ pub fn document(analysis: &Analysis<'_>) -> Document {
     }
     let mut front = Section::new("Error against time");
     front.figures(figures::error_against_time(analysis, protocol));
-    front.table(tables::front(analysis, protocol));
+    let (table, others) = tables::front(analysis, protocol);
+    front.table(table);
+    if let Some(others) = others {
+        front.table(others);
+    }
     document.sections.push(front);
     if !results.examples.is_empty() {
         let mut links = Section::new("Best, median and worst link");

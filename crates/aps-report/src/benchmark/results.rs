@@ -15,10 +15,13 @@ use serde::{Deserialize, Serialize};
 use crate::ReportError;
 
 /// Version of the format that this code writes and the highest it reads.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Name of the file in the folder of a benchmark.
 pub const FILE: &str = "results.json";
+
+/// Name of the baseline that the table in front always holds: the mean of the training targets, for every link.
+pub const MEAN: &str = "mean spectrum";
 
 /// Everything a report is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -90,6 +93,8 @@ pub struct DataSummary {
     pub train_links: u64,
     /// Number of links on which the best weights were chosen.
     pub dev_links: u64,
+    /// Key of the metric by which they were chosen; empty where it was that of each model's loss.
+    pub chosen_by: String,
     /// Number of links scored; equals the length of [`Results::links`].
     pub test_links: u64,
     /// Number of test links without any path: they have no label and are not scored.
@@ -123,6 +128,9 @@ pub struct Entry {
     pub name: String,
     /// Its kind.
     pub kind: EntryKind,
+    /// Name of the model that predicts, `MS-AReg`, which shipped weights share with the one trained here; none for what is no model.
+    #[serde(default)]
+    pub model: Option<String>,
     /// Number of parameters that are in use when it predicts.
     pub parameters: Option<u64>,
     /// Its training; none for what learns nothing or was trained elsewhere.
@@ -151,6 +159,8 @@ pub enum EntryKind {
     Baseline,
     /// The ray tracer, with at most the interactions that the labels were made with.
     Tracer,
+    /// A part of what the tracer finds, which says how far an answer of that part can come.
+    Ceiling,
 }
 
 impl EntryKind {

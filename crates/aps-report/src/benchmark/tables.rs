@@ -4,7 +4,7 @@ use aps_metrics::{Better, Metric};
 
 use super::analysis::{Analysis, Group, latencies};
 use super::paper::published;
-use super::results::{Entry, TestLink};
+use super::results::{Entry, EntryKind, MEAN, TestLink};
 use super::words::{self, or_nothing};
 use crate::document::Table;
 use crate::numbers::{count, duration, fixed, list, three_digits};
@@ -98,16 +98,65 @@ fn estimate(metric: Metric, of: Option<aps_metrics::Estimate>) -> Cell {
     )
 }
 
-/// The best entries in CosSim, with what they cost.
-pub fn front(analysis: &Analysis<'_>, protocol: &str) -> Table {
+/// The entries that the table in front shows, and the others: all models and the mean spectrum, then as many as there is room for of
+/// weights and predictions from elsewhere, the best of the tracer, the other baselines, and the rest of the tracer. Both by falling CosSim.
+fn in_front<'a>(analysis: &Analysis<'a>, protocol: &str) -> [Vec<&'a Entry>; 2] {
+    let ranked = analysis.ranked(protocol, Metric::Cosine);
+    let best_tracer = ranked.iter().find(|e| e.kind == EntryKind::Tracer);
+    let best_tracer = best_tracer.map(|e| &*e.name);
+    let rank = |entry: &Entry| match entry.kind {
+        EntryKind::Model => 0,
+        EntryKind::Baseline if entry.name == MEAN => 0,
+        EntryKind::Shipped => 1,
+        EntryKind::External => 2,
+        EntryKind::Tracer if best_tracer == Some(&*entry.name) => 3,
+        EntryKind::Baseline => 4,
+        EntryKind::Ceiling => 5,
+        EntryKind::Tracer => 6,
+    };
+    // Both sorts are stable: within a rank the best come first.
+    let mut order: Vec<usize> = (0..ranked.len()).collect();
+    order.sort_by_key(|&i| rank(ranked[i]));
+    let (front, rest) = order.split_at(ROWS.min(order.len()));
+    [front, rest].map(|some| {
+        let mut places = some.to_vec();
+        places.sort_unstable();
+        places.into_iter().map(|i| ranked[i]).collect()
+    })
+}
+
+/// The entries in front with what they cost, the best in CosSim first, and a folded table of the others if there are some.
+pub fn front(analysis: &Analysis<'_>, protocol: &str) -> (Table, Option<Table>) {
+    let [front, rest] = in_front(analysis, protocol);
+    let links = analysis.results.links.len() as u64;
+    let caption = format!(
+        "{} links of test maps, protocol {protocol}, means with 95 % intervals, the best in CosSim first",
+        count(links)
+    );
+    let rest = (!rest.is_empty()).then(|| Table {
+        is_folded: true,
+        ..with_costs(analysis, protocol, "others", "All other entries", &rest)
+    });
+    (
+        with_costs(analysis, protocol, "front", &caption, &front),
+        rest,
+    )
+}
+
+/// Entries with the metrics in front and what they cost.
+fn with_costs(
+    analysis: &Analysis<'_>,
+    protocol: &str,
+    stem: &str,
+    caption: &str,
+    entries: &[&Entry],
+) -> Table {
     const METRICS: [Metric; 3] = [Metric::Cosine, Metric::Recall4Deg, Metric::Mae];
     let mut columns = vec![column("entry", "entry")];
     columns.extend(METRICS.map(metric_column));
     let keys = ["ms_per_link_one", "ms_per_link_many"].map(String::from);
     columns.push(("ms a link \u{2193}".into(), keys.into()));
     columns.push(column("training", "training_seconds"));
-    let mut entries = analysis.ranked(protocol, Metric::Cosine);
-    entries.truncate(ROWS);
     let row = |entry: &&Entry| {
         let times: Vec<f64> = latencies(entry)
             .iter()
@@ -124,12 +173,7 @@ pub fn front(analysis: &Analysis<'_>, protocol: &str) -> Table {
         row.push(number(entry.training.as_ref().map(|t| t.seconds), duration));
         row
     };
-    let links = analysis.results.links.len() as u64;
-    let caption = format!(
-        "{} links of test maps, protocol {protocol}, means with 95 % intervals, the best in CosSim first",
-        count(links)
-    );
-    table("front", caption, &columns, entries.iter().map(row))
+    table(stem, caption, &columns, entries.iter().map(row))
 }
 
 /// The paper's Tables I to III: means, an entry a row, the paper's figure below each. The best of what was learned stands out.
@@ -296,6 +340,8 @@ pub fn conditions(analysis: &Analysis<'_>) -> Table {
         .filter(|e| e.substituted_links > 0)
         .map(|e| format!("{} {}", e.name, count(e.substituted_links)))
         .collect();
+    let chosen_by = Metric::ALL.iter().find(|m| m.key() == data.chosen_by);
+    let chosen_by = chosen_by.map_or(String::new(), |m| format!(", by mean {}", m.label()));
     let bootstrap = analysis.bootstrap;
     let rows = [
         ("maps", data.source.clone()),
@@ -303,7 +349,7 @@ pub fn conditions(analysis: &Analysis<'_>) -> Table {
         ("learned from", maps(data.train_links, &data.train_maps)),
         (
             "best weights chosen on",
-            maps(data.dev_links, &data.dev_maps),
+            maps(data.dev_links, &data.dev_maps) + &chosen_by,
         ),
         ("scored on", maps(data.test_links, &data.test_maps)),
         (

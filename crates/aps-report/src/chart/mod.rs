@@ -11,6 +11,7 @@
 //!     at: [ms, error],
 //!     label: name.into(),
 //!     interval: Some([error - 0.02, error + 0.02]),
+//!     hollow: false,
 //! });
 //! let chart = Chart::new(Axis::log("time a link [ms]"), Axis::linear("error"))
 //!     .line("front", [[0.1, 0.30], [2.0, 0.10]])
@@ -219,7 +220,7 @@ mod tests {
         let spots = [Spot {
             at: [1.0, 1.0],
             label: nasty.into(),
-            interval: None,
+            ..Spot::default()
         }];
         let chart = Chart::new(Axis::linear(nasty), Axis::log(nasty))
             .titled(nasty)
@@ -248,6 +249,7 @@ mod tests {
                     at,
                     label: "x".into(),
                     interval: Some(at),
+                    ..Spot::default()
                 })
                 .collect();
             let chart = Chart::new(axis.clone(), axis)

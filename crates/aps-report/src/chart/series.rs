@@ -80,6 +80,8 @@ pub struct Spot {
     pub label: String,
     /// Interval of y, drawn as a vertical bar.
     pub interval: Option<[f64; 2]>,
+    /// A ring instead of a disc.
+    pub hollow: bool,
 }
 
 impl Mark {
@@ -218,11 +220,8 @@ impl Series {
             let class = format!("line {}", self.colour.stroke());
             group = group.add(line(x, frame.down(low), x, frame.down(high), &class));
         }
-        let mut dot = Circle::new()
-            .set("cx", x)
-            .set("cy", y)
-            .set("r", 4.5)
-            .set("class", self.colour.fill());
+        let mut dot = Circle::new().set("cx", x).set("cy", y).set("r", 4.5);
+        dot = filled(dot, self.colour, spot.hollow);
         if !spot.label.is_empty() {
             dot = dot.add(Title::new(plain(&spot.label)));
         }
@@ -258,18 +257,23 @@ pub(crate) fn badge(x: f64, y: f64, text: &str, colour: Colour, hollow: bool) ->
         .set("cx", px(x))
         .set("cy", px(y))
         .set("r", 8.5);
-    let circle = match hollow {
-        true => circle
-            .set("class", format!("paper {}", colour.stroke()))
-            .set("stroke-width", 2),
-        false => circle.set("class", colour.fill()),
-    };
+    let circle = filled(circle, colour, hollow);
     let number = words(text, x, y + 4.0, "middle").set("class", "number");
     let group = Group::new().add(circle).add(number);
     if hollow {
         group.set("class", "hollow")
     } else {
         group
+    }
+}
+
+/// A circle as a disc, or as a ring.
+fn filled(circle: Circle, colour: Colour, hollow: bool) -> Circle {
+    match hollow {
+        true => circle
+            .set("class", format!("paper {}", colour.stroke()))
+            .set("stroke-width", 2),
+        false => circle.set("class", colour.fill()),
     }
 }
 

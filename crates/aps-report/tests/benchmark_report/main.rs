@@ -7,7 +7,7 @@ mod fixture;
 use std::fs;
 use std::path::Path;
 
-use aps_report::benchmark::{Failure, Results, write_report};
+use aps_report::benchmark::{EntryKind, Failure, Results, write_report};
 use fixture::{as_in_the_paper, results};
 
 /// Report of results as Markdown.
@@ -122,16 +122,64 @@ fn one_sentence_and_one_table_tell_the_best_and_its_price() {
     let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();
     assert_eq!(
         names[..3],
-        [
-            "tracer, 3 interactions",
-            "tracer, 2 interactions",
-            "MS-AReg"
-        ]
+        ["MS-AReg", "Polar-Reg, shipped", "MS-AReg, shipped"]
     );
-    assert!(names.contains(&"MS-AReg, shipped") && !names.contains(&"mean spectrum"));
+    assert_eq!(names[11], "mean spectrum");
+    let conditions = fs::read_to_string(folder.path().join("tables/conditions.csv")).unwrap();
+    assert!(conditions.contains(", by mean CosSim"), "{conditions}");
     // The rest is there for who asks, and no more than named here.
     assert!(text.contains("[groups.csv](tables/groups.csv)"), "{text}");
     assert_eq!(text.matches("\n| --- |").count(), 1, "{text}");
+}
+
+/// However many settings of the tracer and predictions from elsewhere are better.
+#[test]
+fn every_model_and_the_mean_spectrum_are_in_front_and_the_rest_is_folded() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut entries = as_in_the_paper();
+    entries.retain(|entry| entry.kind != EntryKind::External);
+    let text = markdown(&results(folder.path(), &entries), folder.path());
+    let rows = front(&text);
+    let names: Vec<&str> = rows.iter().map(|row| row[0]).collect();
+    assert_eq!((names.len(), names[0]), (12, "tracer, 3 interactions"));
+    for entry in &entries {
+        let is_first_of_all = entry.kind == EntryKind::Model || entry.name == "mean spectrum";
+        let is_next = entry.kind == EntryKind::Shipped;
+        assert!(!(is_first_of_all || is_next) || names.contains(&entry.name));
+    }
+    let others = fs::read_to_string(folder.path().join("tables/others.csv")).unwrap();
+    let mut others = csv::Reader::from_reader(others.as_bytes());
+    let others: Vec<String> = others.records().map(|r| r.unwrap()[0].to_owned()).collect();
+    assert_eq!(
+        others,
+        [
+            "strongest path",
+            "tracer, 2 interactions",
+            "tracer, 1 interaction",
+            "tracer, 0 interactions",
+            "line of sight"
+        ]
+    );
+    assert_eq!(names.len() + others.len(), entries.len());
+}
+
+#[test]
+fn weights_from_before_have_the_colour_of_their_model_and_a_ring() {
+    let folder = tempfile::tempdir().unwrap();
+    markdown(&results(folder.path(), &as_in_the_paper()), folder.path());
+    let text = fs::read_to_string(folder.path().join("figures/cossim-time.svg")).unwrap();
+    let picture = roxmltree::Document::parse(&text).unwrap();
+    let class = |name: &str| {
+        let of = |n: &roxmltree::Node<'_, '_>| n.has_tag_name("title") && n.text() == Some(name);
+        let title = picture.descendants().find(of).unwrap();
+        title.parent().unwrap().attribute("class").unwrap()
+    };
+    for model in ["MS-AReg", "Polar-Reg"] {
+        let colour = class(model).strip_prefix("fill-").unwrap();
+        assert!(colour.starts_with('s'), "{model}: {colour}");
+        let ring = format!("paper stroke-{colour}");
+        assert_eq!(class(&format!("{model}, shipped")), ring);
+    }
 }
 
 #[test]

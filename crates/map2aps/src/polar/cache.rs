@@ -14,10 +14,12 @@ pub type Cell<T> = Arc<OnceLock<Result<T, PolarError>>>;
 /// Calls of [`Cache::cells`] whose results are kept whatever their number: those of the batches under way.
 const UNDER_WAY: u64 = 8;
 
-/// The latest results, so many at most beside those under way. What is kept decides times, never results.
+/// The latest results, of so many bytes at most beside those under way. What is kept decides times, never results.
 #[derive(Debug)]
 pub struct Cache<T> {
-    capacity: usize,
+    bytes: usize,
+    /// Memory that a result takes.
+    size: fn(&T) -> usize,
     state: Mutex<State<T>>,
 }
 
@@ -29,10 +31,11 @@ struct State<T> {
 }
 
 impl<T> Cache<T> {
-    /// Keeps results of so many bytes each in a memory of a size.
-    pub fn new(bytes: usize, of_one: usize) -> Self {
+    /// Keeps results in a memory of so many bytes, of which each takes its `size` and a place.
+    pub fn new(bytes: usize, size: fn(&T) -> usize) -> Self {
         Self {
-            capacity: bytes / of_one.max(1),
+            bytes,
+            size,
             state: Mutex::new(State {
                 cells: HashMap::new(),
                 calls: 0,
@@ -44,6 +47,7 @@ impl<T> Cache<T> {
     pub fn cells(&self, keys: impl Iterator<Item = Key>) -> Vec<Cell<T>> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let State { cells, calls } = &mut *state;
+        let known = cells.len();
         *calls += 1;
         let cell = |key| {
             let (cell, last) = cells.entry(key).or_default();
@@ -51,14 +55,28 @@ impl<T> Cache<T> {
             Arc::clone(cell)
         };
         let asked = keys.map(cell).collect();
-        if cells.len() > self.capacity {
-            let mut order: Vec<u64> = cells.values().map(|(_, last)| *last).collect();
-            order.sort_unstable_by(|a, b| b.cmp(a));
+        if cells.len() > known {
+            let sizes = cells.values();
+            let mut sizes: Vec<_> = sizes.map(|(cell, last)| (*last, self.of(cell))).collect();
+            sizes.sort_unstable_by_key(|&(last, _)| std::cmp::Reverse(last));
+            let mut sum = 0;
+            let too_many = sizes.iter().find(|(_, bytes)| {
+                sum += bytes;
+                sum > self.bytes
+            });
             // All of the call that the first one too many was asked for in.
-            let oldest = order[self.capacity].min(calls.saturating_sub(UNDER_WAY));
-            cells.retain(|_, (_, last)| *last > oldest);
+            if let Some(&(last, _)) = too_many {
+                let oldest = last.min(calls.saturating_sub(UNDER_WAY));
+                cells.retain(|_, (_, last)| *last > oldest);
+            }
         }
         asked
+    }
+
+    /// Memory of a place and of what is in it; what is yet to be made counts when it is there.
+    fn of(&self, cell: &Cell<T>) -> usize {
+        let made = cell.get().and_then(|made| made.as_ref().ok());
+        size_of::<(Key, Cell<T>, u64)>() + size_of::<T>() + made.map_or(0, self.size)
     }
 }
 
@@ -68,7 +86,8 @@ mod tests {
 
     #[test]
     fn the_latest_and_those_under_way_are_kept() {
-        let cache: Cache<u32> = Cache::new(40, 4);
+        let place = Cache::<u32>::new(0, |_| 0).of(&Cell::default());
+        let cache: Cache<u32> = Cache::new(10 * place, |_| 0);
         let ask = |keys: std::ops::Range<usize>| cache.cells(keys.map(|i| (i, [0; 2])));
         let is_kept = |key: usize| {
             cache
@@ -93,5 +112,22 @@ mod tests {
         );
         assert_eq!(ask(3..4)[0].get(), None);
         assert!((100..100 + UNDER_WAY as usize).all(is_kept));
+    }
+
+    /// As many large ones are kept as fit, and ten times as many small ones.
+    #[test]
+    fn memory_is_counted_by_what_is_in_it() {
+        let room = 1_000_000;
+        for size in [10_000_usize, 100_000] {
+            let cache: Cache<usize> = Cache::new(room, |&size| size);
+            for call in 0..500 {
+                let cells = cache.cells(std::iter::once((call, [0; 2])));
+                cells[0].get_or_init(|| Ok(size));
+            }
+            let kept = cache.state.lock().unwrap().cells.len();
+            // The last one asked for is not made when it is counted.
+            let fit = room / (size + cache.of(&Cell::default())) + 1;
+            assert!((fit - 1..=fit).contains(&kept), "{kept} of {size} bytes");
+        }
     }
 }

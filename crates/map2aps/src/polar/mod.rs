@@ -15,14 +15,11 @@ use rayon::prelude::*;
 use self::cache::{Cache, Cell, Key};
 use crate::error::{At, Place, Result};
 
-/// Memory for the ways of transmitters, beside those of the batches under way \[bytes\].
+/// Memory for the ways of transmitters, beside those of the batches under way \[bytes\]: some thousands on maps of 256 m.
 const TRANSMITTER_BYTES: usize = 256 << 20;
 
 /// Memory for the rays of receivers likewise.
 const RECEIVER_BYTES: usize = 256 << 20;
-
-/// Size of a transmitter's ways, and of a receiver's rays, in a city of a RadioMapSeer map \[bytes\].
-const USUAL_BYTES: usize = 128 << 10;
 
 /// A link whose geometry is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,8 +78,8 @@ impl PolarViews {
         let maps = scenes.map(prepare).collect::<Result<_>>()?;
         Ok(Self {
             maps,
-            transmitters: Cache::new(TRANSMITTER_BYTES, USUAL_BYTES),
-            receivers: Cache::new(RECEIVER_BYTES, USUAL_BYTES),
+            transmitters: Cache::new(TRANSMITTER_BYTES, TransmitterWays::bytes),
+            receivers: Cache::new(RECEIVER_BYTES, ReceiverRays::bytes),
         })
     }
 

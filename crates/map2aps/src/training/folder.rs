@@ -50,6 +50,9 @@ pub struct Settings {
     pub mirrored: bool,
     /// Number of links the best weights are chosen by.
     pub dev_links: usize,
+    /// Key of the metric the best weights are chosen by; not told by runs of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen_by: Option<String>,
     /// Settings of the training.
     pub training: TrainConfig,
 }

@@ -9,7 +9,7 @@
 //!
 //! # Files of a run
 //!
-//! - `best.safetensors`: weights with the least error on the development maps, of those scored;
+//! - `best.safetensors`: weights that did best on the development maps by [`Selection`], of those scored;
 //! - `last.safetensors`: everything needed to continue, after each epoch, each 1000 steps, and when the run is cancelled;
 //! - `config.json`: every setting ([`Settings`]);
 //! - `steps.csv`: loss, gradient norms and learning rate of each step;
@@ -36,6 +36,7 @@ mod polar;
 mod rows;
 mod run;
 mod score;
+mod selection;
 mod trained;
 
 use std::path::Path;
@@ -56,6 +57,7 @@ pub use onnx::OnnxModel;
 pub use plan::Training;
 pub use run::{ClosingScores, DevelopmentScores, Run};
 pub use score::mean;
+pub use selection::Selection;
 pub use trained::Trained;
 
 /// Opens a data set whose labels the models can learn.

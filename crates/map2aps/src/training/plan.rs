@@ -20,8 +20,8 @@ use super::polar::label_facts;
 use super::run::{Run, State};
 use super::score::Development;
 use super::{
-    DevelopmentMaps, Device, InitialWeights, RunFolder, Settings, Trained, TrainingError, check,
-    rows, usual_image_size,
+    DevelopmentMaps, Device, InitialWeights, RunFolder, Selection, Settings, Trained,
+    TrainingError, check, rows, usual_image_size,
 };
 use crate::control::Control;
 use crate::error::{At, Place, Result};
@@ -46,6 +46,8 @@ pub struct Training {
     pub development_maps: DevelopmentMaps,
     /// Development links scored each time, drawn by the seed; none for all.
     pub development_links: Option<usize>,
+    /// Metric to choose the best weights by; a run is continued with the same.
+    pub selection: Selection,
     /// Steps between two scores of the development links, beside the one at the end of each epoch, or those after fixed shares of
     /// a time budget.
     pub score_every: Option<NonZeroU64>,
@@ -72,6 +74,7 @@ impl Training {
             config: model.train_config(preset),
             development_maps: DevelopmentMaps::default(),
             development_links: None,
+            selection: Selection::default(),
             score_every: None,
             links: None,
             mirror: false,
@@ -81,7 +84,7 @@ impl Training {
         }
     }
 
-    /// Trains, and returns the weights with the least error on the development maps. A run that `folder` holds already is
+    /// Trains, and returns the weights that did best on the development maps. A run that `folder` holds already is
     /// continued, to the same bytes.
     ///
     /// # Errors
@@ -133,6 +136,7 @@ impl Training {
             frame: self.frame,
             ..ConditionConfig::default()
         };
+        let chosen_by = self.selection.metric(self.model);
         let settings = Settings {
             model: self.model.to_string(),
             preset: self.preset.to_string(),
@@ -150,6 +154,7 @@ impl Training {
             train_links: train.list().len(),
             mirrored: self.mirror,
             dev_links: development.list().len(),
+            chosen_by: Some(chosen_by.key().into()),
             training: self.config.clone(),
         };
         let mean_target = train.mean_target();
@@ -210,6 +215,7 @@ impl Training {
             times,
             score_every: self.score_every,
             development,
+            chosen_by,
             mean_target,
         })
     }

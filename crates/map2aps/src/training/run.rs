@@ -4,13 +4,13 @@ use std::fs;
 use std::num::NonZeroU64;
 
 use aps_metrics::{GroupReport, Metric};
-use aps_model::Loss;
 use aps_model::train::{StepReport, Trainer};
 use aps_model::weights::{self, Label, LoadReport};
 use serde::{Deserialize, Serialize};
 
 use super::log::Log;
-use super::score::{Development, mean};
+use super::score::Development;
+use super::selection::cost;
 use super::{RunFolder, Settings, TrainingError, rows};
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result};
@@ -31,7 +31,7 @@ pub(super) struct State {
     scored_at: u64,
     /// Bits of the sum of the losses since then: JSON would round them.
     loss_bits: u64,
-    /// Steps made before the best score so far, and its error as bits.
+    /// Steps made before the best score so far, and its [`cost`] as bits.
     best: Option<(u64, u64)>,
 }
 
@@ -49,7 +49,7 @@ pub struct DevelopmentScores {
     pub loss: f64,
     /// The scores.
     pub group: GroupReport,
-    /// Metric by which the best weights are chosen: the one that training minimises.
+    /// Metric by which the best weights are chosen.
     pub chosen_by: Metric,
     /// True when these are the best so far.
     pub is_best: bool,
@@ -83,6 +83,8 @@ pub struct Run {
     pub(super) times: Log,
     pub(super) score_every: Option<NonZeroU64>,
     pub(super) development: Development,
+    /// Metric by which the best weights are chosen.
+    pub(super) chosen_by: Metric,
     pub(super) mean_target: Vec<f64>,
 }
 
@@ -162,7 +164,7 @@ impl Run {
         &self.trainer
     }
 
-    /// Steps after which the error on the development links was least.
+    /// Steps after which the scores of the development links were best.
     pub fn best_steps(&self) -> Option<u64> {
         self.state.best.map(|(steps, _)| steps)
     }
@@ -216,11 +218,7 @@ impl Run {
     fn evaluate(&mut self) -> Result<DevelopmentScores> {
         let seconds = self.trainer.seconds();
         let (steps, group) = (self.trainer.steps_done(), self.score()?);
-        let chosen_by = match self.label.kind.loss() {
-            Loss::Squared => Metric::Mse,
-            _ => Metric::Mae,
-        };
-        let error = mean(&group, chosen_by);
+        let cost = cost(&group, self.chosen_by);
         let sum = f64::from_bits(std::mem::take(&mut self.state.loss_bits));
         let loss = sum / (steps - self.state.scored_at) as f64;
         let epochs = self.epochs(steps);
@@ -232,11 +230,11 @@ impl Run {
         self.state.scores += 1;
         self.state.scored_at = steps;
         let best = self.state.best;
-        let is_best = best.is_none_or(|(_, best)| error < f64::from_bits(best));
+        let is_best = best.is_none_or(|(_, best)| cost < f64::from_bits(best));
         if is_best {
             let parameters = self.trainer.parameters();
             weights::save(&self.folder.best(), parameters, Some(self.label))?;
-            self.state.best = Some((steps, error.to_bits()));
+            self.state.best = Some((steps, cost.to_bits()));
         }
         Ok(DevelopmentScores {
             steps,
@@ -244,7 +242,7 @@ impl Run {
             seconds,
             loss,
             group,
-            chosen_by,
+            chosen_by: self.chosen_by,
             is_best,
         })
     }

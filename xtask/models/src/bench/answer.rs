@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use aps_data::npy;
 use aps_metrics::Shape;
-use aps_model::ANGLE_BINS;
+use aps_model::{ANGLE_BINS, ModelKind};
 use aps_report::benchmark::{Entry, EntryKind, Latency, Training};
 use map2aps::ArrayFile;
 
@@ -19,6 +19,8 @@ pub struct Answer {
     pub predictions: Vec<f32>,
     /// Links without an answer of its own, for which the mean spectrum stands.
     pub substituted: Vec<usize>,
+    /// The model that made them.
+    pub model: Option<ModelKind>,
     /// Number of parameters.
     pub parameters: Option<u64>,
     /// Training of the model, for trained ones.
@@ -53,6 +55,7 @@ pub fn keep(
     let entry = Entry {
         name: name.into(),
         kind,
+        model: answer.model.map(|model| model.title().into()),
         parameters: answer.parameters,
         training: answer.training,
         latency: answer.latency,

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use aps_data::PathTable;
 use aps_label::{Label, Labeler, PathSample, Scratch, Status};
 use aps_model::ANGLE_BINS;
-use aps_raytrace::{Link, SPEED_OF_LIGHT_M_PER_S, TraceConfig, Tracer};
+use aps_raytrace::{Link, PathRecord, SPEED_OF_LIGHT_M_PER_S, TraceConfig, Tracer};
 use map2aps::{Control, DatasetPlan, Example, label_links};
 use rayon::prelude::*;
 
@@ -61,34 +61,44 @@ pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result
     })
 }
 
-/// The test links traced and labelled again with at most so many `interactions` on a path, and none of the further
-/// diffractions by which links without a path get one. Timed a map at a time on all threads, from its buildings to the labels;
+/// Paths that the tracer is asked for.
+#[derive(Debug, Clone, Copy)]
+pub enum Found {
+    /// Those of at most so many interactions, and none of the further diffractions by which links without a path get one.
+    Within(usize),
+    /// The strongest of a link, of all that the labels are made of.
+    Strongest,
+}
+
+/// The test links traced and labelled again with some of their paths. Timed a map at a time on all threads, from its buildings to the labels;
 /// `batch` is what the time is listed under.
 pub fn tracer(
     test: &TestSet,
     plan: &DatasetPlan,
-    interactions: usize,
+    found: Found,
     mean: &[f64],
     batch: usize,
 ) -> Result<Answer> {
     let whole = &plan.trace;
-    let [reflections, diffractions] = [whole.max_reflections, whole.max_diffractions];
-    let interactions = interactions.min(whole.max_interactions);
-    let lower = TraceConfig {
-        max_fallback_diffractions: 0,
-        ..limited(
-            whole,
-            reflections.min(interactions),
-            diffractions.min(interactions),
-            interactions,
-        )
+    let (trace, kept): (_, Kept) = match found {
+        Found::Strongest => (whole.clone(), strongest),
+        Found::Within(interactions) => {
+            let most = interactions.min(whole.max_interactions);
+            let [reflections, diffractions] =
+                [whole.max_reflections, whole.max_diffractions].map(|limit| limit.min(most));
+            let lower = TraceConfig {
+                max_fallback_diffractions: 0,
+                ..limited(whole, reflections, diffractions, most)
+            };
+            (lower, |paths| paths)
+        }
     };
     let labeler = Labeler::new(&plan.label)?;
     let (mut answers, mut times) = (Vec::with_capacity(test.len()), Vec::new());
     for of_map in test.examples().list().chunk_by(|p, q| p.map == q.map) {
         let started = Instant::now();
         let scene = plan.maps.load(of_map[0].map, plan.seed, plan.scene)?;
-        let paths = traced(&Tracer::new(&scene, lower.clone())?, of_map)?;
+        let paths = traced(&Tracer::new(&scene, trace.clone())?, of_map, kept)?;
         let labels = label_links(&labeler, &paths, &Control::default())?;
         times.push(ms_per_link(started.elapsed(), of_map.len()));
         let rows = labels.aps_db.chunks_exact(ANGLE_BINS);
@@ -106,8 +116,22 @@ pub fn tracer(
     })
 }
 
-/// The paths of links of one map, whose terminals are prepared once each.
-fn traced(tracer: &Tracer<'_>, links: &[Example]) -> Result<PathTable> {
+/// A choice of the paths of a link.
+type Kept = fn(&[PathRecord]) -> &[PathRecord];
+
+/// The path of the most power, the first of equals.
+fn strongest(paths: &[PathRecord]) -> &[PathRecord] {
+    let mut best = 0;
+    for (i, path) in paths.iter().enumerate() {
+        if path.power() > paths[best].power() {
+            best = i;
+        }
+    }
+    &paths[best..paths.len().min(best + 1)]
+}
+
+/// Some of the paths of links of one map, whose terminals are prepared once each.
+fn traced(tracer: &Tracer<'_>, links: &[Example], kept: Kept) -> Result<PathTable> {
     let prepared = |ends: BTreeMap<u32, [f64; 2]>| ends.into_par_iter();
     let tx = prepared(links.iter().map(|link| (link.tx, link.tx_m)).collect())
         .map(|(row, at)| Ok((row, tracer.transmitter(at.into())?)))
@@ -119,7 +143,7 @@ fn traced(tracer: &Tracer<'_>, links: &[Example]) -> Result<PathTable> {
         let mut paths = PathTable::default();
         for link in links {
             tracer.link(&tx[&link.tx], &rx[&link.rx], buffer)?;
-            paths.push_records(&buffer.paths);
+            paths.push_records(kept(&buffer.paths));
         }
         Ok(paths)
     };
@@ -148,4 +172,39 @@ fn substitute(answers: Vec<Option<[f64; ANGLE_BINS]>>, mean: &[f64]) -> Answer {
 
 fn as_f32(values: &[f64]) -> impl Iterator<Item = f32> {
     values.iter().map(|&x| x as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use aps_raytrace::Scene;
+    use aps_raytrace::scene::CityConfig;
+
+    use super::*;
+
+    #[test]
+    fn the_strongest_path_is_the_one_that_no_other_exceeds() {
+        let scene = Scene::synthetic(&CityConfig::default()).unwrap();
+        let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+        let places = (0..).map(|i: u32| [f64::from(i * 37 % 250), f64::from(i * 91 % 250)]);
+        let ends: Vec<_> = places
+            .filter_map(|at| Some((tracer.transmitter(at.into()).ok()?, at)))
+            .take(8)
+            .collect();
+        let (mut link, mut several) = (Link::default(), 0);
+        for (tx, at) in &ends {
+            for (_, other) in ends.iter().filter(|(_, other)| other != at) {
+                let rx = tracer.receiver((*other).into()).unwrap();
+                tracer.link(tx, &rx, &mut link).unwrap();
+                let most = link.paths.iter().map(PathRecord::power).fold(0.0, f64::max);
+                let kept: Vec<f64> = strongest(&link.paths)
+                    .iter()
+                    .map(PathRecord::power)
+                    .collect();
+                assert_eq!(kept, vec![most; link.paths.len().min(1)]);
+                several += usize::from(link.paths.first().is_some_and(|p| p.power() < most));
+            }
+        }
+        assert!(several > 0, "the strongest is not always the first");
+        assert!(strongest(&[]).is_empty());
+    }
 }

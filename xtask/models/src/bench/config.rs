@@ -60,7 +60,7 @@ pub struct Config {
     pub external: BTreeMap<String, PathBuf>,
 }
 
-/// Data that models learn from and are scored on. What is not given is as `dataset` makes it.
+/// Data that models learn from and are scored on. Limits of paths that are not given are as `dataset` makes them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataConfig {
@@ -77,8 +77,7 @@ pub struct DataConfig {
     /// Receivers a map, shared by its transmitters.
     pub rx_per_map: usize,
     /// Definition of the labels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub protocol: Option<Protocol>,
+    pub protocol: Protocol,
     /// Most reflections on a path of the labels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_reflections: Option<usize>,
@@ -399,6 +398,8 @@ mod tests {
             assert_eq!(config.profile_name(profile), profile.name());
             assert!(profile.path().is_file());
             assert_eq!(config.kinds(), ModelKind::ALL);
+            // The weights that come with the program know no other labels.
+            assert_eq!(config.data.protocol, Protocol::Paper);
             for kind in config.kinds() {
                 assert_eq!(config.training(kind).unwrap().budget_s, budget_s);
             }
@@ -455,6 +456,15 @@ mod tests {
         let flags = "models = ['ms_mlp']\ndata.maps = 'maps'";
         let config = Config::resolve(Profile::Quick, None, flags.parse().unwrap()).unwrap();
         assert_eq!(config.profile_name(Profile::Quick), "quick");
+    }
+
+    #[test]
+    fn a_profile_says_the_protocol() {
+        let mut table = Profile::Paper.table();
+        let data = table["data"].as_table_mut().unwrap();
+        assert!(data.remove("protocol").is_some());
+        let error = Config::of(table).unwrap_err().to_string();
+        assert!(error.contains("protocol"), "{error}");
     }
 
     #[test]

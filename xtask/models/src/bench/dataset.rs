@@ -40,7 +40,7 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
         maps,
         tx_per_map: data.tx_per_map,
         rx_per_map: data.rx_per_map,
-        label: data.protocol.map_or(usual.label.clone(), LabelConfig::of),
+        label: LabelConfig::of(data.protocol),
         seed: config.seed,
         trace,
         ..usual

@@ -23,7 +23,10 @@ use anyhow::{Context, Result, bail, ensure};
 use aps_data::{Dataset, Part as SplitPart, Split};
 use aps_model::weights::Shipped;
 use aps_model::{ModelKind, candle_core};
-use aps_report::benchmark::{DataSummary, Entry, EntryKind, FORMAT, Failure, Machine, Results};
+use aps_report::benchmark::{
+    DataSummary, Entry, EntryKind, FORMAT, Failure, MEAN, Machine, Results,
+};
+use baselines::Found;
 use config::Config;
 use map2aps::targets::{Target, labelled_links};
 use map2aps::training::{self, Trained, Training, TrainingError};
@@ -44,6 +47,7 @@ const SIGHT: usize = 0;
 enum Job {
     Mean,
     LineOfSight,
+    StrongestPath,
     /// Most interactions on a path.
     Tracer(usize),
     Model(ModelKind),
@@ -57,8 +61,9 @@ enum Job {
 impl Job {
     fn title(&self) -> (String, EntryKind) {
         match self {
-            Self::Mean => ("mean spectrum".into(), EntryKind::Baseline),
+            Self::Mean => (MEAN.into(), EntryKind::Baseline),
             Self::LineOfSight => ("line of sight".into(), EntryKind::Baseline),
+            Self::StrongestPath => ("strongest path".into(), EntryKind::Ceiling),
             Self::Tracer(1) => ("tracer, 1 interaction".into(), EntryKind::Tracer),
             Self::Tracer(most) => (format!("tracer, {most} interactions"), EntryKind::Tracer),
             Self::Model(kind) => (kind.title().into(), EntryKind::Model),
@@ -176,6 +181,7 @@ impl Bench {
         let mut jobs = vec![Job::Mean, Job::LineOfSight, Job::Tracer(SIGHT)];
         let interactions = self.config.tracer.interactions.iter();
         jobs.extend(interactions.copied().map(Job::Tracer));
+        jobs.push(Job::StrongestPath);
         jobs.extend(self.config.kinds().into_iter().map(Job::Model));
         jobs.extend(Shipped::all().map(|shipped| Job::Shipped(shipped.label.kind)));
         let weights = self.config.weights.iter();
@@ -273,12 +279,8 @@ impl Bench {
         let answer = match (job, &training) {
             (Job::Mean, _) => baselines::mean(test, &context.mean),
             (Job::LineOfSight, _) => baselines::line_of_sight(test, &context.plan, &context.mean)?,
-            (&Job::Tracer(interactions), _) => {
-                let batches = &self.config.latency.batches;
-                let batch = batches.iter().copied().max().unwrap_or(1);
-                let (plan, mean) = (&context.plan, &context.mean);
-                baselines::tracer(test, plan, interactions, mean, batch)?
-            }
+            (&Job::Tracer(interactions), _) => self.trace(context, Found::Within(interactions))?,
+            (Job::StrongestPath, _) => self.trace(context, Found::Strongest)?,
             (Job::External(_, file), _) => Answer {
                 predictions: test.choose(&context.dataset, answer::spectra(file)?)?,
                 ..Answer::default()
@@ -297,6 +299,13 @@ impl Bench {
         let entry = answer::keep(answer, (&name, kind), test, &self.out, &folder)?;
         part.finish()?;
         Ok(entry)
+    }
+
+    fn trace(&self, context: &BenchContext, found: Found) -> Result<Answer> {
+        let batches = &self.config.latency.batches;
+        let batch = batches.iter().copied().max().unwrap_or(1);
+        let (plan, mean) = (&context.plan, &context.mean);
+        baselines::tracer(&context.test, plan, found, mean, batch)
     }
 
     /// Asks a model that was trained elsewhere, perhaps on data with other statistics.
@@ -324,6 +333,18 @@ impl Bench {
         let folder = self.out.join("models").join(kind.name());
         let settings = model::settings(&plan, context.data.hash());
         Ok((plan, Part::new(folder, settings)))
+    }
+
+    /// Origin of the maps, in words.
+    fn source(&self) -> String {
+        match self.config.data.maps.starts_with("synthetic") {
+            true => format!("synthetic city, seed {}", self.config.seed),
+            false => {
+                let path = Path::new(&self.config.data.maps);
+                let name = path.file_name().map(|name| name.to_string_lossy());
+                format!("folder {}", name.unwrap_or_default())
+            }
+        }
     }
 
     fn results(
@@ -357,19 +378,13 @@ impl Bench {
             configuration: serde_json::to_value(&self.config)?,
             machine,
             data: DataSummary {
-                source: match self.config.data.maps.starts_with("synthetic") {
-                    true => format!("synthetic city, seed {}", self.config.seed),
-                    false => {
-                        let path = Path::new(&self.config.data.maps);
-                        let name = path.file_name().map(|name| name.to_string_lossy());
-                        format!("folder {}", name.unwrap_or_default())
-                    }
-                },
+                source: self.source(),
                 train_maps: split.train.clone(),
                 dev_maps: split.develop.clone(),
                 test_maps: split.test.clone(),
                 train_links: context.train_links as u64,
                 dev_links: develop as u64,
+                chosen_by: model::CHOSEN_BY.key().into(),
                 test_links: context.test.len() as u64,
                 invalid_test_links: context.test.invalid,
                 protocol: context.test.protocol.to_string(),

@@ -11,7 +11,7 @@ use aps_model::condition::Link;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use aps_report::benchmark::{CurvePoint, Training};
 use map2aps::maps::MapSource;
-use map2aps::training::{InitialWeights, RunFolder, Trained, Training as Plan};
+use map2aps::training::{InitialWeights, RunFolder, Selection, Trained, Training as Plan};
 use map2aps::{Dataset, Error};
 use serde_json::{Value, json};
 
@@ -21,6 +21,9 @@ use super::latency;
 use super::stamp::{Part, State, read_json, write_json};
 use super::test_set::TestSet;
 use crate::run;
+
+/// Metric by which the weights of every model are chosen: the one that entries are ranked by.
+pub const CHOSEN_BY: Metric = Metric::Cosine;
 
 /// Links predicted at a time when no time is taken.
 const BATCH: usize = 64;
@@ -40,6 +43,7 @@ pub fn plan(config: &Config, kind: ModelKind, maps: Option<&MapSource>) -> Resul
         image_size: config.image_size(kind),
         config: config.training(kind)?,
         development_links: config.training.develop_links,
+        selection: Selection::Metric(CHOSEN_BY),
         links: config.training.links,
         device: config.device,
         maps: maps.cloned(),
@@ -57,6 +61,7 @@ pub fn settings(plan: &Plan, data: &str) -> Value {
         "image_size": plan.image_size,
         "training": plan.config,
         "develop_links": plan.development_links,
+        "chosen_by": plan.selection.metric(plan.model),
         "links": plan.links,
         "device": plan.device,
         "initial_weights": plan.initial.to_string(),
@@ -148,11 +153,13 @@ pub fn ask(trained: &Trained, training: Option<Training>, asked: &Question<'_>) 
     })?;
     let links: Vec<Link> = examples.links().collect();
     let (model, device) = (trained.model(), asked.device);
+    let fresh = || Ok(trained.input(examples, trained.images())?);
     Ok(Answer {
         predictions,
+        model: Some(trained.label().kind),
         parameters: Some(trained.parameters() as u64),
         training,
-        latency: latency::of_model(model, &*input, &links, asked.latency, device)?,
+        latency: latency::of_model(model, &*input, &fresh, &links, asked.latency, device)?,
         ..Answer::default()
     })
 }

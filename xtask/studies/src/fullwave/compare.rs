@@ -43,8 +43,8 @@ pub struct Comparison {
     pub corners: Vec<usize>,
     /// The least distance of any of them to its boundary.
     pub boundaries: Vec<Option<f64>>,
-    /// Errors of the strongest direction of arrays [deg].
-    pub directions: Vec<f64>,
+    /// Links to the middle of an array, and the errors of its strongest direction \[deg\].
+    pub directions: Vec<(usize, f64)>,
     /// Over all links.
     pub paths: usize,
     /// Time of a link in one run \[us\].
@@ -122,9 +122,9 @@ impl<'f> Reference<'f> {
                 all.push(link.paths.clone());
             }
             for first in self.full.arrays(ELEMENTS) {
-                found
-                    .directions
-                    .extend(self.direction_error_deg(i, first, &all[first + CENTRE]));
+                let error = self.direction_error_deg(i, first, &all[first + CENTRE]);
+                let link = i * self.receivers.len() + first + CENTRE;
+                found.directions.extend(error.map(|error| (link, error)));
             }
         }
         found.time_us = 1e6 * time.as_secs_f64() / self.link_count() as f64;
@@ -171,6 +171,7 @@ impl<'f> Reference<'f> {
             }
             Ok(paths)
         };
+        // No error comes here: `compare` traced the same before.
         let time = |setting: &Setting| drop(std::hint::black_box(trace(setting)));
         let timings = on_one_thread(|| stopwatch.compare(settings, time))?;
         Ok(timings
@@ -214,6 +215,12 @@ impl Comparison {
     /// Level found over the level there.
     pub fn error_db(&self, i: usize) -> f64 {
         error_db(self.ratio[i])
+    }
+
+    /// Error of the strongest direction of the array whose middle is the link's receiver \[deg\].
+    pub fn direction_error_deg(&self, i: usize) -> Option<f64> {
+        let found = self.directions.iter().find(|&&(link, _)| link == i);
+        found.map(|&(_, error)| error)
     }
 
     pub fn error_of_its_material_db(&self, i: usize) -> f64 {

@@ -40,6 +40,7 @@ impl Setting {
             Self::new(2, 1, 60.0, false),
             Self::new(5, 2, 30.0, false),
             Self::new(5, 2, 30.0, true),
+            Self::new(8, 3, 40.0, false),
             Self::new(8, 3, 40.0, true),
         ];
         for (r, d, range_db) in [
@@ -65,9 +66,10 @@ impl Setting {
 
 /// The settings that are named in tables: places in [`Setting::all`].
 const DEFAULT: usize = 0;
-const CONVERGED: usize = 1;
+const CASCADE: usize = 1;
 const SLOPES: usize = 2;
-const FAR: usize = 3;
+const FAR_CASCADE: usize = 3;
+const FAR: usize = 4;
 
 /// A setting in a scene.
 #[derive(Debug, Clone, Serialize)]
@@ -91,7 +93,7 @@ struct Row {
     mean_error_of_its_material_db: f64,
     /// Mean of the level found over the level there.
     bias_db: f64,
-    /// Links whose strongest path has two corners or more, after the converged setting with slopes.
+    /// Links whose strongest path has two corners or more, after R5 D2 with slopes.
     two_corners: usize,
     two_corners_missing: usize,
     two_corners_mean_error_db: f64,
@@ -101,7 +103,7 @@ struct Row {
     /// Part of the arrays with an error below 5 deg.
     directions_within_5_deg: f64,
     paths_per_link: f64,
-    /// Per link, with its share of map and terminals: of one run, but at the converged settings the median of several.
+    /// Per link, with its share of map and terminals: of one run, but at R5 D2 and 30 dB the median of several.
     time_us: f64,
 }
 
@@ -115,14 +117,16 @@ struct LinkRow {
     y: f64,
     /// Level of the reference over free space \[dB\].
     level_db: f64,
-    /// Corners on the strongest path of the converged setting with slopes.
+    /// Corners on the strongest path of R5 D2 with slopes.
     corners: usize,
     /// Nearest to its boundary that any of them is: sqrt(2 k L) sin(delta / 2).
     boundary: Option<f64>,
     default_db: f64,
-    converged_db: f64,
+    cascade_db: f64,
     slopes_db: f64,
     far_db: f64,
+    /// Error of the strongest direction of the array about the receiver, if it has one, at R5 D2 with slopes.
+    direction_deg: Option<f64>,
 }
 
 /// Measures.
@@ -142,9 +146,9 @@ pub fn run(setup: &Setup) -> Result<Study> {
                 .map(|setting| reference.compare(&setting.config))
                 .collect::<Result<_>>()?;
             let mut times: Vec<f64> = all.iter().map(|found| found.time_us).collect();
-            let compared = &settings[CONVERGED..=SLOPES];
+            let compared = &settings[CASCADE..=SLOPES];
             let measured = reference.times(compared, Stopwatch::of(setup.profile))?;
-            times[CONVERGED..=SLOPES].copy_from_slice(&measured);
+            times[CASCADE..=SLOPES].copy_from_slice(&measured);
             for ((setting, found), time_us) in settings.iter().zip(&all).zip(times) {
                 rows.push(row(&reference, setting, found, &all[SLOPES], time_us));
             }
@@ -174,7 +178,8 @@ fn row(
         .filter(|&i| found.is_reached(i))
         .map(|i| found.error_db(i))
         .collect();
-    let within = found.directions.iter().filter(|&&e| e < 5.0).count();
+    let directions: Vec<f64> = found.directions.iter().map(|&(_, error)| error).collect();
+    let within = directions.iter().filter(|&&e| e < 5.0).count();
     Row {
         scene: full.name,
         walls: reference.walls.name(),
@@ -195,9 +200,9 @@ fn row(
         two_corners_missing: deep.iter().filter(|&&i| !found.is_reached(i)).count(),
         two_corners_mean_error_db: mean(&deep_errors),
         two_corners_median_error_db: quantile(&deep_errors, 0.5),
-        arrays: found.directions.len(),
-        mean_direction_error_deg: mean(&found.directions),
-        directions_within_5_deg: within as f64 / found.directions.len().max(1) as f64,
+        arrays: directions.len(),
+        mean_direction_error_deg: mean(&directions),
+        directions_within_5_deg: within as f64 / directions.len().max(1) as f64,
         paths_per_link: found.paths as f64 / reference.link_count() as f64,
         time_us,
     }
@@ -216,9 +221,10 @@ fn link_rows(reference: &Reference<'_>, all: &[Comparison]) -> Vec<LinkRow> {
             corners: all[SLOPES].corners[i],
             boundary: all[SLOPES].boundaries[i],
             default_db: all[DEFAULT].error_db(i),
-            converged_db: all[CONVERGED].error_db(i),
+            cascade_db: all[CASCADE].error_db(i),
             slopes_db: all[SLOPES].error_db(i),
             far_db: all[FAR].error_db(i),
+            direction_deg: all[SLOPES].direction_error_deg(i),
         }
     };
     reference.compared().map(row).collect()

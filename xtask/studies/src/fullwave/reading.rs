@@ -8,7 +8,7 @@ use aps_report::theme::Colour;
 use aps_report::trade::{Marked, Trade};
 use aps_tests::fullwave::Walls;
 
-use super::{CONVERGED, DEFAULT, FAR, LinkRow, Row, SLOPES, Setting, mean};
+use super::{CASCADE, DEFAULT, FAR, FAR_CASCADE, LinkRow, Row, SLOPES, Setting, mean};
 use crate::{Study, StudyName};
 
 /// The scenes of one house in several sizes.
@@ -26,7 +26,7 @@ pub fn study(rows: &[Row], links: &[LinkRow]) -> Result<Study> {
     )
     .at(4);
     let settings = Setting::all();
-    let named = [DEFAULT, CONVERGED, SLOPES, FAR].map(|i| settings[i].name.as_str());
+    let named = [DEFAULT, CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| settings[i].name.as_str());
     let of = |row: &Row, setting: &str| {
         let same = |r: &&Row| (r.scene, r.walls) == (row.scene, row.walls);
         let found = rows.iter().filter(same).find(|r| r.setting == setting);
@@ -82,8 +82,9 @@ fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option
     study.section.heading("In the shadow of two corners");
     let settings = Setting::all();
     let line = |row: &&Row| -> Option<Vec<String>> {
-        let [without, with] = [CONVERGED, SLOPES].map(|i| of(row, &settings[i].name));
-        let (without, with) = (without?, with?);
+        let [without, with, far_without, far] =
+            [CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| of(row, &settings[i].name));
+        let (without, with, far_without, far) = (without?, with?, far_without?, far?);
         (with.two_corners > 0).then(|| {
             vec![
                 row.scene.into(),
@@ -96,6 +97,8 @@ fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option
                 fixed(without.two_corners_median_error_db, 2),
                 fixed(with.two_corners_median_error_db, 2),
                 fixed(with.time_us / without.time_us, 2),
+                fixed(far_without.two_corners_mean_error_db, 2),
+                fixed(far.two_corners_mean_error_db, 2),
             ]
         })
     };
@@ -110,6 +113,8 @@ fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option
         "median error [dB], without",
         "with",
         "time with / without",
+        "R8 D3, 40 dB: mean error, without",
+        "with",
     ];
     study.table(
         "Links whose strongest path has two corners, R5 D2 and 30 dB, without and with slopes",
@@ -122,12 +127,12 @@ fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<
     study.section.heading("Parts of the error");
     let settings = Setting::all();
     let line = |row: &&Row| -> Option<Vec<String>> {
-        let [default, converged, slopes, far] =
-            [DEFAULT, CONVERGED, SLOPES, FAR].map(|i| of(row, &settings[i].name));
-        let (default, converged, slopes, far) = (default?, converged?, slopes?, far?);
+        let [default, cascade, slopes, far] =
+            [DEFAULT, CASCADE, SLOPES, FAR].map(|i| of(row, &settings[i].name));
+        let (default, cascade, slopes, far) = (default?, cascade?, slopes?, far?);
         let steps = [
-            default.mean_error_db - converged.mean_error_db,
-            converged.mean_error_db - slopes.mean_error_db,
+            default.mean_error_db - cascade.mean_error_db,
+            cascade.mean_error_db - slopes.mean_error_db,
             slopes.mean_error_db - far.mean_error_db,
             far.mean_error_db - far.mean_error_of_its_material_db,
             far.mean_error_of_its_material_db,
@@ -148,7 +153,7 @@ fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<
         "slopes",
         "orders up to R8 D3",
         "Gamma of the reference",
-        "rest: UTD",
+        "rest: UTD, of concrete with Luebbers' Gamma",
     ];
     study.table(
         "Mean error of the level [dB], and what of it goes with each step; negative where it grows",
@@ -174,6 +179,7 @@ fn boundaries(study: &mut Study, links: &[LinkRow]) {
                     let errors: Vec<f64> = own.iter().map(|r| of(r).abs()).collect();
                     fixed(mean(&errors), 2)
                 };
+                let directions: Vec<f64> = own.iter().filter_map(|r| r.direction_deg).collect();
                 let range = if high.is_finite() {
                     format!("{low} to {high}")
                 } else {
@@ -185,9 +191,11 @@ fn boundaries(study: &mut Study, links: &[LinkRow]) {
                         if corners == 1 { "one" } else { "two or more" }.into(),
                         range,
                         own.len().to_string(),
-                        error(|r| r.converged_db),
+                        error(|r| r.cascade_db),
                         error(|r| r.slopes_db),
                         error(|r| r.far_db),
+                        directions.len().to_string(),
+                        fixed(mean(&directions), 1),
                     ]);
                 }
                 low = high;
@@ -200,9 +208,11 @@ fn boundaries(study: &mut Study, links: &[LinkRow]) {
         "corners of the strongest path",
         "sqrt(2 k L) sin(delta / 2)",
         "links",
-        settings[CONVERGED].name.as_str(),
+        settings[CASCADE].name.as_str(),
         settings[SLOPES].name.as_str(),
         settings[FAR].name.as_str(),
+        "arrays",
+        "their direction with slopes [deg]",
     ];
     study.table(
         "Mean error of the level [dB] by the distance of the strongest path from the nearest boundary of its corners; the transition region ends at about 3",
@@ -310,8 +320,8 @@ fn figures(study: &mut Study, rows: &[Row], links: &[LinkRow]) {
         .with(series(0, "the field", line(|_| 0.0), false))
         .with(series(
             1,
-            &settings[CONVERGED].name,
-            line(|r| r.converged_db),
+            &settings[CASCADE].name,
+            line(|r| r.cascade_db),
             true,
         ))
         .with(series(
@@ -349,7 +359,7 @@ fn verdict(study: &mut Study, rows: &[Row]) {
         .filter(|r| r.setting == settings[SLOPES].name)
         .map(|r| r.two_corners)
         .sum();
-    let (without, with) = (sums(CONVERGED), sums(SLOPES));
+    let (without, with) = (sums(CASCADE), sums(SLOPES));
     let gain_db = (without.0 - with.0) / links.max(1) as f64;
     let ratio = with.1 / without.1;
     study.section.verdict(Verdict::decided(

@@ -150,7 +150,7 @@ fn chart(rows: &[Row]) -> Chart {
             } else {
                 String::new()
             },
-            interval: None,
+            ..Spot::default()
         };
         chart.spots(omission.name, own.map(spot).collect::<Vec<_>>())
     })
