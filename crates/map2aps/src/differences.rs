@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde_json::Value;
 
+use crate::settings::has_legs_between_corners;
+
 /// Settings of the trace that decide which paths a label is made of, and how strong they are.
 const TRACE: [&str; 7] = [
     "frequency_hz",
@@ -57,8 +59,11 @@ impl Difference {
                 found: found["trace"].clone(),
             }),
         }
-        let has_pairs = |side: &Value| side["trace"]["max_diffractions"].as_u64() > Some(1);
-        if has_pairs(learnt) && has_pairs(found) {
+        let has_legs = |side: &Value| {
+            let most = |name: &str| side["trace"][name].as_u64().unwrap_or(0) as usize;
+            has_legs_between_corners(most("max_diffractions"), most("max_interactions"))
+        };
+        if has_legs(learnt) && has_legs(found) {
             // Manifests have it where it is on.
             let is_on = |side: &Value| side["trace"]["slope_diffraction"] == true;
             all.push(Self {
@@ -222,6 +227,11 @@ mod tests {
         let slopes = [corners(true, 2), corners(false, 2)];
         let [on, off] = &slopes;
         assert_eq!(names((&label, on), (&label, off)), "slope_diffraction");
+        let single = TraceConfig {
+            max_interactions: 1,
+            ..on.clone()
+        };
+        assert_eq!(names((&label, on), (&label, &single)), "max_interactions");
         // The delays decide the spectra of the released definition alone.
         for (label, expected) in [(label, ""), (LabelConfig::released(), "delay_axis")] {
             let mut other = label.clone();

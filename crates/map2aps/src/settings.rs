@@ -146,7 +146,7 @@ enum MaterialSetting {
 }
 
 /// Tells if paths may have a leg from corner to corner, which alone takes a slope along.
-fn has_legs_between_corners(max_diffractions: usize, max_interactions: usize) -> bool {
+pub(crate) fn has_legs_between_corners(max_diffractions: usize, max_interactions: usize) -> bool {
     max_diffractions.min(max_interactions) > 1
 }
 
