@@ -16,7 +16,7 @@ const ELEMENTS: usize = 256;
 const MAX_IMAGES: usize = 2_000_000;
 const MAX_WAVE_BYTES: usize = 256 << 20;
 
-/// Largest dynamic range of paths with more diffractions than two \[dB\]: without one, three find a million paths on map 21.
+/// Largest dynamic range of paths with more diffractions than two \[dB\]: without one, a link can have hundreds of thousands.
 pub const MANY_DIFFRACTIONS_RANGE_DB: f64 = 60.0;
 
 /// A map, perhaps changed.

@@ -36,7 +36,7 @@ impl Workers {
     /// Runs a job when a thread is free. Whoever does not wait for that any more gives the job up.
     ///
     /// # Errors
-    /// Those of the job, and [`Fault::Broken`] if it panics.
+    /// Errors of the job, and [`Fault::Broken`] if it panics.
     pub async fn run<T: Send + 'static>(
         &self,
         job: impl FnOnce(&Stock) -> Result<T, Fault> + Send + 'static,
@@ -60,9 +60,8 @@ mod tests {
     #[test]
     fn job_that_panics_leaves_its_thread_to_others() {
         let workers = Workers::new(stock());
-        let runtime = tokio::runtime::Builder::new_current_thread();
-        let runtime = { runtime }.build().unwrap();
-        runtime.block_on(async {
+        let runtime = tokio::runtime::Builder::new_current_thread().build();
+        runtime.unwrap().block_on(async {
             for _ in 0..2 * Workers::most() {
                 let broken = workers.run(|_| -> Result<(), _> { panic!("for a test") });
                 assert!(matches!(broken.await, Err(Fault::Broken)));

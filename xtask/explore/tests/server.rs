@@ -270,9 +270,7 @@ fn pages_that_ask_for_the_same_at_once_all_have_their_answer() {
             let answers = asked.into_iter().map(|page| page.join().unwrap());
             answers.collect::<Vec<_>>()
         });
-        let [first, ..] = &answers[..] else {
-            unreachable!("there are eight");
-        };
+        let first = &answers[0];
         assert!(first.0["mean"].is_number() && first.1.ends_with(b"\n"));
         assert!(answers.iter().all(|answer| answer == first));
     }
