@@ -177,7 +177,6 @@ fn of_the_models_at_256_px_agree_with_the_loops_of_the_cpu() {
 
 #[test]
 fn of_a_kernel_that_is_a_view_have_its_gradients() {
-    // candle 0.11 reads such a kernel as if it lay in order.
     let case = square(2, [3, 5], [6, 6], 3, 1);
     let turned = |weight: &Tensor| weight.permute((1, 0, 3, 2));
     let of_view = |x: &Tensor, stored: &Tensor| portable(case)(x, &turned(stored)?);

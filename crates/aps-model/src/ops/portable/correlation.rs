@@ -1,9 +1,9 @@
 //! Cross-correlation with both gradients by matrix products.
 //!
-//! candle 0.11 has the gradient by the input as a loop over pixels and the one by the kernel as a convolution whose kernel is as
-//! large as the image, and is wrong for kernels that are views and images whose sides differ by a remainder of the stride.
-//! Here each of the three is one product of unfolded windows, in the order (batch, height, width, channels), which any device
-//! does well. Windows are not kept for the gradients but unfolded again.
+//! candle 0.11 computes the gradient by the input in a loop over pixels and the one by the kernel as a convolution whose kernel
+//! is as large as the image, and takes the remainder of the rows by the stride for that of the columns as well. Here each of the
+//! three is a product of matrices, with unfolded windows in the order (batch, height, width, channels). The graph keeps no
+//! windows: gradients unfold them again.
 
 use std::sync::Mutex;
 
