@@ -1,5 +1,6 @@
 //! Tests of what is not public: operations, layers, models of other sizes, steps of training.
 
+mod convolutions;
 mod fast_operations;
 mod gradients;
 mod onnx;

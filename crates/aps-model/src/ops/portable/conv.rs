@@ -2,6 +2,11 @@
 
 use candle_core::{Result, Tensor};
 
+use super::correlation::correlate;
+
+/// Windows of images in memory at once [bytes], beside which a GPU's is large: parts of a batch keep it busy as well.
+const WINDOWS_BYTES: usize = 512 << 20;
+
 /// Cross-correlation of `x` (batch, in, height, width) with `weight` (out, in, kernel height, kernel width), zeros around.
 ///
 /// A one-dimensional convolution is one over images of height 1 with a kernel of height 1. Weight and bias take the type
@@ -14,15 +19,7 @@ pub(crate) fn conv2d(
     (pad_h, pad_w): (usize, usize),
 ) -> Result<Tensor> {
     let weight = weight.to_dtype(x.dtype())?;
-    let y = if stride == 1 && pad_h == pad_w {
-        x.conv2d(&weight, pad_h, 1, 1, 1)?
-    } else {
-        let (_, _, kernel_h, kernel_w) = weight.dims4()?;
-        // candle knows one padding for both directions, and in its gradient one remainder of the stride for both.
-        let x = pad_and_trim(x, 2, pad_h, kernel_h, stride)?;
-        let x = pad_and_trim(&x, 3, pad_w, kernel_w, stride)?;
-        x.conv2d(&weight, 0, stride, 1, 1)?
-    };
+    let y = correlate(x, &weight, stride, [pad_h, pad_w], WINDOWS_BYTES)?;
     add_bias(y, bias)
 }
 
@@ -53,21 +50,6 @@ pub(crate) fn depthwise(x: &Tensor, weight: &Tensor, dilation: usize) -> Result<
     Ok(sum)
 }
 
-/// Pads a dimension with zeros and cuts the end that no window reaches.
-fn pad_and_trim(
-    x: &Tensor,
-    dim: usize,
-    pad: usize,
-    kernel: usize,
-    stride: usize,
-) -> Result<Tensor> {
-    let size = x.dim(dim)? + 2 * pad;
-    let unused = size.checked_sub(kernel).map_or(0, |room| room % stride);
-    let cut = unused.saturating_sub(pad);
-    let x = x.narrow(dim, 0, x.dim(dim)? - cut)?;
-    x.pad_with_zeros(dim, pad, pad - unused.min(pad))
-}
-
 /// Transposed convolution with a 2 x 2 kernel and stride 2: every pixel becomes a block of four.
 ///
 /// `x` (batch, in, height, width), `weight` (in, out, 2, 2), `bias` (out). Blocks do not overlap, so that it is one matrix
@@ -75,15 +57,12 @@ fn pad_and_trim(
 pub(crate) fn conv_transpose2x2(x: &Tensor, weight: &Tensor, bias: &Tensor) -> Result<Tensor> {
     let (batch, inputs, height, width) = x.dims4()?;
     let (_, out, _, _) = weight.dims4()?;
-    let weight = weight
-        .to_dtype(x.dtype())?
-        .reshape((inputs, out * 4))?
-        .t()?;
-    let pixels = x.contiguous()?.reshape((batch, inputs, height * width))?;
-    let blocks = weight.broadcast_matmul(&pixels)?;
-    let y = blocks
-        .reshape(vec![batch, out, 2, 2, height, width])?
-        .permute(vec![0, 1, 4, 2, 5, 3])?
+    let weight = weight.to_dtype(x.dtype())?.reshape((inputs, out * 4))?;
+    let pixels = x.permute((0, 2, 3, 1))?.reshape(((), inputs))?;
+    let y = pixels
+        .matmul(&weight)?
+        .reshape(vec![batch, height, width, out, 2, 2])?
+        .permute(vec![0, 3, 1, 4, 2, 5])?
         .reshape((batch, out, 2 * height, 2 * width))?;
     add_bias(y, Some(bias))
 }

@@ -8,14 +8,18 @@
 mod activation;
 mod attention;
 mod conv;
+mod correlation;
 mod linear;
 mod norm;
 mod pool;
 mod resize;
+mod unfold;
 
 pub(crate) use activation::{add_gated, gelu, leaky_relu, max_last, relu, sigmoid, softmax_last};
 pub(crate) use attention::self_attention;
 pub(crate) use conv::{conv_transpose2x2, conv2d, depthwise};
+#[cfg(test)]
+pub(crate) use correlation::correlate;
 pub(crate) use linear::linear;
 pub(crate) use norm::{
     BatchNormTensors, EPSILON, MOMENTUM, at_least_f32, batch_norm, layer_norm, values_a_channel,

@@ -1,0 +1,258 @@
+//! Convolutions by matrix products, which GPUs compute with, against candle's own convolution and the loops of the CPU.
+
+use candle_core::{DType, Device, Result, Tensor, Var};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use super::flat;
+use crate::ops::{self, portable};
+
+/// Input, kernel, stride, padding of rows and of columns.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    x: [usize; 4],
+    weight: [usize; 4],
+    stride: usize,
+    padding: [usize; 2],
+}
+
+const fn square(
+    batch: usize,
+    channels: [usize; 2],
+    size: [usize; 2],
+    kernel: usize,
+    stride: usize,
+) -> Case {
+    Case {
+        x: [batch, channels[0], size[0], size[1]],
+        weight: [channels[1], channels[0], kernel, kernel],
+        stride,
+        padding: [kernel / 2; 2],
+    }
+}
+
+fn values(seed: u64, shape: &[usize], dtype: DType) -> Var {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let draw = |_| f64::from(rng.next_u32()) / f64::from(1_u32 << 31) - 1.0;
+    let values: Vec<f64> = (0..shape.iter().product()).map(draw).collect();
+    let values = Tensor::from_vec(values, shape, &Device::Cpu).unwrap();
+    Var::from_tensor(&values.to_dtype(dtype).unwrap()).unwrap()
+}
+
+/// Result, and the gradients of its sum weighted with fixed numbers by input and kernel.
+fn with_gradients(
+    case: Case,
+    dtype: DType,
+    f: impl Fn(&Tensor, &Tensor) -> Result<Tensor>,
+) -> [Vec<f64>; 3] {
+    let (x, weight) = (values(1, &case.x, dtype), values(2, &case.weight, dtype));
+    let y = f(x.as_tensor(), weight.as_tensor()).unwrap();
+    let factors = values(3, y.dims(), dtype);
+    let sum = (&y * factors.as_tensor()).unwrap().sum_all().unwrap();
+    let gradients = sum.backward().unwrap();
+    let of = |var: &Var| flat(gradients.get(var).unwrap());
+    [flat(&y), of(&x), of(&weight)]
+}
+
+fn portable(case: Case) -> impl Fn(&Tensor, &Tensor) -> Result<Tensor> {
+    let [high, wide] = case.padding;
+    move |x, weight| portable::conv2d(x, weight, None, case.stride, (high, wide))
+}
+
+/// candle's own, given what it does right: no padding, and no rows or columns that no window reaches.
+fn candle_s(case: Case) -> impl Fn(&Tensor, &Tensor) -> Result<Tensor> {
+    move |x, weight| {
+        let mut x = x.clone();
+        for at in [0, 1] {
+            x = x.pad_with_zeros(2 + at, case.padding[at], case.padding[at])?;
+            let size = x.dim(2 + at)?;
+            let unused = (size - case.weight[2 + at]) % case.stride;
+            x = x.narrow(2 + at, 0, size - unused)?;
+        }
+        x.contiguous()?.conv2d(weight, 0, case.stride, 1, 1)
+    }
+}
+
+/// Compares with a tolerance relative to the largest value of each part.
+fn assert_close(
+    case: impl std::fmt::Debug,
+    found: &[Vec<f64>; 3],
+    expected: &[Vec<f64>; 3],
+    tolerance: f64,
+) {
+    for (part, (found, expected)) in ["result", "by input", "by kernel"]
+        .iter()
+        .zip(found.iter().zip(expected))
+    {
+        assert_eq!(found.len(), expected.len(), "{case:?}, {part}");
+        let scale = expected.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let error = found
+            .iter()
+            .zip(expected)
+            .fold(0.0, |m: f64, (f, e)| m.max((f - e).abs()));
+        assert!(
+            error <= tolerance * scale,
+            "{case:?}, {part}: wrong by {error}, the largest value is {scale}"
+        );
+    }
+}
+
+/// Convolutions of the models at some image size, with a part of their channels: the stem of ResNet, its blocks, halving blocks and
+/// shortcuts, the U-Net, patches, and one-dimensional ones.
+fn of_models(pixels: [usize; 2], share: usize) -> Vec<Case> {
+    let part = |channels: usize| (channels / share).max(1);
+    let at = |halvings: u32| pixels.map(|n| n.div_ceil(1 << halvings));
+    let mut cases = vec![
+        square(2, [3, part(64)], pixels, 7, 2),
+        square(2, [3, part(64)], pixels, 3, 1),
+    ];
+    for stage in 0..4 {
+        let width = part(64 << stage);
+        cases.push(square(2, [width, width], at(2 + stage), 3, 1));
+        if stage > 0 {
+            for kernel in [3, 1] {
+                cases.push(square(2, [width / 2, width], at(1 + stage), kernel, 2));
+            }
+        }
+        // Down and up the U-Net, where two halves come together.
+        cases.push(square(1, [width, 2 * width], at(1 + stage), 3, 1));
+        cases.push(square(1, [2 * width, width], at(stage), 3, 1));
+    }
+    cases.push(square(1, [part(64), 1], pixels, 1, 1));
+    cases.push(Case {
+        padding: [0; 2],
+        ..square(2, [3, part(768)], pixels, 16, 16)
+    });
+    let line = |channels: [usize; 2], length, kernel| Case {
+        x: [2, channels[0], 1, length],
+        weight: [channels[1], channels[0], 1, kernel],
+        stride: 1,
+        padding: [0, kernel / 2],
+    };
+    cases.push(line([part(512), part(256)], 45, 5));
+    cases.push(line([part(256), part(128)], 90, 3));
+    cases.push(line([part(128), 1], 180, 1));
+    cases
+}
+
+#[test]
+fn of_the_models_agree_with_candle_s_own() {
+    // f64: rounding alone. Odd sizes leave remainders of the strides, one of rows and another of columns.
+    for (pixels, share) in [([64, 64], 16), ([45, 38], 16), ([37, 64], 32), ([1, 2], 16)] {
+        for case in of_models(pixels, share) {
+            if case.weight[2] > case.x[2] + 2 * case.padding[0]
+                || case.weight[3] > case.x[3] + 2 * case.padding[1]
+            {
+                continue;
+            }
+            let found = with_gradients(case, DType::F64, portable(case));
+            let expected = with_gradients(case, DType::F64, candle_s(case));
+            assert_close(case, &found, &expected, 1e-13);
+        }
+    }
+}
+
+fn agree_with_the_cpu_s_loops(pixels: [usize; 2], share: usize) {
+    for case in of_models(pixels, share) {
+        let fast = |x: &Tensor, weight: &Tensor| {
+            ops::conv2d(x, weight, None, case.stride, case.padding.into())
+        };
+        let found = with_gradients(case, DType::F32, portable(case));
+        let expected = with_gradients(case, DType::F32, fast);
+        assert_close(case, &found, &expected, 1e-5);
+    }
+}
+
+#[test]
+fn of_the_models_agree_with_the_loops_of_the_cpu() {
+    agree_with_the_cpu_s_loops([64, 64], 1);
+    agree_with_the_cpu_s_loops([256, 256], 16);
+}
+
+#[test]
+#[ignore = "long: images of 256 px and all channels"]
+fn of_the_models_at_256_px_agree_with_the_loops_of_the_cpu() {
+    agree_with_the_cpu_s_loops([256, 256], 1);
+}
+
+#[test]
+fn of_a_kernel_that_is_a_view_have_its_gradients() {
+    let case = square(2, [3, 5], [6, 6], 3, 1);
+    let turned = |weight: &Tensor| weight.permute((1, 0, 3, 2));
+    let of_view = |x: &Tensor, stored: &Tensor| portable(case)(x, &turned(stored)?);
+    let of_copy = |x: &Tensor, stored: &Tensor| candle_s(case)(x, &turned(stored)?.contiguous()?);
+    let stored = Case {
+        weight: [3, 5, 3, 3],
+        ..case
+    };
+    let found = with_gradients(stored, DType::F64, of_view);
+    assert_close(
+        case,
+        &found,
+        &with_gradients(stored, DType::F64, of_copy),
+        1e-13,
+    );
+}
+
+#[test]
+fn of_images_whose_sides_leave_different_remainders_have_their_gradients() {
+    // candle 0.11 takes the remainder of the rows for that of the columns.
+    for size in [[6, 7], [7, 6], [8, 5]] {
+        let case = square(2, [2, 3], size, 3, 2);
+        let found = with_gradients(case, DType::F64, portable(case));
+        assert_close(
+            case,
+            &found,
+            &with_gradients(case, DType::F64, candle_s(case)),
+            1e-13,
+        );
+    }
+}
+
+#[test]
+fn in_parts_of_a_batch_are_those_of_the_whole() {
+    for stride in [1, 2] {
+        let case = square(5, [2, 3], [6, 7], 3, stride);
+        let whole = with_gradients(case, DType::F64, portable(case));
+        // An image's windows take 42 x 18 x 8 bytes with stride 1.
+        for at_once_bytes in [0, 13_000, 30_000] {
+            let in_parts = |x: &Tensor, weight: &Tensor| {
+                portable::correlate(x, weight, stride, case.padding, at_once_bytes)
+            };
+            assert_close(
+                case,
+                &with_gradients(case, DType::F64, in_parts),
+                &whole,
+                1e-13,
+            );
+        }
+    }
+}
+
+#[test]
+fn of_bf16_round_to_it() {
+    let case = square(2, [16, 8], [9, 8], 3, 1);
+    let found = with_gradients(case, DType::BF16, portable(case));
+    // bf16 keeps 8 bits: inputs, results and gradients are rounded each.
+    assert_close(
+        case,
+        &found,
+        &with_gradients(case, DType::F64, portable(case)),
+        0.02,
+    );
+}
+
+#[test]
+fn with_a_kernel_larger_than_the_image_are_refused() {
+    let (x, weight) = (
+        values(1, &[1, 1, 2, 4], DType::F32),
+        values(2, &[1, 1, 3, 3], DType::F32),
+    );
+    let refused = portable::conv2d(&x, &weight, None, 1, (0, 0))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.contains("3 x 3") && refused.contains("2 x 4"),
+        "{refused}"
+    );
+}
