@@ -67,12 +67,12 @@ def worst(session: onnxruntime.InferenceSession, links: np.ndarray, expected: np
 
 @pytest.mark.parametrize("name", [name for name in models.MODELS if name != "polar_reg"])
 def test_onnx_runtime_computes_the_golden_values_of_a_model_of_images(name: str, golden: ModuleType, tmp_path: Path) -> None:
-    session = exported(golden.set_weights(models.build(name)), tmp_path, "--image-size", 64)
-    assert session.get_inputs()[0].shape == ["batch", 3, 64, 64]
+    session = exported(golden.set_weights(models.build(name)), tmp_path, "--image-size", 256)
+    assert session.get_inputs()[0].shape == ["batch", 3, 256, 256]
     facts = session.get_modelmeta().custom_metadata_map
-    assert facts == {"model": name, "preset": "paper", "image_size": "64"}
-    expected = load_file(GOLDEN / "models" / f"{name}.safetensors")["eval_64"]
-    error = worst(session, golden.images(64).numpy(), expected)
+    assert facts == {"model": name, "preset": "paper", "image_size": "256"}
+    expected = load_file(GOLDEN / "models" / f"{name}.safetensors")["eval_256"]
+    error = worst(session, golden.images(256).numpy(), expected)
     print(f"{name}: off by at most {error:.1e}")
     assert error < 1e-4
 
