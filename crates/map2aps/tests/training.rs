@@ -165,7 +165,7 @@ fn the_best_weights_are_those_of_the_metric_that_is_asked_for() {
     for better in [Better::Lower, Better::Higher] {
         // One that is best after other steps.
         let others = Metric::ALL.into_iter().filter(|m| m.better() == better);
-        let metric = others.filter(|&m| best_row(&scores, m) != by_loss).last();
+        let metric = others.rev().find(|&m| best_row(&scores, m) != by_loss);
         let metric = metric.unwrap_or_else(|| panic!("{better:?}: {scores}"));
         let (steps, chosen_by, again) = trained(metric.key(), Selection::Metric(metric));
         assert_eq!(
