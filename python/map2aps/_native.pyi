@@ -15,6 +15,7 @@ __all__ = [
     "Tracer",
     "explain",
     "label",
+    "label_differences",
     "make_dataset",
     "manifest",
     "metrics",
