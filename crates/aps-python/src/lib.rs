@@ -21,11 +21,13 @@ mod scene;
 mod shipped;
 mod tracer;
 
-use pyo3::prelude::*;
+use pyo3::pymodule;
 
 /// The native part of `map2aps`.
 #[pymodule]
 mod _native {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::differences::label_differences;
     #[pymodule_export]
@@ -48,4 +50,11 @@ mod _native {
     use super::shipped::shipped;
     #[pymodule_export]
     use super::tracer::Tracer;
+
+    /// Loads NumPy's interface with the module: loaded by the first array instead, Ctrl-C at that moment would be a panic.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
+        Ok(())
+    }
 }
