@@ -55,7 +55,7 @@ impl Corner {
         DVec2::from_angle(self.start_rad - phi) * distance_m
     }
 
-    /// Where the direct ray or a reflected one ends, for a source at `phi`, more than 1e-3 rad
+    /// The angles at which the direct ray or a reflected one ends, for a source at `phi`, more than 1e-3 rad
     /// off the faces.
     fn boundaries(&self, phi: f64) -> impl Iterator<Item = f64> {
         let open = self.open_rad;

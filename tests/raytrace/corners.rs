@@ -122,7 +122,7 @@ fn wall_bent_by_an_atom_gives_no_nan() {
     }
 }
 
-/// Where a link of all outdoor pairs around the buildings is diffracted.
+/// The diffraction points of all outdoor pairs around the buildings.
 fn diffraction_points(buildings: &[Footprint]) -> Vec<DVec2> {
     let scene = scene(buildings);
     let tracer = Tracer::new(&scene, diffracting()).unwrap();

@@ -142,7 +142,7 @@ fn height(wall: &Wall, p: DVec2) -> f64 {
     (p - wall.a).dot(DVec2::new(d.y, -d.x))
 }
 
-/// Where the lines p-q and a-b cross, as parts of each; `None` when they are parallel.
+/// The crossing of the lines p-q and a-b, as parts of each; `None` when they are parallel.
 fn crossing(p: DVec2, q: DVec2, a: DVec2, b: DVec2) -> Option<(f64, f64)> {
     let (d, e) = (q - p, b - a);
     let det = d.x * e.y - d.y * e.x;

@@ -32,7 +32,7 @@ pub struct KernelError {
     pub relative_ulps: f64,
     /// Largest error anywhere, in ulps of the scale.
     pub absolute_ulps: f64,
-    /// Where the relative one was met.
+    /// Argument at which the relative one was met.
     pub at: String,
     /// Number of arguments tried.
     pub points: usize,

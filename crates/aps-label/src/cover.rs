@@ -1,4 +1,4 @@
-//! Where the maximum over a continuous delay can lie.
+//! Intervals in which the maximum over a continuous delay lies.
 //!
 //! Delays are in units of 1/f_s, so the pulse is g(x) = sinc^2(x) and f = sum_k w_k g(u - u_k) with
 //! weights w_k >= 0. The line is covered by cells of half-width at most 0.1725, each with a sample

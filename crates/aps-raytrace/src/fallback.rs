@@ -1,4 +1,4 @@
-//! Where no path is inside the limits: chains of diffractions from corner to corner.
+//! Chains of diffractions from corner to corner, for links without a path inside the limits.
 //!
 //! For every pair of a first corner, seen by the transmitter, and a last one, seen by the
 //! receiver, the strongest chain of d mutually visible corners is a path, with the smallest d

@@ -118,7 +118,7 @@ pub(crate) const NO_PARENT: u32 = u32::MAX;
 /// One image.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Image {
-    /// Where it is \[m\].
+    /// Its place \[m\].
     pub point: DVec2,
     /// Last wall of its sequence.
     pub wall: u32,

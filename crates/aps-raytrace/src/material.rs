@@ -61,7 +61,7 @@ pub struct MaterialSource {
 }
 
 impl Material {
-    /// Where the values are from; `None` for those that no table states: the perfect conductor's and the user's.
+    /// Source of the values; `None` for those that no table states: the perfect conductor's and the user's.
     ///
     /// ```
     /// let source = aps_raytrace::Material::Concrete.source().expect("a table");

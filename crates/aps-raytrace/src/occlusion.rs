@@ -11,7 +11,7 @@ use glam::DVec2;
 /// A straight leg of a path.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stretch {
-    /// Where it begins and ends. Reflection points among them are rounded.
+    /// Its two ends. Reflection points among them are rounded.
     pub ends: [DVec2; 2],
     /// Two points on its line, at its ends or beyond: a terminal, a corner or their images. They
     /// decide on which side of the line a corner lies.

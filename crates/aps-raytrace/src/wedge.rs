@@ -220,7 +220,7 @@ impl Wedge {
         [of_0, of_n]
     }
 
-    /// Where two rays stand to the boundaries. On a boundary the direct ray counts as free (a
+    /// Angles of two rays to the boundaries. On a boundary the direct ray counts as free (a
     /// corner touched does not block) and a reflection as present on the 0-face (a wall owns its
     /// start) but not on the n-face (it does not own its end).
     fn boundaries_from_0(&self, p: &Ray, q: &Ray) -> Boundaries {

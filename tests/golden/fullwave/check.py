@@ -63,7 +63,7 @@ def wedges():
         opened = np.radians(360 - interior)
         # The 0-face along the real axis, open angle counterclockwise from it.
         tip = 14 * np.exp(1j * opened)
-        solution = Solution(Bodies([[0, tip, 14]] if interior < 180 else []), k, [2 * np.exp(0.7j)])
+        solution = Solution(Bodies([[0, tip, 14]]), k, [2 * np.exp(0.7j)])
         phi = np.linspace(0.05, 0.95, 25) * opened
         for r in [0.2, 1.0, 3.0]:
             x = r * np.exp(1j * phi)

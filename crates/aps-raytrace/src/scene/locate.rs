@@ -1,4 +1,4 @@
-//! Where a point is: outdoors, on a wall, in a building. Exact.
+//! Location of a point: outdoors, on a wall or in a building. Exact.
 
 use glam::DVec2;
 

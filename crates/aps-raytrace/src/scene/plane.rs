@@ -51,7 +51,7 @@ impl LocalPlane {
         [self.longitude_deg, self.latitude_deg]
     }
 
-    /// Where a point of the Earth lies in the plane \[m\]; longitudes may be any number of turns away.
+    /// A point of the Earth in the plane \[m\]; longitudes may be any number of turns away.
     #[must_use]
     pub fn project(&self, longitude_deg: f64, latitude_deg: f64) -> DVec2 {
         let phi = latitude_deg.to_radians();

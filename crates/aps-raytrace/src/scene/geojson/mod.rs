@@ -65,7 +65,7 @@ pub struct GeoJsonCity {
     /// The reference system of the file's numbers, like `EPSG:32633`; `OGC:CRS84` where it names none, none for metres
     /// of an unnamed one.
     pub crs: Option<String>,
-    /// Where (0, 0) is: longitude and latitude \[deg\], or easting and northing \[m\] where metres were asked for.
+    /// Place of (0, 0): longitude and latitude \[deg\], or easting and northing \[m\] where metres were asked for.
     pub origin: [f64; 2],
     /// Features and rings that were passed over.
     pub skipped: Skipped,
