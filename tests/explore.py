@@ -40,11 +40,11 @@ OVERFLOW = """(() => {
   return found;
 })()"""
 
-# A receiver dragged to and fro along the line between two places on the screen, a step a frame: frames, frames with new paths,
+# A terminal dragged to and fro along the line between two places on the screen, a step a frame: frames, frames with new paths,
 # and the times between new paths.
 DRAG = """new Promise(done => {
-  const [x0, y0, x1, y1, seconds] = %s;
-  const grip = document.getElementById('rx'), times = [];
+  const [end, x0, y0, x1, y1, seconds] = %s;
+  const grip = document.getElementById(end), times = [];
   let began, frames = 0, drawn = explorer.drawn, last;
   const step = now => {
     began ??= now; last ??= now; frames += 1;
@@ -348,6 +348,19 @@ def check_controls(page):
         fragments.add(page.eval("location.hash"))
         must(count < 2 or page.eval("document.querySelectorAll('#effects li').length") >= count, f"{name}: earlier effects stay")
     must(len(fragments) == len(keys), "every control is in the address")
+    # While the first is compared a second changes: the effect is that of both.
+    both = """for (const [key, by] of [['reflections', -1], ['elements', 1]]) {
+      const input = document.getElementById(`set-${key}`);
+      input.value = Number(input.value) + by;
+      input.dispatchEvent(new Event('input', { bubbles: true }));
+      await new Promise(done => setTimeout(done, 260));
+    }"""
+    page.after(lambda: page.eval(f"(async () => {{ {both} }})()"))
+    page.wait("[...document.querySelectorAll('#effects li')].slice(1).some(li => li.textContent.startsWith('Elements'))"
+              " || document.querySelectorAll('#effects li')[1].textContent.includes(', Elements')", 60)
+    told = page.eval("[...document.querySelectorAll('#effects li')].slice(1, 3).map(li => li.textContent)")
+    is_told = ", Elements" in told[0] and told[0].startswith("Reflections") or told[0].startswith("Elements") and told[1].startswith("Reflections")
+    must(is_told, f"each of two changes in a row is told once: {told}")
 
 
 def choose(page, key, value):
@@ -477,6 +490,8 @@ def check_reload(page):
     page.eval("location.hash = '#map=NaN&tx=1,x&rx=,&reflections=&houses=[1'")
     page.wait("location.hash.includes('rx=') && !document.body.classList.contains('is-stale') && !location.hash.includes('NaN')")
     must(True, "a damaged address leads to the first map")
+    page.open(page.own + "#map=999")
+    must("there is no map 999" in page.eval("document.getElementById('repairs').textContent"), "a map that is not there is told")
     page.open(address)
 
 
@@ -675,12 +690,12 @@ def check_widths(page):
     page.eval("document.getElementById('with-model').click()")
 
 
-def frames(page, seconds=6):
-    """Frames a second with new paths while the receiver is dragged across the map."""
-    start = page.screen(page.state()["rx"])
+def frames(page, end="rx", seconds=6):
+    """Frames a second with new paths while a terminal is dragged across the map."""
+    start = page.screen(page.state()[end])
     box = page.eval("(() => { const b = document.getElementById('map').getBoundingClientRect(); return [b.left + 8, b.top + 8, b.right - 8, b.bottom - 8]; })()")
     page.mouse("mousePressed", *start)
-    got = page.eval(DRAG % json.dumps([*box, seconds]))
+    got = page.eval(DRAG % json.dumps([end, *box, seconds]))
     page.mouse("mouseReleased", *start)
     free_place(page)
     return got
@@ -730,12 +745,12 @@ def main():
             page.open(url + f"#map={page.state()['map']}")
         if args.pictures:
             pictures_of(page, args.pictures)
-        for what in ("", " with the model's prediction"):
-            if what:
+        for end, what in (("rx", "the receiver"), ("tx", "the transmitter"), ("rx", "the receiver with the model's prediction")):
+            if "model" in what:
                 show_model(page)
-            got = frames(page)
+            got = frames(page, end)
             rate, shown = got["drawn"] / got["seconds"], got["frames"] / got["seconds"]
-            told = f"{rate:.1f} frames a second follow the receiver{what} ({shown:.1f} shown), the longest took {got['longest']:.0f} ms"
+            told = f"{rate:.1f} frames a second follow {what} ({shown:.1f} shown), the longest took {got['longest']:.0f} ms"
             must(rate >= LEAST_FRAMES, told)
         for p in pages:
             found = p.faults()

@@ -133,6 +133,9 @@ function fill(block, kind) {
   });
 }
 
+/** Paints the same values in the colours of another theme. */
+export const repaint = () => { if (values) paint(KINDS[state.show]); };
+
 function paint(kind) {
   const known = values.filter(v => !Number.isNaN(v));
   if (!known.length) return;

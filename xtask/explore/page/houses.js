@@ -54,6 +54,8 @@ function move(id, [dx, dy]) {
 
 function remove(id) {
   chosen = null;
+  // A second key before the map answers must not take the next one.
+  part('houses').querySelector(`[data-house="${id}"]`)?.remove();
   change(houses => {
     if (id >= city.as_read) houses.drawn.splice(id - city.as_read, 1);
     else {
@@ -88,8 +90,9 @@ function corner(point) {
 
 /** Puts the cross somewhere on the map; it is there while houses are drawn. */
 function crossTo(p) {
-  part('cross').toggleAttribute('hidden', mode !== 'draw');
-  if (mode !== 'draw') return;
+  const isShown = mode === 'draw' && Boolean(city.area);
+  part('cross').toggleAttribute('hidden', !isShown);
+  if (!isShown) return;
   const [min, max] = city.area;
   cross = whole(p).map((v, i) => Math.min(Math.max(v, min[i]), max[i]));
   const [x, y] = place(cross);

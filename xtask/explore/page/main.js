@@ -7,7 +7,7 @@ import * as coverage from './coverage.js';
 import * as houses from './houses.js';
 import * as settings from './settings.js';
 import * as tables from './tables.js';
-import { cityQuestion, fromFragment, linkQuestion, state, toFragment } from './state.js';
+import { cityQuestion, fromFragment, linkQuestion, none, state, toFragment } from './state.js';
 
 const part = id => document.getElementById(id);
 
@@ -22,7 +22,9 @@ let answer = null;
 let converged = null;
 /** The comparison before the changes that are not told yet, and these. */
 let before = null;
-let pending = null;
+let changes = [];
+/** The reason why the map is not the one that the address names. */
+let missing = '';
 let timer = null;
 let isCoverageDue = false;
 /** Answers drawn, for whoever measures. */
@@ -46,25 +48,37 @@ const link = new Lane('/api/link', (got) => {
   window.explorer.drawn += 1;
 }, failed);
 
+const isSame = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+const ends = question => [question.city.map, question.tx, question.rx];
+
 const comparison = new Lane('/api/compare', (got, asked) => {
+  // Of a link or limits of the past: the question of the present follows.
+  if (!isSame({ ...asked, model: null }, { ...linkQuestion(), model: null })) return;
   window.explorer.compared += 1;
   converged = got.curve;
-  const isSameLink = before && JSON.stringify([before.asked.city, before.asked.tx, before.asked.rx]) === JSON.stringify([asked.city, asked.tx, asked.rx]);
-  if (pending && isSameLink) settings.tellEffect(pending, before.got, got);
-  pending = null;
+  if (changes.length && before && isSame(ends(before.asked), ends(asked))) settings.tellEffect(changes, before.got, got);
+  changes = [];
   before = { got, asked };
   settings.showEffects(settings.toldNow(got));
   if (state.converged === 'on' && answer) redraw();
-}, fault => { pending = null; fail(fault); });
+}, fault => { changes = []; fail(fault); });
+
+/** Keeps a change until its effect is known; several of one control are one. */
+function note(change) {
+  const known = changes.find(one => one.key === change.key);
+  changes = [...changes.filter(one => one !== known), known ? { ...change, before: known.before } : change]
+    .filter(one => one.before !== one.after);
+}
 
 const cityLane = new Lane('/api/map', (got, asked) => {
+  if (asked.map !== state.map) return;
   part('fault').hidden = true;
   city.drawCity(got);
   coverage.measure(got.area);
   houses.drawHouses(got);
   const changed = got.repairs === got.repairs_as_read ? '' : ` (as read: ${got.repairs_as_read})`;
   const own = got.houses.filter(h => h.repairs && (h.id >= got.as_read || asked.houses.moved.some(m => m[0] === h.id)));
-  part('repairs').textContent = `${got.walls} walls; repairs of the houses: ${got.repairs}${changed}`
+  part('repairs').textContent = `${missing}${got.walls} walls; repairs of the houses: ${got.repairs}${changed}`
     + own.map(h => `; house ${h.id}: ${h.repairs}`).join('');
   state.tx ??= got.tx;
   state.rx ??= got.rx;
@@ -72,7 +86,7 @@ const cityLane = new Lane('/api/map', (got, asked) => {
   changedPlace();
 }, fault => {
   // Houses that make no scene: as they were before, with the reason.
-  if (houses.undo()) setTimeout(() => fail(fault), PAUSE);
+  if (fault.kind !== 'gone' && fault.kind !== 'broken' && houses.undo()) setTimeout(() => fail(fault), PAUSE);
   else fail(fault);
 });
 
@@ -117,10 +131,17 @@ function changedPlace(isOver = true, needsCoverage = true) {
 
 function changedCity() {
   city.clearLink();
+  city.drawTerminals();
   coverage.clear();
-  before = null;
   settings.showEffects('The converged limits are prepared for this map ...');
   cityLane.ask(cityQuestion());
+}
+
+/** Forgets what belongs to the map before. */
+function leaveCity() {
+  [before, changes] = [null, []];
+  houses.forget();
+  changedCity();
 }
 
 function takeFile(name) {
@@ -145,16 +166,16 @@ function takeFile(name) {
 /** Shows the state that the address holds. */
 function takeAddress() {
   fromFragment(location.hash);
+  missing = '';
   if (!maps.ids.includes(state.map)) {
-    if (state.map !== null) fail({ message: `there is no map ${state.map} among those of ${maps.source}` });
+    if (state.map !== null) missing = `there is no map ${state.map} among those of ${maps.source}, this is map ${maps.ids[0]}; `;
     Object.assign(state, { map: maps.ids[0], tx: null, rx: null });
   }
   part('maps').value = state.map;
   part('show').value = state.show;
   for (const name of OVERLAYS) part(`with-${name}`).checked = state[name] === 'on';
   settings.showControls();
-  houses.forget();
-  changedCity();
+  leaveCity();
 }
 
 async function begin() {
@@ -162,7 +183,7 @@ async function begin() {
   part('maps').append(...maps.ids.map(id => new Option(`${id}`, id)));
   part('maps').title = maps.source;
   settings.makeControls(change => {
-    pending = pending?.key === change.key ? { ...change, before: pending.before } : change;
+    note(change);
     changedPlace();
   });
   city.watchTerminals({
@@ -171,7 +192,10 @@ async function begin() {
     isActive: () => !houses.isDrawing(),
     snap: coverage.snap,
   });
-  houses.watchHouses(changedCity);
+  houses.watchHouses(() => {
+    note({ key: 'houses', name: 'Houses', before: 'before', after: 'now' });
+    changedCity();
+  });
   tables.watch(city.markTwin);
   for (const name of OVERLAYS) {
     part(`with-${name}`).addEventListener('change', event => {
@@ -183,9 +207,9 @@ async function begin() {
   }
   for (const button of document.querySelectorAll('[data-file]')) button.addEventListener('click', takeFile(button.dataset.file));
   part('maps').addEventListener('change', event => {
-    Object.assign(state, { map: Number(event.target.value), tx: null, rx: null, houses: { moved: [], gone: [], drawn: [] } });
-    houses.forget();
-    changedCity();
+    Object.assign(state, { map: Number(event.target.value), tx: null, rx: null, houses: none() });
+    missing = '';
+    leaveCity();
   });
   part('show').addEventListener('change', event => {
     state.show = event.target.value;
@@ -193,7 +217,7 @@ async function begin() {
     coverage.start(fail);
   });
   addEventListener('hashchange', takeAddress);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => answer && redraw());
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', coverage.repaint);
   takeAddress();
 }
 

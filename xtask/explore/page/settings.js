@@ -70,7 +70,7 @@ function read({ input, words, max, factor = 1, most }) {
 function show(control) {
   const value = state[control.key];
   if (control.words) {
-    const isKnown = value in control.words;
+    const isKnown = [...control.input.options].some(option => option.value === value);
     if (!isKnown) control.input.add(new Option(value, value));
     control.input.value = value;
   } else {
@@ -97,11 +97,12 @@ export function toldNow(compared) {
 
 let notes = [];
 
-/** Puts the effect of a change, or of several of one slider, first in the list. */
-export function tellEffect(change, before, after) {
+/** Puts the effect of changes first in the list. */
+export function tellEffect(changes, before, after) {
   const pair = (of, words) => `${words(of(before))} → ${words(of(after))}`;
   const times = compared => compared.own.times_us;
-  const text = `${change.name} ${change.before} → ${change.after}: error ${pair(c => c, error)}; link ${pair(c => perLink(times(c)), us)}, `
+  const what = changes.map(change => `${change.name} ${change.before} → ${change.after}`).join(', ');
+  const text = `${what}: error ${pair(c => c, error)}; link ${pair(c => perLink(times(c)), us)}, `
     + `transmitter ${pair(c => times(c).tx, us)}, map ${pair(c => times(c).map, us)}; paths ${pair(c => c.own.paths, String)}`;
   notes = [text, ...notes].slice(0, MOST_EFFECTS);
 }

@@ -93,8 +93,8 @@ impl App {
             Some("link") => "link",
             Some("compare") => "compare",
             Some("coverage") => "coverage",
-            _ if file_of(path).is_some() => "file",
-            _ => return Err(Fault::NotFound),
+            Some(path) => files::named(path).ok_or(Fault::NotFound)?,
+            None => return Err(Fault::NotFound),
         };
         must_be(&head, Method::POST)?;
         let ticket = self.lanes.enter(page_of(&head), kind);
@@ -109,9 +109,8 @@ impl App {
                 return self.coverage(question, ticket, held).await;
             }
             _ => {
-                let name = file_of(path).ok_or(Fault::NotFound)?.to_owned();
                 let question: LinkQuestion = read(&body)?;
-                let make = move |stock: &Stock| files::make(&name, stock, &question, &ticket);
+                let make = move |stock: &Stock| files::make(kind, stock, &question, &ticket);
                 self.slow.run(make).await?
             }
         };
@@ -166,12 +165,6 @@ async fn deliver(workers: Workers, mut survey: Survey, sender: mpsc::Sender<Byte
         survey = rest;
         place.send(line.into());
     }
-}
-
-/// The file that a path names.
-fn file_of(path: &str) -> Option<&str> {
-    path.strip_prefix("/api/file/")
-        .filter(|name| files::is_file(name))
 }
 
 fn must_be(head: &request::Parts, method: Method) -> Result<(), Fault> {

@@ -18,11 +18,17 @@ use crate::request::LinkQuestion;
 use crate::stock::{City, Stock};
 use crate::ticket::Ticket;
 
-const NAMES: [&str; 5] = ["map", "paths", "picture", "explanation", "command"];
+const NAMES: [&str; 5] = [
+    "file/map",
+    "file/paths",
+    "file/picture",
+    "file/explanation",
+    "file/command",
+];
 
-/// Returns true for the name of a file.
-pub fn is_file(name: &str) -> bool {
-    NAMES.contains(&name)
+/// The name of the file that a path names.
+pub fn named(path: &str) -> Option<&'static str> {
+    NAMES.into_iter().find(|&name| name == path)
 }
 
 /// Makes a file.
@@ -37,9 +43,9 @@ pub fn make(
 ) -> Result<Reply, Fault> {
     let text = |media_type, text: String| Ok(whole(StatusCode::OK, media_type, text));
     match name {
-        "map" => text(JSON, map(&*stock.city(&question.city)?)?.to_string()),
-        "command" => text("text/plain; charset=utf-8", command(stock, question)?),
-        "paths" => {
+        "file/map" => text(JSON, map(&*stock.city(&question.city)?)?.to_string()),
+        "file/command" => text("text/plain; charset=utf-8", command(stock, question)?),
+        "file/paths" => {
             let traced = Traced::new(stock, question, ticket)?;
             let view = &traced.view;
             let list = LinkList {
@@ -61,7 +67,7 @@ pub fn make(
                 explanation: &explanation,
             };
             match name {
-                "picture" => text("image/svg+xml", explained.drawing().to_file_text()),
+                "file/picture" => text("image/svg+xml", explained.drawing().to_file_text()),
                 _ => text("text/html; charset=utf-8", explained.page().to_html()),
             }
         }

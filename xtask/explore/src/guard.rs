@@ -22,7 +22,11 @@ pub fn check(method: &Method, uri: &Uri, headers: &HeaderMap, port: u16) -> Resu
     if uri.authority().is_some() || uri.scheme().is_some() {
         return Err(Fault::Foreign("this server is no proxy"));
     }
-    let own = NAMES.map(|name| format!("{name}:{port}"));
+    // Browsers leave the port of HTTP out.
+    let own = NAMES.map(|name| match port {
+        80 => name.to_owned(),
+        _ => format!("{name}:{port}"),
+    });
     let hosts: Vec<_> = headers.get_all(HOST).iter().collect();
     if hosts.len() != 1 || !own.iter().any(|host| hosts[0] == host.as_str()) {
         return Err(Fault::Foreign("the header Host names another place"));
