@@ -62,7 +62,17 @@ impl Setting {
         }
         all
     }
+
+    /// Limits beyond those, without and with slopes.
+    fn beyond() -> impl Iterator<Item = Self> {
+        let limits = [(12, 3), (16, 3), (24, 3), (8, 4), (12, 4), (16, 4)];
+        let both = |(r, d)| [false, true].map(|slopes| Self::new(r, d, 40.0, slopes));
+        limits.into_iter().flat_map(both)
+    }
 }
+
+/// The scene in which limits are raised further, for no order is the last between walls that reflect all.
+const CANYON: &str = "canyon";
 
 /// The settings that are named in tables: places in [`Setting::all`].
 const DEFAULT: usize = 0;
@@ -137,7 +147,7 @@ pub fn run(setup: &Setup) -> Result<Study> {
     let settings: Vec<Setting> = Setting::all();
     let settings = &settings[..setup.profile.choose(FAR + 1, settings.len())];
     let bar = progress::bar((scenes.len() * Walls::ALL.len()) as u64, "scenes");
-    let (mut rows, mut links) = (Vec::new(), Vec::new());
+    let (mut rows, mut beyond, mut links) = (Vec::new(), Vec::new(), Vec::new());
     for full in &scenes {
         for walls in Walls::ALL {
             let reference = Reference::new(full, walls)?;
@@ -153,11 +163,18 @@ pub fn run(setup: &Setup) -> Result<Study> {
                 rows.push(row(&reference, setting, found, &all[SLOPES], time_us));
             }
             links.extend(link_rows(&reference, &all));
+            if full.name == CANYON {
+                for setting in Setting::beyond() {
+                    let found = reference.compare(&setting.config)?;
+                    let time_us = found.time_us;
+                    beyond.push(row(&reference, &setting, &found, &all[SLOPES], time_us));
+                }
+            }
             bar.inc(1);
         }
     }
     bar.finish_and_clear();
-    reading::study(&rows, &links)
+    reading::study(&rows, &beyond, &links)
 }
 
 fn row(

@@ -8,7 +8,7 @@ use aps_report::theme::Colour;
 use aps_report::trade::{Marked, Trade};
 use aps_tests::fullwave::Walls;
 
-use super::{CASCADE, DEFAULT, FAR, FAR_CASCADE, LinkRow, Row, SLOPES, Setting, mean};
+use super::{CANYON, CASCADE, DEFAULT, FAR, FAR_CASCADE, LinkRow, Row, SLOPES, Setting, mean};
 use crate::{Study, StudyName};
 
 /// The scenes of one house in several sizes.
@@ -19,7 +19,7 @@ const BOUNDARIES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, f64::INFINITY];
 /// The measure of a row that a table shows.
 type Value = fn(&Row) -> f64;
 
-pub fn study(rows: &[Row], links: &[LinkRow]) -> Result<Study> {
+pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
     let mut study = Study::new(
         StudyName::Fullwave.name(),
         "The whole field: the tracer against the wave equation",
@@ -66,6 +66,9 @@ pub fn study(rows: &[Row], links: &[LinkRow]) -> Result<Study> {
         |r| r.mean_direction_error_deg,
     );
     shadow(&mut study, &scenes, &of);
+    if !beyond.is_empty() {
+        orders(&mut study, rows, beyond);
+    }
     parts(&mut study, &scenes, &of);
     boundaries(&mut study, links);
     study.section.heading("Error against time");
@@ -75,6 +78,9 @@ pub fn study(rows: &[Row], links: &[LinkRow]) -> Result<Study> {
     figures(&mut study, rows, links);
     verdict(&mut study, rows);
     study.data("scenes", "Every setting in every scene", rows)?;
+    if !beyond.is_empty() {
+        study.data("orders", "Higher limits in the canyon", beyond)?;
+    }
     Ok(study)
 }
 
@@ -120,6 +126,31 @@ fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option
         "Links whose strongest path has two corners, R5 D2 and 30 dB, without and with slopes",
         &head,
         scenes.iter().filter_map(line).collect(),
+    );
+}
+
+fn orders(study: &mut Study, rows: &[Row], beyond: &[Row]) {
+    let range_db = beyond.first().and_then(|row| row.dynamic_range_db);
+    let limits = |row: &Row| (row.max_reflections, row.max_diffractions);
+    let far = rows.iter().filter(|r| r.scene == CANYON && r.max_diffractions > 2);
+    let all: Vec<&Row> = far.chain(beyond).filter(|r| r.dynamic_range_db == range_db).collect();
+    let line = |row: &&&Row| -> Vec<String> {
+        let at = |walls: Walls, slopes: bool| {
+            let same = |r: &&&Row| (limits(r), r.slopes, r.walls) == (limits(row), slopes, walls.name());
+            let found = all.iter().find(same);
+            found.map_or(String::new(), |r| fixed(r.two_corners_mean_error_db, 2))
+        };
+        let cells = Walls::ALL.into_iter().flat_map(|walls| [false, true].map(|slopes| at(walls, slopes)));
+        let (r, d) = limits(row);
+        std::iter::once(format!("R{r} D{d}")).chain(cells).collect()
+    };
+    let head = Walls::ALL.map(|walls| [format!("{}, without", walls.name()), "with".into()]);
+    let head: Vec<&str> = std::iter::once("limits").chain(head.iter().flatten().map(String::as_str)).collect();
+    let first = |row: &&&Row| !row.slopes && row.walls == Walls::Conductor.name();
+    study.table(
+        "The same mean error [dB] in the canyon as limits grow, at 40 dB, without and with slopes",
+        &head,
+        all.iter().filter(first).map(|row| line(&row)).collect(),
     );
 }
 
