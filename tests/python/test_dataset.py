@@ -148,5 +148,5 @@ def test_a_batch_beyond_all_memory_is_refused_before_any_is_taken(data: Path) ->
     settings = {"size": 4096, "mirror": False, "linear": True, "polar": False, "maps": None}
     examples = _native.Examples(data, "train", settings)
     # 51.5 GB.
-    with pytest.raises(MemoryError, match="numbers: 256 of 50331648 values each"):
+    with pytest.raises(MemoryError, match="indices: 256 of 50331648 values each"):
         examples.batch([0] * 256)

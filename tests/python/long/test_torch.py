@@ -101,7 +101,7 @@ def test_bad_settings_and_numbers_are_named(data: Path, tmp_path: Path) -> None:
         (lambda: ApsDataset(data, "train", condition="map"), ValueError, "'map'"),
         (lambda: ApsDataset(data, "train", size=-1), ValueError, "size: .*int -1"),
         (lambda: ApsDataset(data, "train", condition="polar", maps=1.5), ValueError, "maps.*float 1.5"),
-        (lambda: ApsDataset(data, "test").batch([0.5]), ValueError, "numbers: expected integers .*float64"),
+        (lambda: ApsDataset(data, "test").batch([0.5]), ValueError, "indices: expected integers .*float64"),
         (lambda: ApsDataset(tmp_path, "train"), ValueError, "not a data set"),
         (lambda: ApsDataset(tmp_path / "none", "train"), FileNotFoundError, "none"),
         (lambda: ApsDataset(data, None), ValueError, "split: expected a string, got NoneType"),
