@@ -50,6 +50,11 @@ class Html:
         Path(file).write_text(self.text, encoding="utf-8")
 
 
+def _check(scene: _native.Scene) -> None:
+    if not isinstance(scene, _native.Scene):
+        raise TypeError(f"scene: expected Scene, got {type(scene).__name__}")
+
+
 def _one(paths: Paths, link: int) -> Paths:
     held(paths)
     one = paths[link]
@@ -90,6 +95,7 @@ def explain(
     Html
         The link on its map, its spectrum, and tables of lobes and paths.
     """
+    _check(scene)
     one = _one(paths, link)
     if title is None:
         (x0, y0), (x1, y1) = one.tx_m[0], one.rx_m[0]
@@ -117,8 +123,8 @@ def plot_link(paths: Paths, link: int = 0, scene: _native.Scene | None = None, a
     matplotlib.axes.Axes
         The axes drawn in.
     """
-    if not (scene is None or isinstance(scene, _native.Scene)):
-        raise TypeError(f"scene: expected Scene, got {type(scene).__name__}")
+    if scene is not None:
+        _check(scene)
     one = _one(paths, link)
     import matplotlib.pyplot as plt
 
