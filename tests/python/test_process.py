@@ -15,27 +15,39 @@ import map2aps
 from shapes import answers
 
 MANY = (
-    "import map2aps, numpy as np, signal\n"
+    "import map2aps, numpy as np, signal, sys\n"
     # Programs in the background are started with the signal ignored.
     "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
     "scene = map2aps.Scene.synthetic(seed=3)\n"
     "tracer = map2aps.Tracer(scene, max_reflections=6, max_diffractions=2, max_interactions=8, dynamic_range_db=None)\n"
     "grid = np.stack(np.meshgrid(np.arange(1.0, 255.0), np.arange(1.0, 255.0)), -1).reshape(-1, 2)\n"
     "rx = grid[scene.is_outdoor(grid)]\n"
+    "few = tracer.trace(rx[0], rx[1:3])\n"
+    "many = np.arange(500 * 300)\n"
+    "paths = map2aps.Paths.from_arrays(np.arange(501) * 300, 1e-12 * many, 1e-5 * many, np.ones(len(many)))\n"
     "try:\n"
     "    print('ready', flush=True)\n"
-    "    tracer.trace(rx[:500], rx[1000:])\n"
+    "    {call}\n"
     "except KeyboardInterrupt:\n"
     "    print('interrupted', flush=True)\n"
-    "    tracer.trace(rx[0], rx[1])\n"
+    "    map2aps.label(few)\n"
 )
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there, Ctrl-C goes to a whole console")
-def test_ctrl_c_ends_a_trace_and_the_next_one_works() -> None:
-    with subprocess.Popen([sys.executable, "-c", MANY], stdout=subprocess.PIPE, text=True) as process:
+@pytest.mark.parametrize(
+    "call",
+    [
+        "tracer.trace(rx[:500], rx[1000:])",
+        "map2aps.pdp(paths, delay_points=20000)",
+        "map2aps.make_dataset(sys.argv[1], 10, tx_per_map=1000, rx_per_map=1000, progress=None)",
+    ],
+)
+def test_ctrl_c_ends_long_work_and_the_next_call_works(call: str, tmp_path: Path) -> None:
+    script = [sys.executable, "-c", MANY.format(call=call), str(tmp_path / "set")]
+    with subprocess.Popen(script, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "ready\n"
-        # Hours of work are left, so that this comes in time.
+        # Far more work is left than fits before this comes.
         process.send_signal(signal.SIGINT)
         assert process.stdout.readline() == "interrupted\n"
         assert process.wait(timeout=60) == 0
