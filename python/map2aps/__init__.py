@@ -6,11 +6,21 @@
 >>> map2aps.label(paths, protocol="paper").aps_db.shape
 (2, 180)
 
-Lengths are metres, times seconds, angles radians counter-clockwise from x unless a name says otherwise (``_db``, ``_deg``). Every
-function takes anything that NumPy makes an array of, copies it, and computes in double precision on all cores without Python's
-lock; Ctrl-C ends it, or, where it cannot stop inside (making scenes and tracers, scores, batches), leaves it to be done unheard.
-Results are the same bits for any number of threads, which ``RAYON_NUM_THREADS`` limits. Where a function takes a protocol it is
-"released" by default.
+Lengths are metres, times seconds, angles radians counter-clockwise from x unless a name says otherwise (``_db``, ``_deg``). Arrays
+are whatever NumPy makes an array of; they are copied, and computed with in double precision. Where a function takes a protocol it
+is "released" by default.
+
+Who holds Python's lock, and what Ctrl-C does:
+
+- `Tracer.trace`, `label`, `pdp`, `make_dataset` and `PolarView.input` work without the lock; Ctrl-C ends them.
+- Making a `Scene`, `Tracer` or `PolarView`, opening a `Dataset` and `metrics` work without the lock; Ctrl-C leaves them, and they are
+  done unheard. The same holds for ``map2aps.torch.ApsDataset`` and its batches.
+- `Scene.raster` and `explain` work without the lock, and meet Ctrl-C when they are done.
+- All else holds the lock: `Scene.is_outdoor` and the attributes of a scene, the arrays of `Paths` and what is made of them, arrays on
+  their way in and out.
+
+What works without the lock does so on threads of its own, but for `explain`: as many as there are cores, or as
+``RAYON_NUM_THREADS`` says. Results are the same bits for any number of them.
 
 Arrays and numbers of a wrong shape, type or value raise ``ValueError``, an unknown setting or an object of another class
 ``TypeError``, what the system refuses ``OSError``, a file that is not there ``FileNotFoundError``.

@@ -29,8 +29,9 @@ class Map:
     Attributes
     ----------
     id : int
+        Number of the map in the data set.
     links : int
-        Number of links.
+        Number of links, with or without a label.
     """
 
     def __init__(self, folder: Path, entry: dict[str, Any]) -> None:
@@ -43,11 +44,28 @@ class Map:
         return f"Map({self.id}, {self.links} links)"
 
     def keys(self) -> list[str]:
-        """Names of the arrays, as the page on the format of data sets lists them."""
+        """Tells which arrays the map has.
+
+        Returns
+        -------
+        list of str
+            Their names, as the page on the format of data sets lists them.
+        """
         return list(self._files)
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        """An array by name, read-only: ``tx`` and ``rx`` in m, ``link_tx``, ``link_rx``, ``status``, ``aps_db``, ...
+        """Opens an array.
+
+        Parameters
+        ----------
+        name : str
+            Its name: ``tx`` and ``rx`` (places in m), ``link_tx`` and ``link_rx`` (rows of these), ``status``, ``aps_db``, or another
+            of `keys`.
+
+        Returns
+        -------
+        ndarray
+            Read-only, of the shape and type that the page on the format of data sets states.
 
         Raises
         ------
@@ -73,7 +91,7 @@ class Map:
 
 
 class Dataset:
-    """A finished data set. Opening it reads the manifest alone.
+    """A finished data set. Opening it reads the manifest alone; ``len`` and a loop go over its maps.
 
     Parameters
     ----------
@@ -83,6 +101,7 @@ class Dataset:
     Attributes
     ----------
     path : pathlib.Path
+        Folder of the data set.
     manifest : dict
         The manifest, checked.
     """
@@ -108,7 +127,7 @@ class Dataset:
 
     @property
     def angle_deg(self) -> npt.NDArray[np.float64]:
-        """Azimuth of each bin of the spectra, shape (bins,)."""
+        """Azimuth of each bin of the spectra in degrees, shape (bins,)."""
         axis = self.manifest["layout"]["aps"]["axis"]
         return np.linspace(axis["start"], axis["stop"], axis["count"], endpoint=axis["endpoint"])
 
@@ -117,14 +136,41 @@ class Dataset:
         return len(self._entries)
 
     def __iter__(self) -> Iterator[Map]:
+        """The maps, by ascending id."""
         return (self[i] for i in self._entries)
 
     def __getitem__(self, map_id: int) -> Map:
-        """A map by its id."""
+        """Opens a map.
+
+        Parameters
+        ----------
+        map_id : int
+            Its id, which is not its place among the maps.
+
+        Returns
+        -------
+        Map
+
+        Raises
+        ------
+        KeyError
+            For an id that no map has.
+        """
         return Map(self.path / f"map_{map_id:04}", self._entries[map_id])
 
     def split(self, part: Literal["train", "develop", "test"]) -> list[int]:
-        """Ids of the maps of a part of the split."""
+        """Tells which maps are in a part of the split.
+
+        Parameters
+        ----------
+        part : {"train", "develop", "test"}
+            The part.
+
+        Returns
+        -------
+        list of int
+            Ids of the maps; none for a part without maps.
+        """
         if part not in ("train", "develop", "test"):
             raise ValueError(f"part: '{part}' is none of 'train', 'develop' and 'test'")
         return list(self.manifest["split"][part])
@@ -158,7 +204,7 @@ def make_dataset(
     tx_per_map: int = 20,
     rx_per_map: int = 100,
     receivers: Literal["reached", "outdoor"] = "reached",
-    map_ids: list[int] | None = None,
+    map_ids: npt.ArrayLike | None = None,
     seed: int = 42,
     protocol: Protocol = USUAL_PROTOCOL,
     array: Array | None = None,
@@ -182,8 +228,8 @@ def make_dataset(
         Transmitters of a map, and receivers of each.
     receivers : {"reached", "outdoor"}
         Points that the transmitter reaches within the limits, or the same points for all transmitters of a map.
-    map_ids : list of int, optional
-        Maps to take; all by default.
+    map_ids : array_like of int, shape (n,), optional
+        Ids of the maps to take; all by default.
     seed : int
         Seed of terminals, synthetic cities and split.
     protocol, array, sampling_rate_hz
@@ -202,6 +248,7 @@ def make_dataset(
     Returns
     -------
     Dataset
+        The finished data set.
     """
     settings = {
         "maps": maps,

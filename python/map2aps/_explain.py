@@ -15,7 +15,18 @@ from ._paths import Paths, held
 
 
 class Html:
-    """A page. Notebooks show it as the value of a cell."""
+    """A page. Notebooks show it as the value of a cell.
+
+    Parameters
+    ----------
+    text : str
+        The page in HTML.
+
+    Attributes
+    ----------
+    text : str
+        The page in HTML, as ``str`` gives it too.
+    """
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -29,8 +40,19 @@ class Html:
         return f'<iframe srcdoc="{page}" width="100%" height="760" frameborder="0"></iframe>'
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Writes the page to a file."""
+        """Writes the page to a file, in UTF-8.
+
+        Parameters
+        ----------
+        file : path-like
+            The file; one that is there is replaced.
+        """
         Path(file).write_text(self.text, encoding="utf-8")
+
+
+def _check(scene: _native.Scene) -> None:
+    if not isinstance(scene, _native.Scene):
+        raise TypeError(f"scene: expected Scene, got {type(scene).__name__}")
 
 
 def _one(paths: Paths, link: int) -> Paths:
@@ -58,19 +80,22 @@ def explain(
     scene : Scene
         The scene that the paths were traced in.
     paths : Paths
+        Paths of one link or more.
     link : int
         The link among them.
     protocol : {"released", "paper"}
         Definition of the spectrum.
     array : UniformLinear or UniformCircular, optional
-        The receiving array.
+        The receiving array; 16 elements half a wavelength apart by default.
     title : str, optional
+        Title of the page; the ends of the link by default.
 
     Returns
     -------
     Html
         The link on its map, its spectrum, and tables of lobes and paths.
     """
+    _check(scene)
     one = _one(paths, link)
     if title is None:
         (x0, y0), (x1, y1) = one.tx_m[0], one.rx_m[0]
@@ -85,6 +110,7 @@ def plot_link(paths: Paths, link: int = 0, scene: _native.Scene | None = None, a
     Parameters
     ----------
     paths : Paths
+        Paths of one link or more.
     link : int
         The link among them.
     scene : Scene, optional
@@ -95,7 +121,10 @@ def plot_link(paths: Paths, link: int = 0, scene: _native.Scene | None = None, a
     Returns
     -------
     matplotlib.axes.Axes
+        The axes drawn in.
     """
+    if scene is not None:
+        _check(scene)
     one = _one(paths, link)
     import matplotlib.pyplot as plt
 

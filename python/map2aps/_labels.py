@@ -38,10 +38,11 @@ class Profiles:
     Attributes
     ----------
     pdp_db : ndarray of float64, shape (links, delays)
-        Power over delay, as in `Labels`; NaN for a link without a label.
+        Power over delay in dB ("paper": relative to the power sent; "released": dBm, 1 dBm sent); NaN for a link without a label.
     delay_s : ndarray of float64, shape (delays,)
         Delay of each point in s.
     is_labelled : ndarray of bool, shape (links,)
+        False for links without a path that the protocol counts.
     """
 
     pdp_db: npt.NDArray[np.float64]
@@ -60,16 +61,18 @@ def label(
     Parameters
     ----------
     paths : Paths
+        Paths of any number of links.
     protocol : {"released", "paper"}
         Definition of the label.
     array : UniformLinear or UniformCircular, optional
         The receiving array; 16 elements half a wavelength apart by default.
     sampling_rate_hz : float, optional
-        Bandwidth-related sampling rate; 200e6 by default.
+        Bandwidth-related sampling rate in Hz; 200e6 by default.
 
     Returns
     -------
     Labels
+        Of each link one spectrum.
     """
     found = _native.label(held(paths), label_settings(protocol, array, sampling_rate_hz), False)
     return Labels(**found)
@@ -97,6 +100,7 @@ def pdp(
     Returns
     -------
     Profiles
+        Of each link one profile.
     """
     settings = label_settings(protocol, array, sampling_rate_hz, delay_points, last_delay_s)
     found = _native.label(held(paths), settings, True)

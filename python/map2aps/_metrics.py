@@ -20,10 +20,11 @@ class Scores:
     Attributes
     ----------
     values : dict of str to ndarray of float64, shape (scored,)
-        Each metric of each sample that could be scored, by name: ``mae``, ``psnr_db``, ``cosine``, ``ple_deg``, ``hit_2deg``, ...
+        Each metric of each sample that could be scored, by its name, which ends with the unit if it has one: ``mae``, ``mse``,
+        ``psnr_db``, ``cosine``, ``ple_deg`` (degrees), ``hit_2deg`` (0 or 1), ...
     rows : ndarray of int64, shape (scored,)
         Rows of these samples.
-    rejected : ndarray of int64
+    rejected : ndarray of int64, shape (rejected,)
         Rows that hold NaN, an infinity or a value beyond 1e70: they are in no mean.
     report : dict
         Mean, deviation and quantiles of every metric, overall and by map, with the definition that they follow.
@@ -36,11 +37,21 @@ class Scores:
 
     @property
     def summary(self) -> dict[str, float]:
-        """Mean of each metric over the scored samples."""
+        """Mean of each metric over the scored samples, by its name."""
         return {str(of["metric"]): float(of["mean"]) for of in self.report["overall"]["metrics"]}
 
     def __getitem__(self, metric: str) -> npt.NDArray[np.float64]:
-        """A metric of each scored sample."""
+        """Takes a metric of each scored sample.
+
+        Parameters
+        ----------
+        metric : str
+            Its name in ``values``.
+
+        Returns
+        -------
+        ndarray of float64, shape (scored,)
+        """
         return self.values[metric]
 
 

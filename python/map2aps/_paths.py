@@ -14,16 +14,7 @@ if TYPE_CHECKING:
 
 
 class Limits(TypedDict, total=False):
-    """Settings of a trace, each with a default.
-
-    frequency_hz : carrier, 1 to 1e18; 3.5e9.
-    material : of the walls: "concrete" (after ITU-R P.2040-3), "pec", or (relative permittivity, conductivity in S/m).
-    max_reflections, max_diffractions, max_interactions : most of each on a path; 2, 1 and 3.
-    slope_diffraction : waves from corner to corner take their slope along; True.
-    dynamic_range_db : paths weaker than the link's strongest by more are left out; 60, None keeps all.
-    max_fallback_diffractions : links without a path go on with up to so many diffractions, at estimated levels; 0, none do.
-    max_images, max_wave_bytes : bounds on memory, beyond which a trace is refused.
-    """
+    """Settings of a trace, as `Tracer` lists them."""
 
     frequency_hz: float
     material: str | tuple[float, float]
@@ -140,6 +131,11 @@ class Paths:
             From the receiver to the last interaction, in rad.
         gain : array_like, shape (paths,)
             Complex amplitude, or its magnitude; linear.
+
+        Returns
+        -------
+        Paths
+            Their departure is 0, they have no interactions, and their ends are NaN.
         """
         paths, nowhere = np.size(delay_s), np.full((max(np.size(path_offset) - 1, 0), 2), np.nan)
         return cls(
@@ -157,7 +153,17 @@ class Paths:
         )
 
     def replace(self, **columns: npt.ArrayLike) -> Paths:
-        """Paths with other arrays in place of some, by their names."""
+        """Makes paths that have other arrays in place of some.
+
+        Parameters
+        ----------
+        **columns : array_like
+            The other arrays, by the names of the attributes.
+
+        Returns
+        -------
+        Paths
+        """
         return Paths(**self.__getstate__() | columns)
 
     __replace__ = replace
@@ -176,27 +182,48 @@ class Paths:
         return f"Paths({len(self)} links, {self._held.count} paths)"
 
     def __getitem__(self, link: int | slice) -> Paths:
-        """The paths of a link, or of some."""
-        found = range(len(self))[link]
+        """Takes the paths of a link, or of some.
+
+        Parameters
+        ----------
+        link : int or slice
+            Number of the link, from the end if negative, or a range of them.
+
+        Returns
+        -------
+        Paths
+            Of one link, or of those in the range.
+
+        Raises
+        ------
+        IndexError
+            For a number that no link has.
+        """
+        try:
+            found = range(len(self))[link]
+        except IndexError:
+            raise IndexError(f"link: {link} is none of {len(self)} links") from None
         return Paths._of(self._held.take(found if isinstance(found, range) else [found]))
 
     @property
     def gain_db(self) -> npt.NDArray[np.float64]:
-        """Power gain of each path in dB: minus its path loss."""
+        """Power gain of each path in dB, shape (paths,): minus its path loss; -inf for a gain of 0."""
         with np.errstate(divide="ignore"):
             return np.asarray(20.0 * np.log10(np.abs(self.gain)))
 
     @property
     def link(self) -> npt.NDArray[np.int64]:
-        """Link of each path."""
+        """Number of the link that each path belongs to, shape (paths,)."""
         return np.repeat(np.arange(len(self)), np.diff(self.path_offset))
 
     def to_pandas(self) -> Any:
-        """One row a path: its link, delay, azimuths, gain in dB, and its interactions like ``"R12 D7"``.
+        """Makes a table of one row a path.
 
         Returns
         -------
         pandas.DataFrame
+            Columns ``link``, ``delay_s``, ``departure_azimuth_rad``, ``arrival_azimuth_rad``, ``gain_db``, and ``interactions`` like
+            ``"R12 D7"``.
         """
         import pandas as pd
 
@@ -230,8 +257,30 @@ class Tracer:
     Parameters
     ----------
     scene : Scene
-    **limits
-        See `Limits`: ``frequency_hz``, ``material``, ``max_reflections`` and so on.
+        The buildings.
+    frequency_hz : float
+        Carrier in Hz, 1 to 1e18; 3.5e9 by default.
+    material : str or tuple of two floats
+        Of the walls: "concrete" (after ITU-R P.2040-3), the default, "pec" for a perfect conductor, or a pair of relative permittivity
+        and conductivity in S/m.
+    max_reflections, max_diffractions : int
+        Most of each on a path, 0 to 1000; 2 and 1 by default.
+    max_interactions : int
+        Most reflections and diffractions together on a path; 3 by default.
+    slope_diffraction : bool
+        Waves from corner to corner take their slope along; True by default.
+    dynamic_range_db : float or None
+        Paths are left out that are weaker than the link's strongest by more, in dB; 60 by default, None keeps all.
+    max_fallback_diffractions : int
+        A link without a path goes on with up to so many diffractions, at estimated levels, 0 to 1000; 0 by default: none does.
+    max_images : int
+        Most images of a terminal, of some 80 bytes each; 10,000,000 by default. A trace that needs more is refused.
+    max_wave_bytes : int
+        Most memory in bytes for the waves at corners, of a terminal and of all; 2**30 by default. What needs more is refused.
+
+    Attributes
+    ----------
+    scene : Scene
     """
 
     def __init__(self, scene: _native.Scene, **limits: Unpack[Limits]) -> None:

@@ -1,3 +1,4 @@
+import json
 import pickle
 from pathlib import Path
 
@@ -6,6 +7,7 @@ import pytest
 
 import map2aps
 from map2aps import _native
+from shapes import HELSINKI, HOUSE, geojson
 
 
 def test_a_data_set_has_its_maps_and_arrays(data: Path) -> None:
@@ -63,7 +65,7 @@ def test_maps_settings_of_labels_and_limits_reach_the_data_set(tmp_path: Path) -
     dataset = map2aps.make_dataset(
         tmp_path / "set",
         10,
-        map_ids=np.array([2, 5]),
+        map_ids=np.array([2, 9, 5])[::2],
         tx_per_map=1,
         rx_per_map=3,
         receivers="outdoor",
@@ -133,8 +135,51 @@ def test_arrays_may_be_empty(tmp_path: Path) -> None:
 
 
 def test_a_data_set_is_pickled_by_its_place(data: Path) -> None:
-    dataset = pickle.loads(pickle.dumps(map2aps.Dataset(data)))
-    assert dataset.links == 72
+    dataset = pickle.loads(pickle.dumps(map2aps.Dataset(str(data))))
+    assert dataset.links == 72 and dataset.path == data
+    one, again = dataset[3], pickle.loads(pickle.dumps(dataset[3]))
+    assert (again.id, again.links, again.keys()) == (3, 12, one.keys())
+    assert np.array_equal(again["aps_db"], one["aps_db"]) and isinstance(again["aps_db"], np.memmap)
+
+
+def test_maps_are_those_of_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    for map_id, place in ((0, 0.0), (7, 100.0)):
+        (tmp_path / "maps" / f"{map_id}.json").write_text(json.dumps([(HOUSE + place).tolist()]))
+    dataset = map2aps.make_dataset(tmp_path / "set", tmp_path / "maps", tx_per_map=1, rx_per_map=3, progress=None)
+    assert [one.id for one in dataset] == [0, 7] and dataset.links == 6
+    assert dataset.manifest["configuration"]["maps"] == "radiomapseer"
+    for one in dataset:
+        scene = map2aps.Scene.from_radiomapseer(tmp_path / "maps" / f"{one.id}.json")
+        assert np.array_equal(one["buildings"], scene.raster())
+        assert scene.is_outdoor(np.concatenate([one["tx"], one["rx"]])).all() and one.is_valid.all()
+
+
+def test_maps_are_tiles_of_a_city_in_metres(tmp_path: Path) -> None:
+    # One house in the south-west of the city, one two tiles east and one north of it.
+    city = geojson(tmp_path / "city.geojson", HOUSE, HOUSE + (256.0, 128.0), building="yes")
+    dataset = map2aps.make_dataset(
+        tmp_path / "set", city, tile_m=128.0, metric=True, tx_per_map=1, rx_per_map=3, receivers="outdoor", progress=None
+    )
+    about = dataset.manifest["configuration"]["maps"]
+    assert (about["kind"], about["tile_m"], about["coordinates"]) == ("geojson", 128.0, "metres")
+    assert len(dataset) == 2
+    for one in dataset:
+        scene = map2aps.Scene.from_geojson(city, tile=one.id, tile_m=128.0, metric=True)
+        assert np.array_equal(one["buildings"], scene.raster()) and len(scene.walls) == 4
+        ends = np.concatenate([one["tx"], one["rx"]])
+        assert scene.is_outdoor(ends).all() and ends.max() <= 128.0
+
+
+def test_maps_are_tiles_of_a_city_of_open_street_map(tmp_path: Path) -> None:
+    few: dict[str, object] = {"tx_per_map": 1, "rx_per_map": 3, "progress": None}
+    dataset = map2aps.make_dataset(tmp_path / "set", str(HELSINKI), map_ids=(0,), **few)
+    about = dataset.manifest["configuration"]["maps"]
+    assert (about["tile_m"], about["coordinates"], about["buildings"]) == (256.0, "degrees", 75)
+    assert np.array_equal(dataset[0]["buildings"], map2aps.Scene.from_geojson(HELSINKI, tile=0).raster())
+    # Degrees are no metres: the whole city would be a thousandth of one.
+    with pytest.raises(ValueError, match="no tile|unit|m long"):
+        map2aps.make_dataset(tmp_path / "other", HELSINKI, metric=True, **few)
 
 
 def test_an_array_of_another_shape_is_refused(data: Path, tmp_path: Path) -> None:
@@ -148,5 +193,5 @@ def test_a_batch_beyond_all_memory_is_refused_before_any_is_taken(data: Path) ->
     settings = {"size": 4096, "mirror": False, "linear": True, "polar": False, "maps": None}
     examples = _native.Examples(data, "train", settings)
     # 51.5 GB.
-    with pytest.raises(MemoryError, match="numbers: 256 of 50331648 values each"):
+    with pytest.raises(MemoryError, match="indices: 256 of 50331648 values each"):
         examples.batch([0] * 256)

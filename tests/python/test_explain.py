@@ -25,12 +25,20 @@ def test_links_that_cannot_be_explained_are_named(scene: map2aps.Scene, paths: m
     for call in (map2aps.plot_link, lambda silent: map2aps.explain(scene, silent)):
         with pytest.raises(ValueError, match="link 0 receives no power"):
             call(known.replace(gain=[0.0]))
-    with pytest.raises(IndexError):
-        map2aps.explain(scene, paths, 100)
+    for call in (lambda: map2aps.explain(scene, paths, 100), lambda: map2aps.plot_link(paths, 100), lambda: map2aps.plot_link(paths, -101)):
+        with pytest.raises(IndexError, match="link: -?10[01] is none of 100 links"):
+            call()
     with pytest.raises(ValueError, match="`old`"):
         map2aps.explain(scene, paths, 0, "old")
-    for call in (lambda: map2aps.explain(None, paths), lambda: map2aps.explain(scene, [1.0])):
-        with pytest.raises(TypeError):
+    for call, told in [
+        (lambda: map2aps.explain(None, paths), "scene: expected Scene, got NoneType"),
+        (lambda: map2aps.explain(scene, [1.0]), "paths: expected Paths, got list"),
+        (lambda: map2aps.plot_link([1.0]), "paths: expected Paths, got list"),
+        (lambda: map2aps.plot_link(paths, 0, [1.0]), "scene: expected Scene, got list"),
+        (lambda: map2aps.plot_link(paths, 0, map2aps.Tracer(scene)), "scene: expected Scene, got Tracer"),
+        (lambda: map2aps.plot_link(scene, paths), "paths: expected Paths, got Scene"),
+    ]:
+        with pytest.raises(TypeError, match=told):
             call()
     tracer = map2aps.Tracer(scene, max_reflections=0, max_diffractions=0)
     blocked = next(i for i in range(len(paths)) if len(tracer.trace(paths.tx_m[i], paths.rx_m[i]).delay_s) == 0)

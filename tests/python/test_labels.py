@@ -67,6 +67,19 @@ def test_profiles_peak_at_the_delay() -> None:
     assert np.allclose(other.delay_s, np.linspace(0.0, 5e-7, 11))
 
 
+def test_a_profile_follows_its_array_and_rate() -> None:
+    # Half a sample beside the delay sinc^2 is (2 / pi)^2, a quarter of one (2 sqrt(2) / pi)^2.
+    for rate_hz, power in ((100e6, (2.0 / np.pi) ** 2), (50e6, 8.0 / np.pi**2)):
+        profile = map2aps.pdp(one_path(300e-9, 0.0), "paper", sampling_rate_hz=rate_hz, delay_points=201, last_delay_s=1e-6)
+        at = [profile.pdp_db[0, np.abs(profile.delay_s - delay).argmin()] for delay in (295e-9, 300e-9, 305e-9)]
+        assert np.allclose(at, -80.0 + 10.0 * np.log10([power, 1.0, power]), atol=0.05)
+    # One element hears two paths of one delay in every direction, many elements each in its own.
+    both = map2aps.Paths.from_arrays([0, 2], [300e-9, 300e-9], [0.0, -np.pi / 2], [1e-4, 1e-4])
+    for array, power in ((map2aps.UniformLinear(1, 0.5), 2.0), (map2aps.UniformLinear(64, 0.5), 1.0)):
+        profile = map2aps.pdp(both, "paper", array, delay_points=201)
+        assert abs(profile.pdp_db.max() - (-80.0 + 10.0 * np.log10(power))) < 0.05
+
+
 def test_a_circular_array_sees_no_mirror_image() -> None:
     label = map2aps.label(one_path(), "paper", map2aps.UniformCircular(16, 1.0))
     mirror = np.abs(label.angle_deg - (180 - np.rad2deg(0.4))).argmin()

@@ -39,6 +39,9 @@ def test_maps_and_the_range_are_told_apart(spectra: tuple[np.ndarray, np.ndarray
     scores = map2aps.metrics(truth, prediction, map_ids=np.arange(20) % 3, data_range=2.0)
     assert [of["map_id"] for of in scores.report["maps"]] == [0, 1, 2]
     assert scores.report["data_range"] == 2.0
+    spread = np.repeat(np.arange(20) % 3, 2)[::2]
+    for same in (spread, spread.astype(np.uint8), (np.arange(20) % 3).tolist()):
+        assert map2aps.metrics(truth, prediction, map_ids=same, data_range=2.0).report == scores.report
 
 
 def test_samples_with_nan_are_listed_and_in_no_mean(spectra: tuple[np.ndarray, np.ndarray]) -> None:

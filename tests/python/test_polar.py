@@ -37,7 +37,9 @@ def test_links_of_many_ends_are_those_of_each_pair(scene: map2aps.Scene, outdoor
         assert np.array_equal(view.input(t, r)[0], links[link])
     for same in [rx.astype(np.float32), np.repeat(rx, 2, axis=0)[::2], np.asfortranarray(rx), rx.tolist()]:
         assert np.array_equal(view.input(tx, same), links)
-    assert view.input(tx, np.zeros((0, 2))).shape == (0, 180, 214)
+    for ends in ((tx, np.zeros((0, 2))), (np.zeros((0, 2)), rx), (np.zeros((0, 2)), np.zeros((0, 2)))):
+        assert view.input(*ends).shape == (0, 180, 214)
+    assert view.scene is scene
 
 
 def test_ends_that_cannot_stand_where_they_are_are_named(scene: map2aps.Scene) -> None:

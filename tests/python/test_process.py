@@ -12,30 +12,42 @@ import numpy as np
 import pytest
 
 import map2aps
-from shapes import gains
+from shapes import answers
 
 MANY = (
-    "import map2aps, numpy as np, signal\n"
+    "import map2aps, numpy as np, signal, sys\n"
     # Programs in the background are started with the signal ignored.
     "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
     "scene = map2aps.Scene.synthetic(seed=3)\n"
     "tracer = map2aps.Tracer(scene, max_reflections=6, max_diffractions=2, max_interactions=8, dynamic_range_db=None)\n"
     "grid = np.stack(np.meshgrid(np.arange(1.0, 255.0), np.arange(1.0, 255.0)), -1).reshape(-1, 2)\n"
     "rx = grid[scene.is_outdoor(grid)]\n"
+    "few = tracer.trace(rx[0], rx[1:3])\n"
+    "many = np.arange(500 * 300)\n"
+    "paths = map2aps.Paths.from_arrays(np.arange(501) * 300, 1e-12 * many, 1e-5 * many, np.ones(len(many)))\n"
     "try:\n"
     "    print('ready', flush=True)\n"
-    "    tracer.trace(rx[:500], rx[1000:])\n"
+    "    {call}\n"
     "except KeyboardInterrupt:\n"
     "    print('interrupted', flush=True)\n"
-    "    tracer.trace(rx[0], rx[1])\n"
+    "    map2aps.label(few)\n"
 )
 
 
 @pytest.mark.skipif(os.name == "nt", reason="there, Ctrl-C goes to a whole console")
-def test_ctrl_c_ends_a_trace_and_the_next_one_works() -> None:
-    with subprocess.Popen([sys.executable, "-c", MANY], stdout=subprocess.PIPE, text=True) as process:
+@pytest.mark.parametrize(
+    "call",
+    [
+        "tracer.trace(rx[:500], rx[1000:])",
+        "map2aps.pdp(paths, delay_points=20000)",
+        "map2aps.make_dataset(sys.argv[1], 10, tx_per_map=1000, rx_per_map=1000, progress=None)",
+    ],
+)
+def test_ctrl_c_ends_long_work_and_the_next_call_works(call: str, tmp_path: Path) -> None:
+    script = [sys.executable, "-c", MANY.format(call=call), str(tmp_path / "set")]
+    with subprocess.Popen(script, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdout.readline() == "ready\n"
-        # Hours of work are left, so that this comes in time.
+        # Far more work is left than fits before this comes.
         process.send_signal(signal.SIGINT)
         assert process.stdout.readline() == "interrupted\n"
         assert process.wait(timeout=60) == 0
@@ -131,12 +143,42 @@ def test_the_number_of_threads_changes_no_bit() -> None:
     assert len(found) == 1
 
 
-@pytest.mark.parametrize("start", [name for name in ("fork", "spawn") if name in multiprocessing.get_all_start_methods()])
+def are_same(a: list[np.ndarray], b: list[np.ndarray]) -> bool:
+    return len(a) == len(b) and all(np.array_equal(*of, equal_nan=of[0].dtype.kind == "f") for of in zip(a, b))
+
+
+def test_threads_share_a_scene_and_a_view(outdoors: np.ndarray) -> None:
+    def asked(scene: map2aps.Scene, view: map2aps.PolarView) -> list[np.ndarray]:
+        paths = map2aps.Tracer(scene).trace(outdoors[0], outdoors[20:30])
+        return [scene.raster(64), scene.walls, scene.is_outdoor(outdoors), paths.gain, view.input(outdoors[0], outdoors[20:24])]
+
+    scenes = [map2aps.Scene.synthetic(seed=3) for _ in range(2)]
+    alone = asked(scenes[0], map2aps.PolarView(scenes[0]))
+    view = map2aps.PolarView(scenes[1])
+    with ThreadPoolExecutor(4) as threads:
+        assert all(are_same(alone, found) for found in threads.map(lambda _: asked(scenes[1], view), range(6)))
+
+
+def test_threads_share_a_data_set_and_score_at_once(data: Path) -> None:
+    def asked(dataset: map2aps.Dataset) -> list[np.ndarray]:
+        spectra = np.concatenate([one["aps_db"] for one in dataset]).astype(float)
+        scores = map2aps.metrics(spectra, spectra[::-1])
+        return [spectra, dataset.angle_deg, *(one["tx"] for one in dataset), *scores.values.values()]
+
+    alone, dataset = asked(map2aps.Dataset(data)), map2aps.Dataset(data)
+    with ThreadPoolExecutor(4) as threads:
+        assert all(are_same(alone, found) for found in threads.map(asked, [dataset] * 6))
+
+
+STARTS = [name for name in ("fork", "forkserver", "spawn") if name in multiprocessing.get_all_start_methods()]
+
+
+@pytest.mark.parametrize("start", STARTS)
 @pytest.mark.filterwarnings("ignore:This process.*multi-threaded:DeprecationWarning")
 def test_processes_born_after_the_threads_work_too(start: str) -> None:
     # The parent has its threads by now, which a forked child has not.
-    expected = [gains(seed) for seed in (1, 2)]
+    expected = [answers(seed) for seed in (1, 2)]
     with multiprocessing.get_context(start).Pool(2) as pool:
-        found = pool.map_async(gains, [1, 2]).get(timeout=120)
-    assert all(np.array_equal(a, b) for a, b in zip(expected, found))
-    assert np.array_equal(gains(1), expected[0])
+        found = pool.map_async(answers, [1, 2]).get(timeout=120)
+    assert all(are_same(a, b) for a, b in zip(expected, found))
+    assert are_same(answers(1), expected[0])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import map2aps
-from shapes import HOUSE
+from shapes import HELSINKI, HOUSE, geojson
 
 
 def test_a_house_is_not_outdoors_and_neither_is_its_wall() -> None:
@@ -75,19 +75,50 @@ def test_maps_are_read_from_files(tmp_path: Path) -> None:
     assert scene.area == [0.0, 0.0, 256.0, 256.0] and len(scene.walls) == 4
     assert len(map2aps.Scene.from_radiomapseer(str(file), close_gaps_m=0.0).walls) == 4
 
-    ring = [*HOUSE.tolist(), HOUSE[0].tolist()]
-    house = {"type": "Feature", "properties": {"building": "yes"}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
-    city = tmp_path / "city.geojson"
-    city.write_text(json.dumps({"type": "FeatureCollection", "features": [house]}))
+    city = geojson(tmp_path / "city.geojson", HOUSE, building="yes")
     scene = map2aps.Scene.from_geojson(city, metric=True, tile_m=128.0)
     assert scene.area == [0.0, 0.0, 128.0, 128.0] and len(scene.walls) == 4
     with pytest.raises(ValueError, match="tile 7"):
         map2aps.Scene.from_geojson(city, metric=True, tile=7)
 
 
+def test_slits_are_closed_below_a_width(tmp_path: Path) -> None:
+    city = geojson(tmp_path / "city.geojson", HOUSE, HOUSE + (20.5, 0.0), building="yes")
+    for width_m, houses in ((None, 2), (0.4, 2), (0.6, 1)):
+        assert len(map2aps.Scene.from_geojson(city, metric=True, close_gaps_m=width_m).outlines) == houses
+
+
+def test_polygons_without_a_tag_are_buildings_if_all_are(tmp_path: Path) -> None:
+    city = geojson(tmp_path / "city.geojson", HOUSE, landuse="grass")
+    for is_none in ({}, {"all_polygons": False}):
+        with pytest.raises(ValueError, match="building"):
+            map2aps.Scene.from_geojson(city, metric=True, **is_none)
+    assert len(map2aps.Scene.from_geojson(city, metric=True, all_polygons=True).walls) == 4
+
+
+@pytest.mark.parametrize("latitude_deg", [0.0, 60.0])
+def test_degrees_become_metres(tmp_path: Path, latitude_deg: float) -> None:
+    # On a sphere of 6371 km a degree of latitude is 111.195 km; the earth is one within 0.6 %.
+    side_m = 111_194.9 * 2e-4
+    square = np.array([(0.0, 0.0), (2e-4, 0.0), (2e-4, 2e-4), (0.0, 2e-4)]) + (25.0, latitude_deg)
+    city = geojson(tmp_path / "city.geojson", square, building="yes")
+    for scene in (map2aps.Scene.from_geojson(city), map2aps.Scene.from_geojson(str(city), tile=0, metric=False)):
+        size = np.ptp(scene.walls.reshape(-1, 2), axis=0)
+        assert np.allclose(size, side_m * np.array([np.cos(np.deg2rad(latitude_deg)), 1.0]), rtol=0.006)
+        assert scene.area == [0.0, 0.0, 256.0, 256.0]
+
+
+def test_a_city_of_open_street_map_has_its_tiles() -> None:
+    whole, tile = (map2aps.Scene.from_geojson(HELSINKI, tile_m=side) for side in (1000.0, 100.0))
+    assert whole.area == [0.0, 0.0, 1000.0, 1000.0] and tile.area == [0.0, 0.0, 100.0, 100.0]
+    assert 0 < len(tile.walls) < len(whole.walls)
+    assert whole.raster(100).any() and not whole.raster(100).all()
+
+
 def test_files_that_are_missing_or_no_maps_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        map2aps.Scene.from_radiomapseer(tmp_path / "none.json")
+    for read in (map2aps.Scene.from_radiomapseer, map2aps.Scene.from_geojson):
+        with pytest.raises(FileNotFoundError, match="none.json"):
+            read(tmp_path / "none.json")
     (tmp_path / "bad.json").write_text("[[[1, 2], [3")
     with pytest.raises(ValueError, match="bad.json"):
         map2aps.Scene.from_radiomapseer(tmp_path / "bad.json")
@@ -99,7 +130,7 @@ def test_files_that_are_missing_or_no_maps_are_refused(tmp_path: Path) -> None:
     ("points", "told"),
     [
         ([1.0, 2.0, 3.0], r"float64 of shape \(3,\)"),
-        (np.zeros((2, 3)), r"float64 of shape \(2, 3\)"),
+        (np.zeros((2, 3)), r"points_m: .*float64 of shape \(2, 3\)"),
         (np.zeros((2, 2), complex), r"complex128 of shape \(2, 2\)"),
         ([["a", "b"]], r"<U1 of shape \(1, 2\)"),
         (np.zeros((2, 2), bool), r"bool of shape \(2, 2\)"),
@@ -172,3 +203,11 @@ def test_integers_single_precision_and_views_are_as_good(scene: map2aps.Scene) -
     spread[:, ::2] = points
     for same in [points.astype(np.float32), points.astype(np.int32), spread[:, ::2], np.asfortranarray(points)]:
         assert np.array_equal(scene.is_outdoor(same), expected)
+
+
+def test_polygons_of_single_precision_integers_and_views_make_the_same_scene() -> None:
+    yard = np.array([(46.0, 46.0), (54.0, 46.0), (54.0, 54.0), (46.0, 54.0)])
+    expected = map2aps.Scene.from_polygons([[HOUSE, yard], HOUSE + 100.0])
+    for same in (np.float32, np.int16, lambda ring: np.repeat(ring, 2, axis=0)[::2], np.asfortranarray, lambda ring: ring[::-1][::-1]):
+        scene = map2aps.Scene.from_polygons([[same(HOUSE), same(yard)], same(HOUSE + 100.0)])
+        assert np.array_equal(scene.walls, expected.walls) and scene.repairs == expected.repairs

@@ -69,6 +69,37 @@ def test_limits_are_kept(scene: map2aps.Scene, outdoors: np.ndarray) -> None:
     assert metal.gain_db.sum() != glass.gain_db.sum()
 
 
+def test_the_slope_matters_from_corner_to_corner_alone(scene: map2aps.Scene, outdoors: np.ndarray) -> None:
+    def traced(**limits: object) -> map2aps.Paths:
+        return map2aps.Tracer(scene, max_reflections=0, dynamic_range_db=None, **limits).trace(outdoors[0], outdoors[10:40])
+
+    for corners in (1, 2):
+        on, off = (traced(max_diffractions=corners, slope_diffraction=value) for value in (True, False))
+        assert np.array_equal(on.gain, traced(max_diffractions=corners).gain)
+        assert np.array_equal(on.gain, off.gain) == (corners == 1)
+
+
+def test_a_link_without_a_path_goes_on_over_corners_if_it_may() -> None:
+    sight: dict[str, int] = {"max_reflections": 0, "max_diffractions": 0}
+    scene, ends = map2aps.Scene.from_polygons([HOUSE]), ((50.0, 30.0), (50.0, 70.0))
+    assert len(map2aps.Tracer(scene, **sight).trace(*ends).delay_s) == 0
+    assert len(map2aps.Tracer(scene, **sight, max_fallback_diffractions=1).trace(*ends).delay_s) == 0
+    around = map2aps.Tracer(scene, **sight, max_fallback_diffractions=2).trace(*ends)
+    # Straight to a corner, along the side, and straight on: 10 sqrt(2) + 20 + 10 sqrt(2) m.
+    assert len(around.delay_s) > 0 and set(around.interaction_kind) == {1}
+    assert np.isclose(around.delay_s[0] * 299_792_458.0, 20.0 + 20.0 * np.sqrt(2.0), rtol=1e-12)
+
+
+def test_a_trace_beyond_its_memory_is_refused(scene: map2aps.Scene, outdoors: np.ndarray) -> None:
+    for limit in ("max_wave_bytes", "max_images"):
+        with pytest.raises(ValueError, match=limit):
+            map2aps.Tracer(scene, max_diffractions=2, **{limit: 1}).trace(outdoors[0], outdoors[10:20])
+
+
+def test_a_tracer_knows_its_scene(scene: map2aps.Scene) -> None:
+    assert map2aps.Tracer(scene).scene is scene
+
+
 def test_settings_that_are_unknown_or_out_of_range_are_named(scene: map2aps.Scene) -> None:
     for limits, error, told in [
         ({"reflections": 2}, TypeError, "reflections"),
@@ -83,6 +114,9 @@ def test_settings_that_are_unknown_or_out_of_range_are_named(scene: map2aps.Scen
         ({"material": "wood"}, ValueError, "'wood'"),
         ({"material": (0.5, 0.0)}, ValueError, "permittivity"),
         ({"max_images": -1}, ValueError, "max_images: expected an integer from 0 .*int -1"),
+        ({"max_wave_bytes": 0.5}, ValueError, "max_wave_bytes: .*float 0.5"),
+        ({"slope_diffraction": 1}, ValueError, "slope_diffraction: expected True or False, got int 1"),
+        ({"max_fallback_diffractions": 1001}, ValueError, "max_fallback_diffractions"),
     ]:
         with pytest.raises(error, match=told):
             map2aps.Tracer(scene, **limits)
@@ -111,8 +145,11 @@ def test_no_receivers_make_no_links(scene: map2aps.Scene, outdoors: np.ndarray) 
     paths = map2aps.Tracer(scene).trace(outdoors[0], np.zeros((0, 2)))
     assert len(paths) == 0 and len(paths.delay_s) == 0 and paths.path_offset.tolist() == [0]
     assert map2aps.label(paths).aps_db.shape == (0, 180)
-    with pytest.raises(IndexError):
+    with pytest.raises(IndexError, match="link: 0 is none of 0 links"):
         paths[0]
+    assert len(map2aps.Tracer(scene).trace(np.zeros((0, 2)), outdoors[:3])) == 0
+    with pytest.raises(ValueError, match=r"tx: .*float64 of shape \(0,\)"):
+        map2aps.Tracer(scene).trace([], outdoors[:3])
 
 
 def test_single_precision_and_views_give_the_same_paths(scene: map2aps.Scene, outdoors: np.ndarray) -> None:
@@ -147,6 +184,12 @@ def test_paths_are_read_alone_and_others_are_made_of_them(paths: map2aps.Paths) 
     assert np.allclose(found.aps_db[found.is_labelled], expected.aps_db[expected.is_labelled] - 20.0, atol=1e-9)
     columns = {name: getattr(paths, name) for name in COLUMNS}
     assert np.array_equal(map2aps.Paths(**columns).gain, paths.gain)
+    # Of Python 3.13 on, which calls that method.
+    replace = getattr(copy, "replace", map2aps.Paths.__replace__)
+    for again in (paths.__replace__(gain=paths.gain / 10.0), replace(paths, gain=paths.gain / 10.0)):
+        assert np.array_equal(again.gain, weaker.gain) and np.array_equal(again.path_offset, paths.path_offset)
+    with pytest.raises(TypeError, match="Paths have no gains"):
+        paths.__replace__(gains=paths.gain)
     with pytest.raises(TypeError, match="Paths have no gains"):
         map2aps.Paths(**columns, gains=paths.gain)
     del columns["rx_m"]

@@ -84,14 +84,14 @@ impl Examples {
         self.drawn.len()
     }
 
-    fn batch<'py>(&self, py: Python<'py>, numbers: &Bound<'py, PyAny>) -> PyResult<Batch<'py>> {
+    fn batch<'py>(&self, py: Python<'py>, indices: &Bound<'py, PyAny>) -> PyResult<Batch<'py>> {
         let numbers =
-            Argument::new(numbers, "numbers", Kind::Integer, &[None])?.integers::<i128>()?;
+            Argument::new(indices, "indices", Kind::Integer, &[None])?.integers::<i128>()?;
         let count = self.drawn.len();
         let inside = |number: i128| {
             let inside = usize::try_from(number).ok().filter(|&n| n < count);
             inside.ok_or_else(|| {
-                let text = format!("numbers: {number} is not from 0 to below {count}");
+                let text = format!("indices: {number} is not from 0 to below {count}");
                 PyIndexError::new_err(text)
             })
         };
@@ -101,8 +101,8 @@ impl Examples {
             .collect::<PyResult<Vec<_>>>()?;
         let (drawn, rows) = (Arc::clone(&self.drawn), numbers.len());
         let (shape, bins) = (self.drawn.input_shape(), self.drawn.examples().bins());
-        let mut inputs = zeros("numbers", rows, shape.iter().product())?;
-        let mut targets = zeros("numbers", rows, bins)?;
+        let mut inputs = zeros("indices", rows, shape.iter().product())?;
+        let mut targets = zeros("indices", rows, bins)?;
         let shape = [&[rows], &shape[..]].concat();
         let (inputs, targets) = run_owned(py, move || {
             drawn.write(&numbers, &mut inputs, &mut targets)?;

@@ -2,7 +2,7 @@
 //!
 //! The package in `python/map2aps` is what people import; it documents what is here, in `_native.pyi`. Arrays come in as
 //! anything NumPy makes an array of, and are copied; they go out without a copy. Whatever takes long runs on a pool of
-//! threads of its own, without Python's lock, and ends at Ctrl-C.
+//! threads of its own, without Python's lock, and ends at Ctrl-C or is left behind by it, as `run` tells.
 
 mod arrays;
 mod differences;

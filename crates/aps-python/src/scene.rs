@@ -77,7 +77,11 @@ impl Scene {
     /// file : path-like
     ///     JSON file of polygons.
     /// close_gaps_m : float, optional
-    ///     Slits between walls that are narrower are filled; 0.04 by default, 0 leaves all open.
+    ///     Slits between walls that are narrower are filled, in m; 0.04 by default, 0 leaves all open.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
     #[staticmethod]
     #[pyo3(signature = (file, *, close_gaps_m = None))]
     fn from_radiomapseer(
@@ -93,6 +97,7 @@ impl Scene {
     /// Parameters
     /// ----------
     /// file : path-like
+    ///     GeoJSON file.
     /// tile : int, optional
     ///     The tile, counted row by row from the south-west; the first one with buildings by default.
     /// tile_m : float, optional
@@ -103,6 +108,11 @@ impl Scene {
     ///     Every polygon is a building, with or without a building tag.
     /// close_gaps_m : float, optional
     ///     As of ``from_radiomapseer``.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///     The tile, its south-western corner at (0, 0).
     #[staticmethod]
     #[pyo3(
         signature = (
@@ -138,6 +148,10 @@ impl Scene {
     ///     The same seed makes the same city, everywhere.
     /// close_gaps_m : float, optional
     ///     As of ``from_radiomapseer``.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
     #[staticmethod]
     #[pyo3(
         signature = (seed = 1.into(), *, close_gaps_m = None),
@@ -165,6 +179,10 @@ impl Scene {
     ///     Rectangle that terminals are confined to, in m; the whole plane by default.
     /// close_gaps_m : float, optional
     ///     As of ``from_radiomapseer``.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
     #[staticmethod]
     #[pyo3(signature = (polygons, *, area = None, close_gaps_m = None))]
     fn from_polygons(
@@ -201,6 +219,7 @@ impl Scene {
     /// Parameters
     /// ----------
     /// points_m : array_like, shape (n, 2) or (2,)
+    ///     The points, in m.
     ///
     /// Returns
     /// -------
@@ -210,9 +229,9 @@ impl Scene {
         py: Python<'py>,
         points_m: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let points = points(points_m, "points")?;
+        let points = points(points_m, "points_m")?;
         if let Some(row) = points.iter().position(|p| !p.is_finite()) {
-            let text = format!("points: row {row} is {}, which is no place", points[row]);
+            let text = format!("points_m: row {row} is {}, which is no place", points[row]);
             return Err(PyValueError::new_err(text));
         }
         let is_outdoor = |&p: &DVec2| self.scene.locate(p) == Location::Outdoor;

@@ -25,7 +25,7 @@ Example: TypeAlias = tuple[Tensor, Tensor]
 
 
 class ApsDataset(Dataset[Example]):
-    """The labelled links of a part of a data set, as pairs (condition, target).
+    """The labelled links of a part of a data set, as pairs (condition, target); ``len`` and indices count them.
 
     A condition of shape (3, size, size) shows buildings, transmitter and receiver, or is the input of Polar-Reg, of shape
     (180, 214) (see `map2aps.PolarView`); a target of shape (180,) is the spectrum as models learn it. Both are float32. Conditions are
@@ -38,6 +38,7 @@ class ApsDataset(Dataset[Example]):
     path : path-like
         Folder of the data set.
     split : {"train", "develop", "test"}
+        The part; one without labelled links has no examples.
     size : int
         Rows and columns of a condition, which shows the whole map whatever its size.
     mirror : bool
@@ -79,13 +80,42 @@ class ApsDataset(Dataset[Example]):
         self._examples = _native.Examples(*self._opened)
 
     def __len__(self) -> int:
+        """Number of examples, mirror images among them."""
         return len(self._examples)
 
     def __getitem__(self, index: int) -> Example:
+        """Draws an example.
+
+        Parameters
+        ----------
+        index : int
+            Its number, from 0 to below ``len``.
+
+        Returns
+        -------
+        condition : Tensor of float32, shape (3, size, size) or (180, 214)
+        target : Tensor of float32, shape (180,)
+
+        Raises
+        ------
+        IndexError
+            For a number that no example has; negative ones have none.
+        """
         return self.__getitems__([index])[0]
 
     def __getitems__(self, indices: Sequence[int]) -> list[Example]:
-        """The examples of a batch, drawn at once."""
+        """Draws the examples of a batch at once, as a DataLoader asks for them.
+
+        Parameters
+        ----------
+        indices : sequence of int
+            Their numbers.
+
+        Returns
+        -------
+        list of tuple (condition, target)
+            As `__getitem__` gives them.
+        """
         conditions, targets = self.batch(indices)
         return list(zip(conditions, targets))
 
@@ -95,11 +125,12 @@ class ApsDataset(Dataset[Example]):
         Parameters
         ----------
         indices : array_like of int, shape (n,)
+            Numbers of the examples, in any order.
 
         Returns
         -------
-        conditions : Tensor, shape (n, 3, size, size) or (n, 180, 214)
-        targets : Tensor, shape (n, 180)
+        conditions : Tensor of float32, shape (n, 3, size, size) or (n, 180, 214)
+        targets : Tensor of float32, shape (n, 180)
         """
         images, targets = self._examples.batch(indices)
         return torch.from_numpy(images), torch.from_numpy(targets)

@@ -3,6 +3,7 @@
 Each takes condition images of shape (batch, 3, height, width), Polar-Reg what `map2aps.PolarView` makes; `map2aps.torch.ApsDataset`
 has both. They give spectra of shape (batch, 180) in the data set's normalised domain. All sizes but the spectrum's follow from
 ``width``, the channels of the first stage: 64 in the paper, 32 in the preset "small" for CPUs (16 of RadioUNet; a smaller transformer).
+What is not listed in ``__all__`` are their parts.
 """
 
 from __future__ import annotations
@@ -19,6 +20,24 @@ import torch.nn.functional as F
 import torchvision
 from torch import Tensor, nn
 from torchvision.models.resnet import BasicBlock, ResNet
+
+__all__ = [
+    "MODELS",
+    "AdvMlp",
+    "MsAreg",
+    "MsMlp",
+    "PolarReg",
+    "RadioUnet",
+    "Regularizer",
+    "ResnetConv1d",
+    "ResnetMlp",
+    "VitReg",
+    "build",
+    "check",
+    "load",
+    "save",
+    "shipped",
+]
 
 BINS = 180
 DROPOUT = 0.1
@@ -57,7 +76,13 @@ def decoder(inputs: int, width: int) -> nn.Sequential:
 
 
 class MultiScale(nn.Module):
-    """Encoder that pools every stage of a ResNet-18: features of four scales, and 8 widths of all together."""
+    """Encoder that pools every stage of a ResNet-18: features of four scales, and 8 widths of all together.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 32 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -71,6 +96,7 @@ class MultiScale(nn.Module):
         self.global_proj = nn.Sequential(nn.Linear(16 * width, 8 * width), nn.ReLU(), nn.Linear(8 * width, 8 * width))
 
     def forward(self, x: Tensor) -> tuple[list[Tensor], Tensor]:
+        """Features of four scales, each (batch, 4 widths), and of all together, (batch, 8 widths), of images (batch, 3, height, width)."""
         f1 = self.layer1(self.stem(x))
         f2 = self.layer2(f1)
         f3 = self.layer3(f2)
@@ -85,7 +111,13 @@ class MultiScale(nn.Module):
 
 
 class MsAreg(nn.Module):
-    """MS-AReg: multi-scale encoder, zeros where its generative origin had noise, decoder. Trained against a `Regularizer`."""
+    """MS-AReg: multi-scale encoder, zeros where its generative origin had noise, decoder. Trained against a `Regularizer`.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 32 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -94,13 +126,31 @@ class MsAreg(nn.Module):
         self.decoder = decoder(12 * width, width)
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+        """
         noise = self.noise_proj(x.new_zeros(len(x), self.noise_proj.in_features))
         spectrum: Tensor = self.decoder(torch.cat([self.encoder(x)[1], noise], 1))
         return spectrum
 
 
 class MsMlp(nn.Module):
-    """MS-MLP: MS-AReg without the regularizer."""
+    """MS-MLP: MS-AReg without the regularizer.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 32 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -108,12 +158,30 @@ class MsMlp(nn.Module):
         self.decoder = decoder(8 * width, width)
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+        """
         spectrum: Tensor = self.decoder(self.encoder(x)[1])
         return spectrum
 
 
 class AdvMlp(nn.Module):
-    """Adv-MLP: MS-AReg without the multi-scale encoder. Trained against a `Regularizer`."""
+    """Adv-MLP: MS-AReg without the multi-scale encoder. Trained against a `Regularizer`.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 32 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -122,13 +190,31 @@ class AdvMlp(nn.Module):
         self.decoder = decoder(12 * width, width)
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+        """
         noise = self.noise_proj(x.new_zeros(len(x), self.noise_proj.in_features))
         spectrum: Tensor = self.decoder(torch.cat([self.encoder(x), noise], 1))
         return spectrum
 
 
 class Regularizer(nn.Module):
-    """Tells true spectra from predicted ones, given the condition: logits of shape (batch, 1)."""
+    """Tells true spectra from predicted ones, given the condition.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 32 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -137,12 +223,32 @@ class Regularizer(nn.Module):
         self.head = mlp(12 * width, 8 * width, 4 * width, 1)
 
     def forward(self, x: Tensor, a: Tensor) -> Tensor:
+        """Judges spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+        a : Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+
+        Returns
+        -------
+        Tensor, shape (batch, 1)
+            Logits: above 0 for a spectrum that looks true.
+        """
         logits: Tensor = self.head(torch.cat([self.cond_encoder(x), self.aps_encoder(a)], 1))
         return logits
 
 
 class ResnetMlp(nn.Module):
-    """ResNet-18 and a perceptron."""
+    """ResNet-18 and a perceptron.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 32 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -153,6 +259,18 @@ class ResnetMlp(nn.Module):
         )
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+        """
         spectrum: Tensor = self.head(self.encoder(x))
         return spectrum
 
@@ -168,12 +286,19 @@ class DoubleConv(nn.Module):
         self.block = nn.Sequential(*layers)
 
     def forward(self, x: Tensor) -> Tensor:
+        """Features (batch, b, height, width) of (batch, a, height, width)."""
         y: Tensor = self.block(x)
         return y
 
 
 class RadioUnet(nn.Module):
-    """A U-Net, averaged over the image, and a perceptron; sides of images are multiples of 16."""
+    """A U-Net, averaged over the image, and a perceptron; sides of images are multiples of 16.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 16 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -186,6 +311,18 @@ class RadioUnet(nn.Module):
         self.head = nn.Sequential(nn.Linear(width, 8 * width), nn.ReLU(), nn.Linear(8 * width, BINS))
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+        """
         skips = []
         for n in range(1, 5):
             skips.append(getattr(self, f"enc{n}")(x))
@@ -198,7 +335,23 @@ class RadioUnet(nn.Module):
 
 
 class VitReg(nn.Module):
-    """A vision transformer, ViT-B/16 in the paper, and a perceptron; images of any size are brought to its own."""
+    """A vision transformer, ViT-B/16 in the paper, and a perceptron; images of any size are brought to its own.
+
+    Parameters
+    ----------
+    image_size : int
+        Rows and columns of the images that the transformer sees.
+    patch : int
+        Rows and columns of a patch; `image_size` is a multiple.
+    width : int
+        Values of a token.
+    depth : int
+        Number of layers.
+    heads : int
+        Heads of a layer; `width` is a multiple.
+    hidden : int
+        Values of the perceptron's hidden layer.
+    """
 
     def __init__(self, image_size: int, patch: int, width: int, depth: int, heads: int, hidden: int) -> None:
         super().__init__()
@@ -208,6 +361,18 @@ class VitReg(nn.Module):
         self.head = nn.Sequential(nn.Linear(width, hidden), nn.GELU(), nn.Dropout(DROPOUT), nn.Linear(hidden, BINS))
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+        """
         x = F.interpolate(x, size=(self.image_size, self.image_size), mode="bilinear", align_corners=False)
         spectrum: Tensor = self.head(self.vit(x))
         return spectrum
@@ -221,13 +386,20 @@ class Film(nn.Module):
         self.proj = nn.Linear(condition, 2 * channels)
 
     def forward(self, x: Tensor, condition: Tensor) -> Tensor:
+        """Features (batch, channel, place) scaled and shifted by conditions (batch, value)."""
         gamma, beta = self.proj(condition).chunk(2, 1)
         modulated: Tensor = gamma[:, :, None] * x + beta[:, :, None]
         return modulated
 
 
 class ResnetConv1d(nn.Module):
-    """The multi-scale encoder and convolutions over the angle."""
+    """The multi-scale encoder and convolutions over the angle.
+
+    Parameters
+    ----------
+    width : int
+        Channels of the first stage: 64 in the preset "paper", 32 in "small".
+    """
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -244,6 +416,21 @@ class ResnetConv1d(nn.Module):
         self.ref_film, self.ref_conv2 = Film(condition, width // 2), nn.Conv1d(width // 2, 1, 1)
 
     def upsample(self, x: Tensor, condition: Tensor, name: str) -> Tensor:
+        """Doubles the number of angles.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, channels, angles)
+            Features over the angle.
+        condition : Tensor, shape (batch, 4 * width)
+            Features of the images that scale and shift them.
+        name : str
+            The stage, "up1" or "up2".
+
+        Returns
+        -------
+        Tensor, shape (batch, channels / 2, 2 * angles)
+        """
         conv1, bn1, film, conv2, bn2 = (
             getattr(self, name + layer) for layer in ("_conv1", "_bn1", "_film", "_conv2", "_bn2")
         )
@@ -252,6 +439,18 @@ class ResnetConv1d(nn.Module):
         return y
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 3, height, width)
+            Condition images.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the normalised domain.
+        """
         (s1, s2, s3, _), g = self.encoder(x)
         x = self.upsample(self.init_proj(g).reshape(len(g), -1, BINS // 4), s3, "up1")
         x = self.upsample(x, s2, "up2")
@@ -270,6 +469,7 @@ class PolarWays(nn.Module):
         self.out = nn.Linear(POLAR_HIDDEN, 1 + POLAR_FURTHER)
 
     def forward(self, x: Tensor) -> Tensor:
+        """Values (..., way, 1 + POLAR_FURTHER) of ways (..., way, feature)."""
         kinds = torch.eye(POLAR_WAYS, dtype=x.dtype, device=x.device).expand(*x.shape[:-1], POLAR_WAYS)
         x = F.gelu(self.embed(torch.cat([x, kinds], -1)))
         out: Tensor = self.out(F.gelu(self.hidden(x)))
@@ -289,6 +489,7 @@ class PolarBlock(nn.Module):
         self.gate = nn.Linear(POLAR_WIDTH, POLAR_WIDTH)
 
     def forward(self, x: Tensor) -> Tensor:
+        """Features of the same shape (link, channel, direction)."""
         y = self.norm(self.depthwise(F.pad(x, (self.reach, self.reach), mode="circular")))
         y = self.contract(F.gelu(self.expand(y)))
         out: Tensor = x + y * torch.sigmoid(self.gate(x.mean(2)))[:, :, None]
@@ -311,6 +512,7 @@ class PolarSpectrum(nn.Module):
         self.register_buffer("is_by_link", torch.tensor(0.0))
 
     def forward(self, power: Tensor) -> Tensor:
+        """Normalised spectra (link, bin) of power (link, direction)."""
         y = power @ self.array.T
         y = (y / (y.amax(1, keepdim=True) + 1e-9) - self.mean) / self.deviation
         if self.is_by_link == 0:
@@ -320,7 +522,7 @@ class PolarSpectrum(nn.Module):
 
 
 class PolarReg(nn.Module):
-    """Polar-Reg: given the geometry of ways along rays around the receiver, it maps (link, direction, value) to (link, bin)."""
+    """Polar-Reg, which is given the geometry of ways along rays around the receiver."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -332,7 +534,18 @@ class PolarReg(nn.Module):
         self.fixed = PolarSpectrum()
 
     def power(self, x: Tensor) -> Tensor:
-        """Share of the power by direction: (link, direction)."""
+        """Predicts from where the power arrives.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 180, 214)
+            Geometry of the links, as of `map2aps.PolarView.input`.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Share of the power by direction: the sum over all is 1.
+        """
         split = POLAR_WAYS * POLAR_FEATURES
         ways = x[..., :split].reshape(*x.shape[:2], POLAR_WAYS, POLAR_FEATURES)
         numbers = x[..., split:]
@@ -347,6 +560,18 @@ class PolarReg(nn.Module):
         return torch.softmax(strength[..., 0] + self.head(y)[:, 0], 1)
 
     def forward(self, x: Tensor) -> Tensor:
+        """Predicts spectra.
+
+        Parameters
+        ----------
+        x : Tensor, shape (batch, 180, 214)
+            Geometry of the links, as of `map2aps.PolarView.input`.
+
+        Returns
+        -------
+        Tensor, shape (batch, 180)
+            Spectra in the domain that ``fixed`` normalises to.
+        """
         out: Tensor = self.fixed(self.power(x))
         return out
 
@@ -387,6 +612,12 @@ def build(name: str, preset: Preset = "paper") -> nn.Module:
     Returns
     -------
     torch.nn.Module
+        In training mode.
+
+    Raises
+    ------
+    ValueError
+        For a name or preset that there is not.
     """
     if name not in MODELS:
         raise ValueError(f"name: '{name}' is none of {', '.join(MODELS)}")
@@ -513,7 +744,20 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
 
 
 def save(model: nn.Module, file: str | os.PathLike[str]) -> None:
-    """Writes the weights of a model of `build` so that ``cargo xtask predict`` and ``train --warm-start`` read them."""
+    """Writes the weights of a model so that ``cargo xtask predict`` and ``train --warm-start`` read them.
+
+    Parameters
+    ----------
+    model : torch.nn.Module
+        Of `build`, `load` or `shipped`, also behind ``DataParallel`` or ``torch.compile``.
+    file : path-like
+        Safetensors file; one that is there is replaced.
+
+    Raises
+    ------
+    ValueError
+        For a model of another kind.
+    """
     from safetensors.torch import save_file
 
     # The model behind what spreads it over devices, or compiles it.

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import polars as pl
 import pytest
+from huggingface_hub import DatasetCard
 
 import map2aps
 from pages import ROOT
@@ -70,10 +71,36 @@ def test_the_description_names_every_file_and_column_and_is_read(data: Path, tab
     croissant = json.loads((tables / "croissant.json").read_text())
     files = {entry["contentUrl"] for entry in croissant["distribution"] if entry["@type"] == "cr:FileObject"}
     assert files == {str(file.relative_to(tables)) for file in tables.rglob("*.parquet")}
-    columns = {field["source"]["extract"]["column"] for records in croissant["recordSet"] for field in records["field"]}
-    records = list(mlcroissant.Dataset(tables / "croissant.json").records("links-test"))
+    sets = {records["@id"]: records["field"] for records in croissant["recordSet"]}
+    columns = {name: {field["source"]["extract"]["column"] for field in fields} for name, fields in sets.items()}
+    description = mlcroissant.Dataset(tables / "croissant.json")
+    records = list(description.records("links-test"))
     dataset = map2aps.Dataset(data)
     assert len(records) == 12 * len(dataset.split("test"))
     first = {name.rpartition("/")[2]: value for name, value in records[0].items()}
     assert np.array_equal(np.array(first["aps_db"], np.float32), rows_of(dataset, first["map"])[first["link"]])
-    assert columns == set(pd.read_parquet(next((tables / "data" / "train").glob("*.parquet"))).columns)
+    of_links = set(pd.read_parquet(next((tables / "data" / "train").glob("*.parquet"))).columns)
+    of_buildings = set(pd.read_parquet(tables / "buildings.parquet").columns)
+    assert columns == {**dict.fromkeys(("links-train", "links-validation", "links-test"), of_links), "buildings": of_buildings}
+    maps = {record["buildings/map"]: record["buildings/pixels"] for record in description.records("buildings")}
+    assert sorted(maps) == list(range(6))
+    assert np.array_equal(np.frombuffer(maps[3], np.uint8).reshape(256, 256), dataset[3]["buildings"])
+    assert description.metadata.cite_as.startswith("@misc{") and description.metadata.creators[0].name
+    # The only thing that the format's own check misses is what nobody knows yet.
+    issues = description.metadata.ctx.issues
+    assert not issues.errors and [issue for issue in issues.warnings if "datePublished" not in str(issue)] == []
+
+
+def test_the_card_is_one_that_hubs_read(data: Path, tables: Path) -> None:
+    card = DatasetCard.load(tables / "README.md")
+    about = card.data.to_dict()
+    assert (about["license"], about["license_name"]) == ("other", "licence-of-the-maps")
+    assert (about["size_categories"], about["task_categories"]) == (["n<1K"], ["tabular-regression"])
+    assert [config["config_name"] for config in about["configs"]] == ["links", "buildings"]
+    dataset = map2aps.Dataset(data)
+    for part, split in (("train", "train"), ("develop", "validation"), ("test", "test")):
+        maps = len(dataset.split(part))
+        assert f"| {split} | {maps} | {12 * maps} | {maps} |" in card.text
+    for title in ("Splits", "Columns", "How it was made", "Licence", "Citation"):
+        assert f"\n## {title}\n" in card.text
+    assert "```bibtex\n@misc{" in card.text and "| `metres_per_pixel` | float64 | m |" in card.text

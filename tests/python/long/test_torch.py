@@ -67,16 +67,33 @@ def test_mirror_images_stand_behind_their_example_in_the_training_part_alone(dat
 
 
 @pytest.mark.filterwarnings("ignore:.*pin_memory:UserWarning", "ignore:This process:DeprecationWarning")
-@pytest.mark.parametrize(("workers", "context"), [(0, None), (2, "fork"), (2, "spawn")])
+@pytest.mark.parametrize(("workers", "context"), [(0, None), (2, "fork"), (2, "forkserver"), (2, "spawn")])
 def test_loaders_give_the_same_batches_with_any_workers(data: Path, workers: int, context: str | None) -> None:
     examples = ApsDataset(data, "train")
     loader = DataLoader(
         examples, batch_size=32, num_workers=workers, multiprocessing_context=context, pin_memory=True
     )
     batches = list(loader)
+    for tensor in batches[0]:
+        assert tensor.is_pinned() == torch.cuda.is_available()
     conditions, targets = (torch.cat(part) for part in zip(*batches))
     expected = examples.batch(np.arange(len(examples)))
     assert torch.equal(conditions, expected[0]) and torch.equal(targets, expected[1])
+
+
+@pytest.mark.parametrize("domain", ["normalised", "linear"])
+def test_a_part_without_links_has_no_examples(tmp_path: Path, domain: str) -> None:
+    dataset = map2aps.make_dataset(tmp_path / "set", 1, tx_per_map=1, rx_per_map=3, progress=None)
+    empty = [part for part in ("train", "develop", "test") if not dataset.split(part)]
+    assert len(empty) == 2
+    for part in empty:
+        examples = ApsDataset(dataset.path, part, size=16, domain=domain)
+        conditions, targets = examples.batch([])
+        assert (len(examples), examples.links.shape) == (0, (0, 4))
+        assert conditions.shape == (0, 3, 16, 16) and targets.shape == (0, 180)
+        assert list(DataLoader(examples, batch_size=4)) == []
+        with pytest.raises(IndexError, match="0 is not from 0 to below 0"):
+            examples[0]
 
 
 def test_threads_share_examples(data: Path) -> None:
@@ -101,7 +118,7 @@ def test_bad_settings_and_numbers_are_named(data: Path, tmp_path: Path) -> None:
         (lambda: ApsDataset(data, "train", condition="map"), ValueError, "'map'"),
         (lambda: ApsDataset(data, "train", size=-1), ValueError, "size: .*int -1"),
         (lambda: ApsDataset(data, "train", condition="polar", maps=1.5), ValueError, "maps.*float 1.5"),
-        (lambda: ApsDataset(data, "test").batch([0.5]), ValueError, "numbers: expected integers .*float64"),
+        (lambda: ApsDataset(data, "test").batch([0.5]), ValueError, "indices: expected integers .*float64"),
         (lambda: ApsDataset(tmp_path, "train"), ValueError, "not a data set"),
         (lambda: ApsDataset(tmp_path / "none", "train"), FileNotFoundError, "none"),
         (lambda: ApsDataset(data, None), ValueError, "split: expected a string, got NoneType"),
@@ -138,6 +155,14 @@ def test_models_are_those_that_the_rust_ones_are_held_to(name: str, golden: Modu
     with torch.no_grad():
         found = model(golden.images(64)).numpy()
     assert np.allclose(found, stored["eval_64"], rtol=1e-9, atol=1e-9)
+
+
+def test_the_regularizer_is_the_one_that_the_rust_one_is_held_to(golden: ModuleType) -> None:
+    stored = load_file(GOLDEN / "models" / "ms_areg.safetensors")
+    critic = golden.set_weights(models.Regularizer(64)).eval()
+    with torch.no_grad():
+        logits = critic(golden.images(64), golden.targets())
+    assert logits.shape == (2, 1) and np.allclose(logits.numpy(), stored["critic_eval_64"], rtol=1e-9, atol=1e-9)
 
 
 def test_polar_reg_is_the_one_that_the_rust_one_is_held_to(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::Written;
-use super::card::{About, split_of};
+use super::card::{About, CITATION, LICENCE, split_of};
 use super::columns::{Column, Values, folder_of};
 
 /// Types of columns in the format's words, and if there are many values a row.
@@ -28,27 +28,53 @@ pub fn description(about: &About<'_>, buildings: &Written) -> Value {
             "includes": format!("data/{folder}/*.parquet"),
         })
     });
-    let records = about.parts().map(|part| {
+    let links = about.parts().map(|part| {
         let split = split_of(part);
-        let field = |column: &Column| field(split, column);
-        json!({
-            "@type": "cr:RecordSet",
-            "@id": format!("links-{split}"),
-            "description": format!("A link a row, of the maps of the part {split}."),
-            "field": about.columns.iter().map(field).collect::<Vec<_>>(),
-        })
+        let description = format!("A link a row, of the maps of the part {split}.");
+        let source = json!({ "fileSet": { "@id": split } });
+        records(
+            &format!("links-{split}"),
+            &description,
+            &source,
+            about.columns,
+        )
     });
+    let source = json!({ "fileObject": { "@id": buildings.name } });
+    let mut maps = records(
+        "buildings",
+        "A map a row, with the image of its buildings.",
+        &source,
+        about.buildings,
+    );
+    maps["key"] = json!({ "@id": "buildings/map" });
     json!({
         "@context": context(),
         "@type": "sc:Dataset",
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "name": "angle-power-spectra",
         "description": "Radio links in city maps with the angle power spectra that their propagation paths make.",
-        "license": "other",
+        "license": LICENCE,
+        "citeAs": CITATION,
+        "creator": {
+            "@type": "sc:Organization",
+            "name": "The contributors of Map2APS in Rust",
+            "description": "They wrote the program that made the tables; whoever ran it is not known to it.",
+        },
         "url": ".",
         "version": env!("CARGO_PKG_VERSION"),
         "distribution": files.chain(sets).collect::<Vec<_>>(),
-        "recordSet": records.collect::<Vec<_>>(),
+        "recordSet": links.chain([maps]).collect::<Vec<_>>(),
+    })
+}
+
+/// A set of records of files with some columns.
+fn records(id: &str, description: &str, source: &Value, columns: &[Column]) -> Value {
+    let field = |column: &Column| field(id, source, column);
+    json!({
+        "@type": "cr:RecordSet",
+        "@id": id,
+        "description": description,
+        "field": columns.iter().map(field).collect::<Vec<_>>(),
     })
 }
 
@@ -64,18 +90,20 @@ fn object(file: &Written) -> Value {
     })
 }
 
-fn field(split: &str, column: &Column) -> Value {
+fn field(records: &str, source: &Value, column: &Column) -> Value {
     let (kind, repeated) = type_of(&column.values);
     let unit = match column.unit {
         "" => String::new(),
         unit => format!(" [{unit}]"),
     };
+    let mut source = source.clone();
+    source["extract"] = json!({ "column": column.name });
     let mut field = json!({
         "@type": "cr:Field",
-        "@id": format!("links-{split}/{}", column.name),
+        "@id": format!("{records}/{}", column.name),
         "description": format!("{}{unit}", column.meaning),
         "dataType": kind,
-        "source": { "fileSet": { "@id": split }, "extract": { "column": column.name } },
+        "source": source,
     });
     if repeated {
         field["repeated"] = json!(true);
@@ -97,6 +125,7 @@ fn context() -> Value {
         "dataCollection": "cr:dataCollection",
         "dataType": { "@id": "cr:dataType", "@type": "@vocab" },
         "dct": "http://purl.org/dc/terms/",
+        "equivalentProperty": "cr:equivalentProperty",
         "examples": { "@id": "cr:examples", "@type": "@json" },
         "extract": "cr:extract",
         "field": "cr:field",
@@ -112,11 +141,13 @@ fn context() -> Value {
         "parentField": "cr:parentField",
         "path": "cr:path",
         "personalSensitiveInformation": "cr:personalSensitiveInformation",
+        "rai": "http://mlcommons.org/croissant/RAI/",
         "recordSet": "cr:recordSet",
         "references": "cr:references",
         "regex": "cr:regex",
         "repeated": "cr:repeated",
         "replace": "cr:replace",
+        "samplingRate": "cr:samplingRate",
         "sc": "https://schema.org/",
         "separator": "cr:separator",
         "source": "cr:source",

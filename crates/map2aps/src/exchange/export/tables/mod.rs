@@ -35,12 +35,25 @@ struct Written {
     /// Place within the export.
     name: String,
     part: Option<Part>,
+    rows: usize,
     bytes: u64,
     sha256: String,
 }
 
 /// Writes the tables of some maps.
 pub fn export(
+    export: &Export,
+    ids: &[u32],
+    dataset: &Dataset,
+    out: &Path,
+    control: &Control<'_>,
+) -> Result<Exported> {
+    export_within(FILE_BYTES, export, ids, dataset, out, control)
+}
+
+/// Writes the tables of some maps in files of at most so many bytes of numbers.
+fn export_within(
+    file_bytes: usize,
     export: &Export,
     ids: &[u32],
     dataset: &Dataset,
@@ -86,7 +99,7 @@ pub fn export(
         };
         let folder = format!("data/{}", columns::folder_of(part));
         create_folder(&out.join(&folder))?;
-        for (number, rows) in table.portions(rows).into_iter().enumerate() {
+        for (number, rows) in table.portions(rows, file_bytes).into_iter().enumerate() {
             let suffix = if number == 0 {
                 String::new()
             } else {
@@ -115,6 +128,7 @@ pub fn export(
         dataset,
         written: &written,
         columns: &described,
+        buildings: &columns::Buildings::default().columns(),
         links: links.min(most),
     };
     let bytes = written.iter().map(|file| file.bytes).sum::<u64>() + shown.bytes;
@@ -187,6 +201,7 @@ impl Written {
         Ok(Self {
             name,
             part,
+            rows,
             bytes: bytes.len() as u64,
             sha256: digits.iter().map(|byte| format!("{byte:02x}")).collect(),
         })
@@ -201,8 +216,9 @@ struct Table {
 }
 
 impl Table {
-    /// Cuts the first links into portions of [`FILE_BYTES`] each; at least one, so that no map is missing.
-    fn portions(&self, rows: usize) -> Vec<std::ops::Range<usize>> {
+    /// Cuts the first links into portions of at most so many bytes of numbers, or of one link that has more; at least one
+    /// portion, so that no map is missing.
+    fn portions(&self, rows: usize, most_bytes: usize) -> Vec<std::ops::Range<usize>> {
         let bins =
             |profile: &Profile| 4 * profile.bins() * if profile.argmax().is_some() { 2 } else { 1 };
         let of_spectra: usize = self.map.aps.iter().chain(&self.pdp).map(bins).sum();
@@ -213,7 +229,7 @@ impl Table {
                 .as_ref()
                 .map_or(0, |paths| paths.paths_of(row).len());
             let row_bytes = 100 + of_spectra + 5 * 8 * paths;
-            if bytes + row_bytes > FILE_BYTES {
+            if bytes + row_bytes > most_bytes && row > first {
                 portions.push(first..row);
                 (first, bytes) = (row, 0);
             }

@@ -1,10 +1,12 @@
 use std::fs::File;
 use std::path::Path;
 
-use aps_data::{Dataset, Stored};
+use aps_data::{Dataset, Part, Stored};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, RowAccessor};
 
+use super::columns::{Column, Values};
+use super::{Table, create_folder, export_within};
 use crate::{Control, DatasetPlan, Export, ExportLayout, MapSource};
 
 fn dataset(root: &Path) -> Dataset {
@@ -87,28 +89,197 @@ fn an_export_is_kept_and_described_and_another_is_refused() {
     let first = export.run(&dataset, &out, &Control::default()).unwrap();
     let card = std::fs::read_to_string(out.join("README.md")).unwrap();
     assert!(card.starts_with("---\npretty_name"), "{card}");
-    for told in [
-        "| `aps_db` | list of float32 | dB |",
-        "  - split: train",
-        "\"uniform_linear\"",
-    ] {
-        assert!(card.contains(told), "{told} is not in:\n{card}");
-    }
     let croissant = super::read(&out.join("croissant.json"));
     let croissant: serde_json::Value = serde_json::from_slice(&croissant).unwrap();
     assert_eq!(
         croissant["distribution"].as_array().unwrap().len(),
         4 + 1 + 3
     );
+    let records = croissant["recordSet"].as_array().unwrap();
+    let ids = records.iter().map(|set| set["@id"].as_str().unwrap());
+    assert_eq!(
+        ids.collect::<Vec<_>>(),
+        ["links-train", "links-validation", "links-test", "buildings"]
+    );
+    let of_buildings = records[3]["field"].as_array().unwrap();
+    let source = |field: &serde_json::Value| {
+        assert_eq!(field["source"]["fileObject"]["@id"], "buildings.parquet");
+        field["source"]["extract"]["column"].clone()
+    };
+    let columns: Vec<_> = of_buildings.iter().map(source).collect();
+    assert_eq!(
+        columns,
+        [
+            "map",
+            "split",
+            "height",
+            "width",
+            "metres_per_pixel",
+            "pixels"
+        ]
+    );
+    let told = |set: usize, name: &str| {
+        let fields = records[set]["field"].as_array().unwrap();
+        let ends = |field: &&serde_json::Value| {
+            let id = field["@id"].as_str().unwrap();
+            id.rsplit('/').next() == Some(name)
+        };
+        let field = fields.iter().find(ends).unwrap();
+        field["description"].as_str().unwrap().to_owned()
+    };
+    for (set, name, unit) in [
+        (0, "aps_db", " [dB]"),
+        (0, "path_delay_s", " [s]"),
+        (1, "path_arrival_azimuth_rad", " [rad]"),
+        (2, "tx_x_m", " [m]"),
+        (3, "metres_per_pixel", " [m]"),
+    ] {
+        let told = told(set, name);
+        assert!(told.ends_with(unit), "{told}");
+    }
+    assert_eq!(croissant["citeAs"], super::card::CITATION);
+    assert_eq!(croissant["license"], super::card::LICENCE);
+    assert_eq!(croissant["creator"]["@type"], "sc:Organization");
+    // Nobody told when it is published.
+    assert_eq!(croissant.get("datePublished"), None);
     let map = out.join(croissant["distribution"][0]["contentUrl"].as_str().unwrap());
     let whole = super::read(&map);
     // One that was cut off is written anew, the others stay.
     std::fs::write(&map, &whole[..whole.len() / 2]).unwrap();
     let second = export.run(&dataset, &out, &Control::default()).unwrap();
     assert_eq!((super::read(&map), second), (whole, first));
+    let other = root.path().join("again");
+    export.run(&dataset, &other, &Control::default()).unwrap();
+    for file in ["README.md", "croissant.json", "buildings.parquet"] {
+        assert_eq!(super::read(&other.join(file)), super::read(&out.join(file)));
+    }
     let other = Export::new(ExportLayout::Samples);
     let refused = other.run(&dataset, &out, &Control::default()).unwrap_err();
     assert!(refused.to_string().contains("another export"), "{refused}");
+}
+
+#[test]
+fn the_card_tells_parts_columns_making_licence_and_citation() {
+    let root = tempfile::tempdir().unwrap();
+    let (data, out) = (root.path().join("data"), root.path().join("out"));
+    let dataset = dataset(&data);
+    let export = Export::new(ExportLayout::Parquet);
+    export.run(&dataset, &out, &Control::default()).unwrap();
+    let card = std::fs::read_to_string(out.join("README.md")).unwrap();
+    let (header, text) = card[4..].split_once("\n---\n").unwrap();
+    for told in [
+        "license: other\nlicense_name: licence-of-the-maps\n",
+        "size_categories:\n- n<1K\n",
+        "task_categories:\n- tabular-regression\n",
+        "  - split: train\n    path: data/train/*.parquet\n",
+        "- config_name: buildings\n  data_files: buildings.parquet",
+    ] {
+        assert!(header.contains(told), "{told} is not in:\n{header}");
+    }
+    let bytes = |folder: &str| {
+        let files = std::fs::read_dir(out.join("data").join(folder)).unwrap();
+        let size = |file: std::io::Result<std::fs::DirEntry>| file.unwrap().metadata().unwrap();
+        files.map(|file| size(file).len()).sum::<u64>()
+    };
+    // Ten links a map, and one file.
+    for (part, folder, split) in [
+        (Part::Train, "train", "train"),
+        (Part::Develop, "develop", "validation"),
+        (Part::Test, "test", "test"),
+    ] {
+        let maps = dataset.manifest().split.maps(part).len();
+        let row = format!(
+            "\n| {split} | {maps} | {} | {maps} | {} |\n",
+            10 * maps,
+            bytes(folder)
+        );
+        assert!(text.contains(&row), "{row} is not in:\n{text}");
+    }
+    for told in [
+        "| `aps_db` | list of float32 | dB |",
+        "| `path_delay_s` | list of float64 | s |",
+        "| `rx_y_m` | float64 | m |",
+        "| `metres_per_pixel` | float64 | m |",
+        "| `pixels` | binary |  |",
+        "`aps_db` has 180 bins, from -180 to 178 deg",
+        "Maps: \"synthetic\". Carrier: 3500000000.0 Hz. At most 2 reflections, 1 diffractions and 3 interactions",
+        "Seed: 42.",
+        "\"uniform_linear\"",
+        "\n## Licence\n",
+        "`license_link`",
+        super::card::CITATION,
+        "Junxi Huang and Xiucheng Wang and Nan Cheng",
+    ] {
+        assert!(text.contains(told), "{told} is not in:\n{text}");
+    }
+    let order = [
+        "Splits",
+        "Columns",
+        "How it was made",
+        "Licence",
+        "Citation",
+    ];
+    let places = order.map(|title| text.find(&format!("\n## {title}\n")));
+    assert!(places.is_sorted() && places[0].is_some(), "{places:?}");
+}
+
+/// Bytes of the numbers of some columns, and of their texts as Parquet stores them.
+fn size_of(columns: &[Column]) -> usize {
+    let size = |column: &Column| match &column.values {
+        Values::Integers(values) => 4 * values.len(),
+        Values::Floats(values) | Values::FloatLists(values, _) => 4 * values.len(),
+        Values::Doubles(values) | Values::DoubleLists(values, _) => 8 * values.len(),
+        Values::Texts(values) => values.iter().map(|text| 4 + text.len()).sum(),
+        Values::Bytes(values) => values.iter().map(|bytes| 4 + bytes.len()).sum(),
+    };
+    columns.iter().map(size).sum()
+}
+
+#[test]
+fn a_map_beyond_the_bound_of_a_file_goes_into_several() {
+    let root = tempfile::tempdir().unwrap();
+    let (data, out) = (root.path().join("data"), root.path().join("out"));
+    let dataset = dataset(&data);
+    let table = Table {
+        map: dataset.map(0).unwrap(),
+        pdp: Some(dataset.pdp(0).unwrap()),
+        paths: Some(dataset.paths(0).unwrap()),
+    };
+    let size = |rows: std::ops::Range<usize>| size_of(&table.columns(rows));
+    let largest = (0..10).map(|row| size(row..row + 1)).max().unwrap();
+    for bound in [1, largest + 100, 3 * largest, size(0..10) / 2, usize::MAX] {
+        let portions = table.portions(10, bound);
+        // All rows once, in their order; of several in a file none is beyond the bound.
+        let rows: Vec<usize> = portions.iter().cloned().flatten().collect();
+        assert_eq!(rows, (0..10).collect::<Vec<_>>(), "{bound}");
+        let fits = |rows: &std::ops::Range<usize>| rows.len() == 1 || size(rows.clone()) <= bound;
+        assert!(portions.iter().all(fits), "{bound}: {portions:?}");
+        assert_eq!(
+            portions.len() == 1,
+            bound == usize::MAX,
+            "{bound}: {portions:?}"
+        );
+    }
+    assert_eq!(table.portions(10, 1).len(), 10);
+    let none = table.portions(0, 1);
+    assert_eq!((none.len(), none[0].len()), (1, 0));
+
+    create_folder(&out).unwrap();
+    let (ids, control) = ([0, 1, 2, 3], Control::default());
+    let export = Export::new(ExportLayout::Parquet);
+    export_within(3 * largest, &export, &ids, &dataset, &out, &control).unwrap();
+    let part = dataset.manifest().split.part_of(0);
+    let folder = out.join("data").join(super::columns::folder_of(part));
+    let mut rows = 0;
+    for number in 0..table.portions(10, 3 * largest).len() {
+        let name = match number {
+            0 => "map_0000.parquet".to_owned(),
+            _ => format!("map_0000-{number}.parquet"),
+        };
+        let file = SerializedFileReader::new(File::open(folder.join(name)).unwrap()).unwrap();
+        rows += file.metadata().file_metadata().num_rows();
+    }
+    assert_eq!(rows, 10);
 }
 
 #[test]
