@@ -50,7 +50,7 @@ fn foreign(name: &str, stem: &str) -> Study {
     let mut study = Study::new(name, "From | elsewhere").at(4);
     study
         .section
-        .verdict(Verdict::open("A <b>bold</b> claim", ""));
+        .verdict(Verdict::decided(true, "A <b>bold</b> claim", ""));
     let chart =
         Chart::new(Axis::log("time [ms]"), Axis::log("error")).line("a", [[1.0, 0.5], [2.0, 0.25]]);
     study.figure(stem, "Error.", chart.draw());
