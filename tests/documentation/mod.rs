@@ -10,10 +10,15 @@
 //! `data`, `runs` and what else a command writes is in that folder alone. `path/to/maps` holds three small maps there,
 //! `truth.npy` and `prediction.npy` some spectra.
 
+#[path = "../houses.rs"]
+mod houses;
+
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+
+use houses::map;
 
 /// A fenced block of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -155,23 +160,7 @@ fn furnish(folder: &Path, runner: Runner<'_>) {
         }
     }
     for id in 0..3 {
-        let (x, y) = (40 + 7 * id, 60 + 5 * id);
-        let house = |x: u32, y: u32, w: u32, h: u32| {
-            format!(
-                "[[{x},{y}],[{},{y}],[{},{}],[{x},{}],[{x},{y}]]",
-                x + w,
-                x + w,
-                y + h,
-                y + h
-            )
-        };
-        let houses = [
-            house(x, y, 30, 20),
-            house(x + 50, y - 30, 15, 60),
-            house(x, y + 60, 50, 12),
-        ];
-        let map = format!("[{}]", houses.join(","));
-        fs::write(inside.join(format!("path/to/maps/{id}.json")), map).unwrap();
+        fs::write(inside.join(format!("path/to/maps/{id}.json")), map(id)).unwrap();
     }
     for (name, shift) in [("truth", 0.0), ("prediction", 0.1)] {
         fs::write(inside.join(format!("{name}.npy")), spectra(shift)).unwrap();

@@ -4,6 +4,7 @@ use std::fs;
 
 use aps_data::Dataset;
 
+use crate::folder::Folder;
 use crate::{fail, succeed, xtask};
 
 pub const HELSINKI: &str = concat!(
@@ -13,27 +14,14 @@ pub const HELSINKI: &str = concat!(
 
 #[test]
 fn helsinki_becomes_a_data_set() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("data");
-    let args = |out: &str, more: &[&str]| -> Vec<String> {
-        let base = [
-            "dataset",
-            "--maps",
-            HELSINKI,
-            "--profile",
-            "smoke",
-            "--map-ids",
-            "0,2",
-            "--out",
-            out,
-        ];
-        base.iter().chain(more).map(|s| s.to_string()).collect()
+    let folder = Folder::new();
+    let run = |out: &str, more: &str| {
+        let out = folder.arg(out);
+        xtask(&format!(
+            "dataset --maps '{HELSINKI}' --profile smoke --map-ids 0,2 --out {out} {more}"
+        ))
     };
-    let run = |out: &str, more: &[&str]| {
-        let args = args(out, more);
-        xtask(&args.iter().map(String::as_str).collect::<Vec<_>>())
-    };
-    let output = run(out.to_str().unwrap(), &[]);
+    let output = run("data", "");
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{told}");
     assert!(
@@ -41,7 +29,7 @@ fn helsinki_becomes_a_data_set() {
         "{told}"
     );
 
-    let dataset = Dataset::open(&out).unwrap();
+    let dataset = Dataset::open(folder.path("data")).unwrap();
     assert_eq!(dataset.verify().len(), 0);
     let maps = &dataset.manifest().configuration["maps"];
     assert_eq!(
@@ -57,66 +45,44 @@ fn helsinki_becomes_a_data_set() {
     }
 
     // Another cut of the same city is another data set.
-    let output = run(out.to_str().unwrap(), &["--tile", "200"]);
+    let output = run("data", "--tile 200");
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
         !output.status.success() && told.contains("tile_m"),
         "{told}"
     );
 
-    let again = root.path().join("again");
-    assert!(
-        run(again.to_str().unwrap(), &["--threads", "1"])
-            .status
-            .success()
-    );
-    let manifest = |folder: &std::path::Path| fs::read(folder.join("manifest.json")).unwrap();
-    assert_eq!(manifest(&out), manifest(&again));
+    assert!(run("again", "--threads 1").status.success());
+    let manifest = |name| fs::read(folder.path(name).join("manifest.json")).unwrap();
+    assert_eq!(manifest("data"), manifest("again"));
 }
 
 #[test]
 fn link_in_a_tile_is_traced_and_drawn() {
-    let root = tempfile::tempdir().unwrap();
-    let svg = root.path().join("link.svg");
-    let table = succeed(&[
-        "trace",
-        "--map",
-        HELSINKI,
-        "--map-id",
-        "2",
-        "--tx",
-        "169,247",
-        "--rx",
-        "186,166",
-        "--svg",
-        svg.to_str().unwrap(),
-    ]);
+    let folder = Folder::new();
+    let svg = folder.arg("link.svg");
+    let table = succeed(&format!(
+        "trace --map '{HELSINKI}' --map-id 2 --tx 169,247 --rx 186,166 --svg {svg}"
+    ));
     assert!(table.contains("54 paths"), "{table}");
     assert!(fs::read_to_string(svg).unwrap().contains("<svg"));
 }
 
 #[test]
 fn cities_without_maps_are_explained() {
-    let root = tempfile::tempdir().unwrap();
-    let city = root.path().join("city.geojson");
-    let out = root.path().join("data");
-    let args = [
-        "dataset",
-        "--maps",
-        city.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ];
-    assert!(fail(&args).contains("city.geojson"));
+    let folder = Folder::new();
+    let (city, out) = (folder.arg("city.geojson"), folder.arg("data"));
+    let refused = |more: &str| fail(&format!("dataset --maps {city} --out {out} {more}"));
+    assert!(refused("").contains("city.geojson"));
     fs::write(&city, "{").unwrap();
-    assert!(fail(&args).contains("not valid GeoJSON"));
+    assert!(refused("").contains("not valid GeoJSON"));
     let bare = r#"{"type":"Polygon","coordinates":[[[24.945,60.168],[24.946,60.168],[24.946,60.1685],[24.945,60.168]]]}"#;
     fs::write(&city, bare).unwrap();
-    let error = fail(&args);
+    let error = refused("");
     assert!(
         error.contains("`building` tag") && error.contains("--all-polygons"),
         "{error}"
     );
-    let error = fail(&[&args[..], &["--all-polygons", "--min-buildings", "5"]].concat());
+    let error = refused("--all-polygons --min-buildings 5");
     assert!(error.contains("no tile has 5 buildings"), "{error}");
 }

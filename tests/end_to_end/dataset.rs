@@ -1,56 +1,38 @@
 //! `dataset`: the same bytes for any threads and after a resume, arrays that hold what they say.
 
 use std::fs;
-use std::path::Path;
 
 use aps_data::{Dataset, LinkStatus};
 
-use crate::folder::files;
-use crate::{fail, succeed};
+use crate::fail;
+use crate::folder::{Folder, files};
 
-fn make(out: &Path, more: &[&str]) -> String {
-    let mut args = vec![
-        "dataset",
-        "--profile",
-        "smoke",
-        "--store",
-        "aps,pdp,paths",
-        "--out",
-    ];
-    args.push(out.to_str().unwrap());
-    args.extend_from_slice(more);
-    succeed(&args)
-}
+const SETTINGS: &str = "--profile smoke --store aps,pdp,paths";
 
 #[test]
 fn threads_and_resume_change_no_byte() {
-    let root = tempfile::tempdir().unwrap();
-    let (one, two, resumed) = (
-        root.path().join("one"),
-        root.path().join("two"),
-        root.path().join("resumed"),
-    );
-    make(&one, &["--threads", "1"]);
-    make(&two, &["--threads", "2"]);
+    let folder = Folder::new();
+    folder.make("one", &[SETTINGS, "--threads 1"]);
+    folder.make("two", &[SETTINGS, "--threads 2"]);
     // As if the run had been stopped between its two maps.
-    make(&resumed, &["--threads", "2"]);
-    fs::remove_file(resumed.join("manifest.json")).unwrap();
-    fs::remove_dir_all(resumed.join("map_0001")).unwrap();
-    make(&resumed, &["--threads", "1"]);
-    let expected = files(&one);
+    folder.make("resumed", &[SETTINGS, "--threads 2"]);
+    fs::remove_file(folder.path("resumed/manifest.json")).unwrap();
+    fs::remove_dir_all(folder.path("resumed/map_0001")).unwrap();
+    folder.make("resumed", &[SETTINGS, "--threads 1"]);
+    let of = |name| files(&folder.path(name));
+    let expected = of("one");
     assert!(expected.len() > 20);
-    assert!(expected == files(&two), "threads changed the data set");
-    assert!(expected == files(&resumed), "a resume changed the data set");
+    assert!(expected == of("two"), "threads changed the data set");
+    assert!(expected == of("resumed"), "a resume changed the data set");
 }
 
 #[test]
 fn arrays_hold_what_they_say() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("data");
-    let summary = make(&out, &[]);
+    let folder = Folder::new();
+    let summary = folder.make("data", &[SETTINGS]);
     assert!(summary.contains("links/s"), "{summary}");
 
-    let dataset = Dataset::open(&out).unwrap();
+    let dataset = Dataset::open(folder.path("data")).unwrap();
     assert_eq!(dataset.verify().len(), 0);
     assert_eq!(dataset.manifest().totals.links, 2 * 4 * 20);
     for entry in &dataset.manifest().maps {
@@ -70,21 +52,12 @@ fn arrays_hold_what_they_say() {
 
 #[test]
 fn another_configuration_is_refused_by_name() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("data");
-    make(&out, &[]);
-    let out = out.to_str().unwrap();
-    let error = fail(&[
-        "dataset",
-        "--profile",
-        "smoke",
-        "--store",
-        "aps,pdp,paths",
-        "--max-reflections",
-        "1",
-        "--out",
-        out,
-    ]);
+    let folder = Folder::new();
+    folder.make("data", &[SETTINGS]);
+    let out = folder.arg("data");
+    let error = fail(&format!(
+        "dataset {SETTINGS} --max-reflections 1 --out {out}"
+    ));
     for difference in [
         "configuration.trace.max_interactions is 3 there, 2 here",
         "configuration.trace.max_reflections is 2 there, 1 here",
@@ -95,66 +68,56 @@ fn another_configuration_is_refused_by_name() {
 
 #[test]
 fn the_source_of_the_material_is_named() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("d");
-    let source = |root: &Path| {
-        let dataset = Dataset::open(root).unwrap();
+    let folder = Folder::new();
+    let source = |name| {
+        let dataset = Dataset::open(folder.path(name)).unwrap();
         dataset
             .manifest()
             .configuration
             .pointer("/trace/material_source")
             .cloned()
     };
-    make(&out, &[]);
-    assert_eq!(source(&out), Some("ITU-R P.2040-3, table 3".into()));
-    let pec = root.path().join("pec");
-    make(&pec, &["--material", "pec"]);
-    assert_eq!(source(&pec), None);
+    folder.make("data", &[SETTINGS]);
+    assert_eq!(source("data"), Some("ITU-R P.2040-3, table 3".into()));
+    folder.make("pec", &[SETTINGS, "--material pec"]);
+    assert_eq!(source("pec"), None);
 }
 
 #[test]
 fn mistakes_are_told() {
-    let root = tempfile::tempdir().unwrap();
-    let maps = root.path().join("maps");
-    fs::create_dir(&maps).unwrap();
-    let maps_arg = maps.to_str().unwrap();
-    let out = root.path().join("data");
-    let out = out.to_str().unwrap();
+    let folder = Folder::new();
+    let maps = folder.maps(0);
+    let refused = |maps: &str| {
+        let out = folder.arg("data");
+        fail(&format!("dataset --maps {maps} --out {out}"))
+    };
 
-    let error = fail(&["dataset", "--maps", maps_arg, "--out", out]);
+    let error = refused(&maps);
     assert!(error.contains("no map in"), "{error}");
 
-    let error = fail(&["dataset", "--maps", "/nowhere/at/all", "--out", out]);
+    let error = refused("/nowhere/at/all");
     assert!(error.contains("cannot read the maps"), "{error}");
 
-    fs::write(maps.join("0.json"), "[[[0,0],[10,0],[10,\"x\"]]]").unwrap();
-    let error = fail(&["dataset", "--maps", maps_arg, "--out", out]);
+    let map = folder.path("maps/0.json");
+    fs::write(&map, "[[[0,0],[10,0],[10,\"x\"]]]").unwrap();
+    let error = refused(&maps);
     assert!(
         error.contains("0.json") && error.contains("building 0, vertex 2"),
         "{error}"
     );
 
-    fs::write(maps.join("0.json"), "[[[0,0],[256,0],[256,256],[0,256]]]").unwrap();
-    let error = fail(&["dataset", "--maps", maps_arg, "--out", out]);
+    fs::write(&map, "[[[0,0],[256,0],[256,256],[0,256]]]").unwrap();
+    let error = refused(&maps);
     assert!(error.contains("outdoor grid points"), "{error}");
 
-    let error = fail(&[
-        "dataset",
-        "--maps",
-        maps_arg,
-        "--map-ids",
-        "0-3",
-        "--out",
-        out,
-    ]);
+    let error = refused(&format!("{maps} --map-ids 0-3"));
     assert!(error.contains("[1, 2, 3] are not there"), "{error}");
 }
 
 #[test]
 fn orders_that_cannot_be_met_are_refused_before_any_work() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("out");
-    let out = out.to_str().unwrap();
+    let folder = Folder::new();
+    let out = folder.arg("out");
     for (order, told) in [
         ("dataset --maps synthetic:4294967295", "too many"),
         ("dataset --tx-per-map 0", "at least 1 transmitter"),
@@ -164,12 +127,9 @@ fn orders_that_cannot_be_met_are_refused_before_any_work() {
             "--out and --pdp are both",
         ),
     ] {
-        let order = order.split(' ').map(|word| match word {
-            "OUT" => out,
-            word => word,
-        });
-        let found = fail(&order.chain(["--out", out]).collect::<Vec<_>>());
+        let order = order.replace("OUT", &out);
+        let found = fail(&format!("{order} --out {out}"));
         assert!(found.contains(told), "{found}");
-        assert!(!root.path().join("out").exists());
+        assert!(!folder.path("out").exists());
     }
 }

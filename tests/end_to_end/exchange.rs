@@ -8,24 +8,26 @@ use aps_data::propbin::{Chain, Direction, Path as RayPath, Propbin, Version};
 use aps_data::released::{LinkName, ProfileFile, Sample};
 use aps_data::{Dataset, InteractionKind, LinkStatus};
 
-use crate::folder::files;
+use crate::folder::{Folder, files};
 use crate::{fail, succeed};
 
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
+/// A small data set with these arrays.
+fn make(folder: &Folder, out: &str, store: &str) -> Dataset {
+    folder.make(out, &["--profile smoke --store", store]);
+    Dataset::open(folder.path(out)).unwrap()
 }
 
-fn make(out: &Path, store: &str) -> Dataset {
-    succeed(&[
-        "dataset",
-        "--profile",
-        "smoke",
-        "--store",
-        store,
-        "--out",
-        text(out),
-    ]);
-    Dataset::open(out).unwrap()
+/// Exports one folder into another; options may follow the layout.
+fn export(folder: &Folder, from: &str, out: &str, layout: &str) {
+    let (from, out) = (folder.arg(from), folder.arg(out));
+    succeed(&format!("export {from} --out {out} --layout {layout}"));
+}
+
+/// Imports one folder into another.
+fn import(folder: &Folder, kind: &str, from: &str, out: &str) -> Dataset {
+    let data = folder.arg(out);
+    succeed(&format!("import {kind} {} --out {data}", folder.arg(from)));
+    Dataset::open(data).unwrap()
 }
 
 /// Every file but the record of the export.
@@ -37,18 +39,10 @@ fn exported(root: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn labels_leave_come_back_and_leave_again_unchanged() {
-    let root = tempfile::tempdir().unwrap();
-    let path = |name| root.path().join(name);
-    let ours = make(&path("ours"), "aps,pdp,paths");
-    let (first, again) = (path("first"), path("again"));
-    succeed(&[
-        "export",
-        text(&path("ours")),
-        "--layout",
-        "released",
-        "--out",
-        text(&first),
-    ]);
+    let folder = Folder::new();
+    let ours = make(&folder, "ours", "aps,pdp,paths");
+    export(&folder, "ours", "first", "released");
+    let first = folder.path("first");
 
     // Each file holds the label of its link, to half precision.
     let map = ours.map(0).unwrap();
@@ -72,128 +66,55 @@ fn labels_leave_come_back_and_leave_again_unchanged() {
     assert_eq!(pdp.bins.len(), 128);
     assert!(pdp.bins.iter().all(|bin| bin[1].to_f32().abs() <= 180.0));
 
-    let back = path("back");
-    succeed(&["import", "released", text(&first), "--out", text(&back)]);
-    let imported = Dataset::open(&back).unwrap();
+    let imported = import(&folder, "released", "first", "back");
     assert_eq!(imported.verify().len(), 0);
     let valid = |dataset: &Dataset| dataset.manifest().totals.status["valid"];
     assert_eq!(valid(&imported), valid(&ours));
-    succeed(&[
-        "export",
-        text(&back),
-        "--layout",
-        "released",
-        "--out",
-        text(&again),
-    ]);
+    export(&folder, "back", "again", "released");
     assert!(
-        exported(&first) == exported(&again),
+        exported(&first) == exported(&folder.path("again")),
         "a round trip changed a file"
     );
 }
 
 #[test]
 fn export_continues_where_it_was_and_keeps_to_its_data() {
-    let root = tempfile::tempdir().unwrap();
-    let path = |name| root.path().join(name);
-    make(&path("data"), "aps,paths");
-    let data = path("data");
-    let export = |out: &Path, more: &[&str]| {
-        let base = [
-            "export",
-            text(&data),
-            "--layout",
-            "released",
-            "--out",
-            text(out),
-        ];
-        succeed(&[&base[..], more].concat())
+    let folder = Folder::new();
+    make(&folder, "data", "aps,paths");
+    let exported = |out: &str, more: &str| {
+        export(&folder, "data", out, &format!("released {more}"));
+        exported(&folder.path(out))
     };
-    let (whole, parts) = (path("whole"), path("parts"));
-    export(&whole, &["--threads", "2"]);
-    export(&parts, &["--limit", "10", "--threads", "1"]);
-    let some = exported(&parts);
+    let whole = exported("whole", "--threads 2");
+    let some = exported("parts", "--limit 10 --threads 1");
     assert_eq!(some.len(), 20);
     // Cut short, as a power cut may leave it.
     let (name, bytes) = some.first_key_value().unwrap();
-    fs::write(parts.join(name), &bytes[..100]).unwrap();
-    export(&parts, &[]);
-    assert!(
-        exported(&whole) == exported(&parts),
-        "continuing changed a file"
-    );
+    fs::write(folder.path("parts").join(name), &bytes[..100]).unwrap();
+    assert!(whole == exported("parts", ""), "continuing changed a file");
+    assert!(exported("test", "--part test").len() < whole.len());
 
-    let test = path("test");
-    export(&test, &["--part", "test"]);
-    assert!(exported(&test).len() < exported(&whole).len());
-
-    let other = path("other");
-    succeed(&[
-        "dataset",
-        "--profile",
-        "smoke",
-        "--seed",
-        "7",
-        "--store",
-        "aps,paths",
-        "--out",
-        text(&other),
-    ]);
-    let error = fail(&[
-        "export",
-        text(&other),
-        "--layout",
-        "released",
-        "--out",
-        text(&parts),
-    ]);
+    folder.make("other", &["--profile smoke --seed 7 --store aps,paths"]);
+    let (other, parts) = (folder.arg("other"), folder.arg("parts"));
+    let error = fail(&format!("export {other} --layout released --out {parts}"));
     assert!(error.contains("another export"), "{error}");
 }
 
 #[test]
 fn what_cannot_be_exported_is_explained() {
-    let root = tempfile::tempdir().unwrap();
-    let path = |name| root.path().join(name);
-    make(&path("aps"), "aps");
-    let out = path("out");
-    let args = |data: &Path, layout: &str| -> Vec<String> {
-        [
-            "export",
-            text(data),
-            "--layout",
-            layout,
-            "--out",
-            text(&out),
-        ]
-        .map(String::from)
-        .to_vec()
-    };
-    let run = |args: Vec<String>| fail(&args.iter().map(String::as_str).collect::<Vec<_>>());
-    let error = run(args(&path("aps"), "released"));
+    let folder = Folder::new();
+    make(&folder, "aps", "aps");
+    folder.make("paper", &["--profile smoke --protocol paper"]);
+    let [aps, paper, out, new] = ["aps", "paper", "out", "new"].map(|name| folder.arg(name));
+    let error = fail(&format!("export {aps} --layout released --out {out}"));
     assert!(error.contains("--store aps,paths"), "{error}");
-    let paper = path("paper");
-    succeed(&[
-        "dataset",
-        "--profile",
-        "smoke",
-        "--protocol",
-        "paper",
-        "--out",
-        text(&paper),
-    ]);
-    let error = run(args(&paper, "samples"));
+    let error = fail(&format!("export {paper} --layout samples --out {out}"));
     assert!(
         error.contains("`paper`") && error.contains("--any-protocol"),
         "{error}"
     );
     for kind in ["released", "samples", "propbin"] {
-        let error = fail(&[
-            "import",
-            kind,
-            text(&path("aps")),
-            "--out",
-            text(&path("new")),
-        ]);
+        let error = fail(&format!("import {kind} {aps} --out {new}"));
         assert!(
             error.contains("nothing to import") || error.contains("cannot read"),
             "{error}"
@@ -203,20 +124,10 @@ fn what_cannot_be_exported_is_explained() {
 
 #[test]
 fn samples_are_what_models_train_on_and_come_back() {
-    let root = tempfile::tempdir().unwrap();
-    let path = |name| root.path().join(name);
-    let ours = make(&path("data"), "aps");
-    let out = path("out");
-    succeed(&[
-        "export",
-        text(&path("data")),
-        "--layout",
-        "samples",
-        "--limit",
-        "30",
-        "--out",
-        text(&out),
-    ]);
+    let folder = Folder::new();
+    let ours = make(&folder, "data", "aps");
+    export(&folder, "data", "out", "samples --limit 30");
+    let out = folder.path("out");
     let map = ours.map(0).unwrap();
     let (tx, rx) = map.ends_m(map.valid_links().next().unwrap());
     let name = LinkName::of(0, tx, rx).unwrap();
@@ -236,24 +147,15 @@ fn samples_are_what_models_train_on_and_come_back() {
     assert_eq!(table.lines().count(), 31);
     assert!(out.join("env_maps/0.npy").is_file());
 
-    let back = path("back");
-    succeed(&["import", "samples", text(&out), "--out", text(&back)]);
-    let imported = Dataset::open(&back).unwrap();
+    let imported = import(&folder, "samples", "out", "back");
     assert_eq!(
         (imported.verify().len(), imported.manifest().totals.links),
         (0, 30)
     );
     assert_eq!(imported.map(0).unwrap().buildings, map.buildings);
-    let again = path("again");
-    succeed(&[
-        "export",
-        text(&back),
-        "--layout",
-        "samples",
-        "--out",
-        text(&again),
-    ]);
-    let same = Sample::from_npz(&fs::read(again.join(name.sample_file())).unwrap()).unwrap();
+    export(&folder, "back", "again", "samples");
+    let again = folder.path("again").join(name.sample_file());
+    let same = Sample::from_npz(&fs::read(again).unwrap()).unwrap();
     assert_eq!(same.cond_img, sample.cond_img);
     for (a, b) in same.aps_norm.iter().zip(&sample.aps_norm) {
         assert!((a - b).abs() < 1e-5 * (1.0 + b.abs()), "{a} is not {b}");
@@ -306,21 +208,16 @@ fn write_propbins(dataset: &Dataset, version: Version, folder: &Path) {
 
 #[test]
 fn paths_written_by_others_are_labelled_like_traced_ones() {
-    let root = tempfile::tempdir().unwrap();
-    let ours = make(&root.path().join("ours"), "aps,paths");
+    let folder = Folder::new();
+    let ours = make(&folder, "ours", "aps,paths");
     let expected = ours.map(0).unwrap();
     let traced = ours.paths(0).unwrap();
     // A delay in half precision is off by up to 0.25 ns, which moves a label by decibels.
     for (version, tolerance_db) in [(Version::Full, 0.05), (Version::Compact, 8.0)] {
-        let folder = root.path().join(format!("{version:?}"));
-        write_propbins(
-            &ours,
-            version,
-            &folder.join("map_3/special_points_propbin_3.5GHz"),
-        );
-        let out = root.path().join(format!("{version:?}-data"));
-        succeed(&["import", "propbin", text(&folder), "--out", text(&out)]);
-        let dataset = Dataset::open(&out).unwrap();
+        let [from, out] = [format!("{version:?}"), format!("{version:?}-data")];
+        let inner = "map_3/special_points_propbin_3.5GHz";
+        write_propbins(&ours, version, &folder.path(&from).join(inner));
+        let dataset = import(&folder, "propbin", &from, &out);
         assert_eq!(dataset.verify().len(), 0);
         let map = dataset.map(3).unwrap();
         let paths = dataset.paths(3).unwrap();
@@ -370,7 +267,7 @@ fn paths_written_by_others_are_labelled_like_traced_ones() {
 
 #[test]
 fn angles_in_degrees_are_refused() {
-    let root = tempfile::tempdir().unwrap();
+    let folder = Folder::new();
     for (name, departure, arrival) in [("arrival", 0.5, 135.0), ("departure", -90.0, 0.5)] {
         let mut file = Propbin::new(Version::Full, [10.0, 20.0, 1.5]);
         file.add_receiver(7, [30.0, 20.0, 1.5], None, None);
@@ -387,10 +284,9 @@ fn angles_in_degrees_are_refused() {
         };
         file.add_path(&path, &Chain::Points([].as_slice().into()))
             .unwrap();
-        let source = root.path().join("source_0.propbin");
-        fs::write(&source, file.to_bytes().unwrap()).unwrap();
-        let out = root.path().join("out");
-        let told = fail(&["import", "propbin", text(&source), "--out", text(&out)]);
+        fs::write(folder.path("source_0.propbin"), file.to_bytes().unwrap()).unwrap();
+        let (source, out) = (folder.arg("source_0.propbin"), folder.arg("out"));
+        let told = fail(&format!("import propbin {source} --out {out}"));
         assert!(told.contains("receiver 7") && told.contains(name), "{told}");
         assert!(told.contains("are the units radians?"), "{told}");
     }
@@ -398,34 +294,16 @@ fn angles_in_degrees_are_refused() {
 
 #[test]
 fn a_bad_sample_is_told_once() {
-    let root = tempfile::tempdir().unwrap();
-    make(&root.path().join("ours"), "aps");
-    let out = root.path().join("samples");
-    let export = [
-        "export",
-        text(&root.path().join("ours")),
-        "--layout",
-        "samples",
-        "--out",
-    ]
-    .map(str::to_owned);
-    let export: Vec<&str> = export
-        .iter()
-        .map(String::as_str)
-        .chain([text(&out), "--limit", "1"])
-        .collect();
-    succeed(&export);
-    let file = fs::read_dir(out.join("samples"))
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap()
-        .path();
+    let folder = Folder::new();
+    make(&folder, "ours", "aps");
+    export(&folder, "ours", "samples", "samples --limit 1");
+    let mut files = fs::read_dir(folder.path("samples/samples")).unwrap();
+    let file = files.next().unwrap().unwrap().path();
     let whole = fs::read(&file).unwrap();
     let told = |bytes: &[u8]| {
         fs::write(&file, bytes).unwrap();
-        let to = root.path().join("imported");
-        fail(&["import", "samples", text(&out), "--out", text(&to)])
+        let (from, to) = (folder.arg("samples"), folder.arg("imported"));
+        fail(&format!("import samples {from} --out {to}"))
     };
     let error = told(&whole[..whole.len() / 2]);
     let cause = error.trim_end().rsplit(": ").next().unwrap();
@@ -435,33 +313,20 @@ fn a_bad_sample_is_told_once() {
 
 #[test]
 fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
-    let root = tempfile::tempdir().unwrap();
-    let made = root.path().join("ours");
-    let grid = "dataset --profile smoke --store aps,paths --receivers outdoor --out".split(' ');
-    succeed(&grid.chain([text(&made)]).collect::<Vec<_>>());
-    let ours = Dataset::open(&made).unwrap();
-    let folder = root.path().join("map_5");
-    write_propbins(&ours, Version::Compact, &folder);
-    let out = root.path().join("data");
-    succeed(&[
-        "import",
-        "propbin",
-        text(&folder),
-        "--rx-per-map",
-        "5",
-        "--out",
-        text(&out),
-    ]);
+    let folder = Folder::new();
+    folder.make(
+        "ours",
+        &["--profile smoke --store aps,paths --receivers outdoor"],
+    );
+    let ours = Dataset::open(folder.path("ours")).unwrap();
+    let written = folder.path("map_5");
+    write_propbins(&ours, Version::Compact, &written);
+    let [from, out, new] = ["map_5", "data", "new"].map(|name| folder.arg(name));
+    succeed(&format!("import propbin {from} --rx-per-map 5 --out {out}"));
     let map = Dataset::open(&out).unwrap().map(5).unwrap();
     assert_eq!((map.rx_m.len(), map.links.len()), (5, 20));
 
-    write_propbins(&ours, Version::Full, &folder);
-    let error = fail(&[
-        "import",
-        "propbin",
-        text(&folder),
-        "--out",
-        text(&root.path().join("new")),
-    ]);
+    write_propbins(&ours, Version::Full, &written);
+    let error = fail(&format!("import propbin {from} --out {new}"));
     assert!(error.contains("the same transmitter"), "{error}");
 }

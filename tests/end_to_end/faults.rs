@@ -7,28 +7,16 @@ use std::process::{Child, Command, Output, Stdio};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::command::words;
 use crate::folder::{Folder, assert_same, files, map};
-use crate::{fail, succeed};
-
-const RUNNER: &str = env!("CARGO_BIN_EXE_xtask");
+use crate::{PROGRAM, fail};
 
 /// A small data set with every kind of array.
-fn args(maps: &str, out: &str) -> Vec<String> {
-    let fixed = "dataset --tx-per-map 2 --rx-per-map 12 --store aps,pdp,paths";
-    let fixed = fixed
-        .split(' ')
-        .chain(["--profile", "full", "--maps", maps, "--out", out]);
-    fixed.map(Into::into).collect()
-}
+const SETTINGS: &str = "--tx-per-map 2 --rx-per-map 12 --store aps,pdp,paths --profile full --maps";
 
-fn make(maps: &str, out: &str, more: &[&str]) -> String {
-    let args = args(maps, out);
-    let args: Vec<&str> = args
-        .iter()
-        .map(String::as_str)
-        .chain(more.iter().copied())
-        .collect();
-    succeed(&args)
+/// The command that makes one.
+fn dataset(maps: &str, out: &str) -> String {
+    format!("dataset {SETTINGS} {maps} --out {out}")
 }
 
 /// Measures the progress of a run: counts every byte, file and folder.
@@ -63,8 +51,8 @@ fn kill_at(child: &mut Child, folder: &Path, wanted: u64) -> bool {
 fn killed_and_resumed_equals_undisturbed(wanted_kills: usize) -> [usize; 2] {
     let folder = Folder::new();
     let maps = folder.maps(5);
-    make(&maps, &folder.arg("whole"), &["--threads", "1"]);
-    make(&maps, &folder.arg("two"), &["--threads", "2"]);
+    folder.make("whole", &[SETTINGS, &maps, "--threads 1"]);
+    folder.make("two", &[SETTINGS, &maps, "--threads 2"]);
     let expected = files(&folder.path("whole"));
     assert_same(&expected, &files(&folder.path("two")));
     let all = progress(&folder.path("whole"));
@@ -78,8 +66,8 @@ fn killed_and_resumed_equals_undisturbed(wanted_kills: usize) -> [usize; 2] {
             let done = progress(&out);
             let wanted = done + rng.random_range(0..=all - all.min(done) + all / 20);
             let threads = ["1", "2"][rng.random_range(0..2)];
-            let mut child = Command::new(RUNNER)
-                .args(args(&maps, out.to_str().unwrap()))
+            let mut child = Command::new(PROGRAM)
+                .args(words(&dataset(&maps, &folder.arg("killed"))))
                 .args(["--threads", threads])
                 .stdout(Stdio::null())
                 .stderr(Stdio::null())
@@ -117,9 +105,9 @@ fn run_killed_at_fifty_moments_and_resumed_equals_an_undisturbed_one() {
     assert!(amid_and_after.iter().all(|&n| n > 0), "{amid_and_after:?}");
 }
 
-/// Runs a shell script that may mount folders in memory, with the runner as `$0` and its arguments as `$@`. `.ci/run` leaves
-/// out the tests that need it, all named `mounted_...`, on systems that do not let them.
-fn mounting(script: &str, args: &[String]) -> Output {
+/// Runs a shell script that may mount folders in memory, with the runner as `$0` and the words of a line as `$@`. `.ci/run`
+/// leaves out the tests that need it, all named `mounted_...`, on systems that do not let them.
+fn mounting(script: &str, line: &str) -> Output {
     let mut command = Command::new("unshare");
     command.args([
         "--user",
@@ -128,16 +116,16 @@ fn mounting(script: &str, args: &[String]) -> Output {
         "sh",
         "-c",
         script,
-        RUNNER,
+        PROGRAM,
     ]);
-    command.args(args).output().unwrap()
+    command.args(words(line)).output().unwrap()
 }
 
 #[test]
 fn mounted_disk_that_is_full_is_told_and_loses_no_finished_map() {
     let folder = Folder::new();
     let maps = folder.maps(5);
-    make(&maps, &folder.arg("whole"), &[]);
+    folder.make("whole", &[SETTINGS, &maps]);
     let disk = folder.path("disk");
     fs::create_dir(&disk).unwrap();
     // Room for less than half of it; then for all.
@@ -152,7 +140,7 @@ fn mounted_disk_that_is_full_is_told_and_loses_no_finished_map() {
         disk = disk.display(),
         copy = folder.arg("copy")
     );
-    let output = mounting(&script, &args(&maps, &out));
+    let output = mounting(&script, &dataset(&maps, &out));
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{told}");
     assert!(told.contains("No space left on device"), "{told}");
@@ -168,17 +156,16 @@ fn mounted_disk_that_is_full_is_told_and_loses_no_finished_map() {
 fn file_that_may_not_grow_is_told_and_loses_no_finished_map() {
     let folder = Folder::new();
     let maps = folder.maps(3);
-    let (whole, out) = (folder.arg("whole"), folder.arg("data"));
-    make(&maps, &whole, &[]);
-    make(&maps, &out, &["--map-ids", "0-1"]);
+    folder.make("whole", &[SETTINGS, &maps]);
+    folder.make("data", &[SETTINGS, &maps, "--map-ids 0-1"]);
     // 40 blocks of 512 bytes, or of 1024 in some shells; the image of the buildings has 64 KiB.
     let output = Command::new("sh")
         .args([
             "-c",
             "trap '' XFSZ; ulimit -f 40; exec \"$0\" \"$@\"",
-            RUNNER,
+            PROGRAM,
         ])
-        .args(args(&maps, &out))
+        .args(words(&dataset(&maps, &folder.arg("data"))))
         .output()
         .unwrap();
     let told = String::from_utf8_lossy(&output.stderr);
@@ -189,7 +176,7 @@ fn file_that_may_not_grow_is_told_and_loses_no_finished_map() {
     );
     assert!(told.contains("2 whole maps are kept"), "{told}");
     assert!(!folder.path("data/map_0002").exists());
-    make(&maps, &out, &[]);
+    folder.make("data", &[SETTINGS, &maps]);
     assert_same(&files(&folder.path("whole")), &files(&folder.path("data")));
 }
 
@@ -198,8 +185,7 @@ fn folder_that_cannot_be_written_is_told() {
     let folder = Folder::new();
     let maps = folder.maps(1);
     fs::write(folder.path("file"), "").unwrap();
-    let below_a_file = args(&maps, &folder.arg("file/data"));
-    let told = fail(&below_a_file.iter().map(String::as_str).collect::<Vec<_>>());
+    let told = fail(&dataset(&maps, &folder.arg("file/data")));
     assert!(
         told.contains("cannot create") && told.contains("file/data"),
         "{told}"
@@ -216,7 +202,7 @@ fn mounted_folder_that_is_read_only_is_told() {
         "mount -t tmpfs -o ro tmpfs '{}' && exec \"$0\" \"$@\"",
         read_only.display()
     );
-    let output = mounting(&script, &args(&maps, &folder.arg("read-only/data")));
+    let output = mounting(&script, &dataset(&maps, &folder.arg("read-only/data")));
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(told.contains("Read-only file system"), "{told}");
@@ -228,13 +214,12 @@ fn mounted_folder_that_is_read_only_is_told() {
 fn map_that_vanishes_during_a_run_is_told_and_the_run_goes_on_when_it_is_back() {
     let folder = Folder::new();
     let maps = folder.maps(4);
-    make(&maps, &folder.arg("whole"), &[]);
+    folder.make("whole", &[SETTINGS, &maps]);
     // Listed when the run begins, and not there when its turn comes.
     let gone = folder.path("maps/2.json");
     fs::remove_file(&gone).unwrap();
     std::os::unix::fs::symlink("nowhere.json", &gone).unwrap();
-    let out = args(&maps, &folder.arg("data"));
-    let told = fail(&out.iter().map(String::as_str).collect::<Vec<_>>());
+    let told = fail(&dataset(&maps, &folder.arg("data")));
     assert!(
         told.contains("maps/2.json") && told.contains("No such file"),
         "{told}"
@@ -243,7 +228,7 @@ fn map_that_vanishes_during_a_run_is_told_and_the_run_goes_on_when_it_is_back() 
     assert!(!folder.path("data/manifest.json").exists());
     fs::remove_file(&gone).unwrap();
     fs::write(&gone, map(2)).unwrap();
-    make(&maps, &folder.arg("data"), &[]);
+    folder.make("data", &[SETTINGS, &maps]);
     assert_same(&files(&folder.path("whole")), &files(&folder.path("data")));
 }
 
@@ -251,18 +236,17 @@ fn map_that_vanishes_during_a_run_is_told_and_the_run_goes_on_when_it_is_back() 
 fn map_cut_short_by_somebody_else_is_told_with_its_file() {
     let folder = Folder::new();
     let maps = folder.maps(2);
-    make(&maps, &folder.arg("data"), &[]);
+    folder.make("data", &[SETTINGS, &maps]);
     let array = folder.path("data/map_0001/aps_db.npy");
     let bytes = fs::read(&array).unwrap();
     fs::write(&array, &bytes[..bytes.len() - 1]).unwrap();
-    let again = args(&maps, &folder.arg("data"));
-    let told = fail(&again.iter().map(String::as_str).collect::<Vec<_>>());
+    let told = fail(&dataset(&maps, &folder.arg("data")));
     assert!(
         told.contains("map_0001/aps_db.npy") && told.contains("remove its map folder"),
         "{told}"
     );
     fs::remove_dir_all(folder.path("data/map_0001")).unwrap();
-    make(&maps, &folder.arg("data"), &[]);
+    folder.make("data", &[SETTINGS, &maps]);
     assert_eq!(fs::read(&array).unwrap(), bytes);
 }
 
@@ -270,21 +254,20 @@ fn map_cut_short_by_somebody_else_is_told_with_its_file() {
 fn data_set_of_a_newer_format_is_refused_by_every_command() {
     let folder = Folder::new();
     let maps = folder.maps(1);
-    make(&maps, &folder.arg("data"), &[]);
+    folder.make("data", &[SETTINGS, &maps]);
     let manifest = folder.path("data/manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();
     let newer = text.replace("\"format_version\": 2", "\"format_version\": 3");
     fs::write(&manifest, newer).unwrap();
     let (data, other) = (folder.arg("data"), folder.arg("other"));
-    let again = args(&maps, &data);
     for command in [
-        again.iter().map(String::as_str).collect(),
-        vec!["info", &data],
-        vec!["verify", &data],
-        vec!["relabel", &data, "--out", &other],
-        vec!["dataset", "merge", &data, "--out", &other],
+        dataset(&maps, &data),
+        format!("info {data}"),
+        format!("verify {data}"),
+        format!("relabel {data} --out {other}"),
+        format!("dataset merge {data} --out {other}"),
     ] {
         let told = fail(&command);
-        assert!(told.contains("format version 3"), "{command:?}: {told}");
+        assert!(told.contains("format version 3"), "{command}: {told}");
     }
 }

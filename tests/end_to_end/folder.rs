@@ -1,10 +1,17 @@
 //! Folders of maps and data sets, for tests of all kinds.
 
+#[path = "../houses.rs"]
+mod houses;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
+
+pub use houses::map;
+
+use crate::succeed;
 
 /// Maps and data sets of a test; in memory where the system has a place for that, so that syncing costs nothing.
 pub struct Folder(TempDir);
@@ -31,28 +38,13 @@ impl Folder {
         }
         self.arg("maps")
     }
-}
 
-/// Three houses and a thin wall, elsewhere on each map.
-pub fn map(id: u32) -> String {
-    let shift = 7 * id;
-    let house = |x: u32, y: u32, w: u32, h: u32| {
-        let (x, y) = (x + shift, y + shift);
-        format!(
-            "[[{x},{y}],[{},{y}],[{},{}],[{x},{}],[{x},{y}]]",
-            x + w,
-            x + w,
-            y + h,
-            y + h
-        )
-    };
-    let houses = [
-        house(40, 60, 30, 20),
-        house(90, 30, 15, 60),
-        house(60, 120, 50, 12),
-        house(20, 110, 2, 40),
-    ];
-    format!("[{}]", houses.join(","))
+    /// Makes a data set of these settings; returns what was said.
+    #[track_caller]
+    pub fn make(&self, out: &str, settings: &[&str]) -> String {
+        let settings = settings.join(" ");
+        succeed(&format!("dataset {settings} --out {}", self.arg(out)))
+    }
 }
 
 /// Every file of a data set by its relative name.

@@ -7,22 +7,17 @@ use serde_json::Value;
 use crate::folder::{Folder, assert_same, files};
 use crate::{fail, succeed};
 
-fn make(folder: &Folder, more: &[&str]) {
-    let out = folder.arg("data");
-    let fixed = "dataset --maps synthetic:3 --profile smoke --store aps,paths".split(' ');
-    let fixed = fixed.chain(["--out", &out]);
-    succeed(&fixed.chain(more.iter().copied()).collect::<Vec<_>>());
-}
+const SETTINGS: &str = "--maps synthetic:3 --profile smoke --store aps,paths";
 
 fn json(folder: &Folder) -> Value {
-    serde_json::from_str(&succeed(&["info", &folder.arg("data"), "--json"])).unwrap()
+    serde_json::from_str(&succeed(&format!("info {} --json", folder.arg("data")))).unwrap()
 }
 
 #[test]
 fn finished_data_set_is_described() {
     let folder = Folder::new();
-    make(&folder, &[]);
-    let told = succeed(&["info", &folder.arg("data")]);
+    folder.make("data", &[SETTINGS]);
+    let told = succeed(&format!("info {}", folder.arg("data")));
     for part in [
         "data', finished",
         "0-2",
@@ -54,7 +49,7 @@ fn finished_data_set_is_described() {
 #[test]
 fn statistics_are_those_that_metrics_normalises_by() {
     let folder = Folder::new();
-    make(&folder, &[]);
+    folder.make("data", &[SETTINGS]);
     let json = json(&folder);
     let of_info = |name: &str| json["training_relative_power"][name].as_f64().unwrap();
     let dataset = aps_data::Dataset::open(folder.path("data")).unwrap();
@@ -78,13 +73,13 @@ fn statistics_are_those_that_metrics_normalises_by() {
 #[test]
 fn unfinished_data_set_tells_what_it_lacks_and_how_to_go_on() {
     let folder = Folder::new();
-    make(&folder, &[]);
+    folder.make("data", &[SETTINGS]);
     let expected = files(&folder.path("data"));
     fs::remove_dir_all(folder.path("data")).unwrap();
-    make(&folder, &["--shard", "1/3", "--threads", "1"]);
+    folder.make("data", &[SETTINGS, "--shard 1/3 --threads 1"]);
     let json = json(&folder);
     assert_eq!(json["missing_maps"], serde_json::json!([1, 2]));
-    let told = succeed(&["info", &folder.arg("data")]);
+    let told = succeed(&format!("info {}", folder.arg("data")));
     assert!(
         told.contains("unfinished: 2 of 3 maps are missing"),
         "{told}"
@@ -92,7 +87,7 @@ fn unfinished_data_set_tells_what_it_lacks_and_how_to_go_on() {
     let command = told
         .lines()
         .find_map(|line| line.trim().strip_prefix("cargo xtask "));
-    succeed(&command.unwrap().split(' ').collect::<Vec<_>>());
+    succeed(command.unwrap());
     assert_same(&expected, &files(&folder.path("data")));
 }
 
@@ -100,6 +95,6 @@ fn unfinished_data_set_tells_what_it_lacks_and_how_to_go_on() {
 fn folder_without_a_data_set_is_told() {
     let folder = Folder::new();
     let maps = folder.maps(1);
-    assert!(fail(&["info", &maps]).contains("neither a manifest nor a map"));
-    assert!(fail(&["info", &folder.arg("nothing")]).contains("No such file"));
+    assert!(fail(&format!("info {maps}")).contains("neither a manifest nor a map"));
+    assert!(fail(&format!("info {}", folder.arg("nothing"))).contains("No such file"));
 }

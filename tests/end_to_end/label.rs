@@ -5,16 +5,13 @@ use std::fs;
 
 use aps_label::{LabelConfig, Labeler, PathSample};
 
+use crate::folder::Folder;
 use crate::{fail, succeed};
 
 #[test]
 fn foreign_paths_become_labels() {
-    let root = tempfile::tempdir().unwrap();
-    let (paths, aps, pdp) = (
-        root.path().join("paths.json"),
-        root.path().join("aps.npy"),
-        root.path().join("pdp.npy"),
-    );
+    let folder = Folder::new();
+    let [paths, aps, pdp] = ["paths.json", "aps.npy", "pdp.npy"].map(|name| folder.arg(name));
     fs::write(
         &paths,
         r#"{"links": [{"paths": [
@@ -22,18 +19,9 @@ fn foreign_paths_become_labels() {
             {"delay_s": 2.5e-7, "arrival_azimuth_rad": -2.0, "gain_db": -90.0}]}]}"#,
     )
     .unwrap();
-    let file = |p: &std::path::Path| p.to_str().unwrap().to_owned();
-    succeed(&[
-        "label",
-        "--paths",
-        &file(&paths),
-        "--protocol",
-        "released",
-        "--out",
-        &file(&aps),
-        "--pdp",
-        &file(&pdp),
-    ]);
+    succeed(&format!(
+        "label --paths {paths} --protocol released --out {aps} --pdp {pdp}"
+    ));
 
     let read = |path| {
         let npy =
@@ -67,18 +55,12 @@ fn foreign_paths_become_labels() {
 
 #[test]
 fn bad_lists_are_told() {
-    let root = tempfile::tempdir().unwrap();
-    let paths = root.path().join("paths.json");
-    let out = root.path().join("aps.npy");
+    let folder = Folder::new();
+    let (paths, out) = (folder.arg("paths.json"), folder.path("aps.npy"));
+    let line = format!("label --paths {paths} --out {}", folder.arg("aps.npy"));
     let run = |text: &str| {
         fs::write(&paths, text).unwrap();
-        fail(&[
-            "label",
-            "--paths",
-            paths.to_str().unwrap(),
-            "--out",
-            out.to_str().unwrap(),
-        ])
+        fail(&line)
     };
     assert!(run("[]").contains("expected"), "shape");
     assert!(
@@ -120,12 +102,6 @@ fn bad_lists_are_told() {
             good.replace("0.5", azimuth)
         );
         fs::write(&paths, list).unwrap();
-        succeed(&[
-            "label",
-            "--paths",
-            paths.to_str().unwrap(),
-            "--out",
-            out.to_str().unwrap(),
-        ]);
+        succeed(&line);
     }
 }

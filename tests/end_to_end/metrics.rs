@@ -47,9 +47,8 @@ fn argument(path: &Path) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-fn json(args: &[&str]) -> Value {
-    let args: Vec<&str> = args.iter().copied().chain(["--format", "json"]).collect();
-    serde_json::from_str(&succeed(&args)).unwrap()
+fn json(line: &str) -> Value {
+    serde_json::from_str(&succeed(&format!("{line} --format json"))).unwrap()
 }
 
 /// Mean of a metric over all samples.
@@ -83,14 +82,11 @@ fn perfect_prediction_in_every_format() {
     let wide: Vec<f64> = spectra.iter().copied().map(f64::from).collect();
     let prediction = folder.write("prediction.npy", &[7, 180], &wide);
     let map_ids = folder.write("ids.npy", &[7], &[46_u32, 46, 46, 50, 50, 47, 47]);
-    let args = |format: &'static str| {
-        let [t, p, m] = [&truth, &prediction, &map_ids].map(String::as_str);
-        let files = ["--truth", t, "--prediction", p, "--map-ids", m];
-        let more = ["--protocol", "paper", "--format", format];
-        succeed(&[&["metrics"], &files[..], &more[..]].concat())
-    };
+    let files = format!("--truth {truth} --prediction {prediction} --map-ids {map_ids}");
+    let line = format!("metrics {files} --protocol paper");
+    let scored = |format: &str| succeed(&format!("{line} --format {format}"));
 
-    let scores: Value = serde_json::from_str(&args("json")).unwrap();
+    let scores = json(&line);
     assert_perfect(&scores);
     assert_eq!(mean(&scores, "hit_2deg"), 1.0);
     assert_eq!(mean(&scores, "mirror_hit_2deg"), 1.0);
@@ -101,7 +97,7 @@ fn perfect_prediction_in_every_format() {
     assert_eq!(maps[0]["group"]["samples"], 3);
     assert_eq!(mean_of(&maps[2]["group"], "hit_4deg"), 1.0);
 
-    let text = args("csv");
+    let text = scored("csv");
     let mut csv = csv::Reader::from_reader(text.as_bytes());
     let column = |name: &str, headers: &csv::StringRecord| {
         headers.iter().position(|h| h == name).expect("a column")
@@ -113,13 +109,13 @@ fn perfect_prediction_in_every_format() {
     let cosine = records.iter().find(|r| &r[metric] == "cosine").unwrap();
     assert!((cosine[median].parse::<f64>().unwrap() - 1.0).abs() < 1e-12);
 
-    let table = args("table");
+    let table = scored("table");
     let heading = table.lines().find(|line| line.contains("MAE")).unwrap();
     let places = PAPER_COLUMNS.map(|name| heading.find(name).expect(name));
     assert!(places.is_sorted(), "{heading}");
     assert!(table.contains("map 47"), "{table}");
 
-    let markdown = args("markdown");
+    let markdown = scored("markdown");
     let rows: Vec<Vec<&str>> = markdown
         .lines()
         .take_while(|line| line.starts_with('|'))
@@ -141,8 +137,9 @@ fn a_given_range_shifts_psnr() {
     let shifted: Vec<f32> = spectra.iter().map(|x| x + 0.1).collect();
     let truth = folder.write("truth.npy", &[3, 180], &spectra);
     let prediction = folder.write("prediction.npy", &[3, 180], &shifted);
-    let args = ["metrics", "--truth", &truth, "--prediction", &prediction];
-    let scores = json(&[&args[..], &["--data-range", "10"]].concat());
+    let scores = json(&format!(
+        "metrics --truth {truth} --prediction {prediction} --data-range 10"
+    ));
     assert!((mean(&scores, "psnr_db") - 40.0).abs() < 1e-4);
     assert_eq!(scores["protocol"], "released");
 }
@@ -155,8 +152,8 @@ fn rejected_samples_are_shouted() {
     broken[2 * 180 + 5] = f32::NAN;
     let truth = folder.write("truth.npy", &[4, 180], &spectra);
     let prediction = folder.write("prediction.npy", &[4, 180], &broken);
-    let args = ["metrics", "--truth", &truth, "--prediction", &prediction];
-    let output = xtask(&args);
+    let line = format!("metrics --truth {truth} --prediction {prediction}");
+    let output = xtask(&line);
     let (out, err) = (
         String::from_utf8(output.stdout).unwrap(),
         String::from_utf8(output.stderr).unwrap(),
@@ -167,12 +164,12 @@ fn rejected_samples_are_shouted() {
         err.contains("1 of 4") && err.contains("sample 2, bin 5"),
         "{err}"
     );
-    let scores = json(&args);
+    let scores = json(&line);
     assert_eq!(scores["rejected"], 1);
     assert_eq!(scores["first_rejected"][0]["sample"], 2);
 
     let nothing = folder.write("nothing.npy", &[4, 180], &[f32::NAN; 4 * 180]);
-    let error = fail(&["metrics", "--truth", &truth, "--prediction", &nothing]);
+    let error = fail(&format!("metrics --truth {truth} --prediction {nothing}"));
     assert!(error.contains("none of 4 samples"), "{error}");
 }
 
@@ -180,13 +177,14 @@ fn rejected_samples_are_shouted() {
 fn what_does_not_fit_is_told() {
     let folder = Folder::new();
     let truth = folder.write("truth.npy", &[7, 180], &lobes(7));
-    let refused = |prediction: &str, more: &[&str]| {
-        let args = ["metrics", "--truth", &truth, "--prediction", prediction];
-        fail(&[&args[..], more].concat())
+    let refused = |prediction: &str| {
+        fail(&format!(
+            "metrics --truth {truth} --prediction {prediction}"
+        ))
     };
 
     let short = folder.write("short.npy", &[6, 180], &lobes(6));
-    let error = refused(&short, &[]);
+    let error = refused(&short);
     assert!(
         error.contains("(7, 180)") && error.contains("(6, 180)"),
         "{error}"
@@ -194,7 +192,7 @@ fn what_does_not_fit_is_told() {
     assert!(error.contains("same samples"), "{error}");
 
     let deep = folder.write("deep.npy", &[7, 180, 1], &lobes(7));
-    let error = refused(&deep, &[]);
+    let error = refused(&deep);
     assert!(
         error.contains("(7, 180, 1)") && error.contains("(7, 180)"),
         "{error}"
@@ -202,30 +200,28 @@ fn what_does_not_fit_is_told() {
     assert!(error.contains("reshape"), "{error}");
 
     let whole = folder.write("whole.npy", &[7, 180], &[1_u32; 7 * 180]);
-    assert!(refused(&whole, &[]).contains("astype"));
+    assert!(refused(&whole).contains("astype"));
 
     let text = folder.path("text.npy");
     fs::write(&text, "1, 2, 3, 4, 5, 6, 7").unwrap();
-    assert!(refused(&argument(&text), &[]).contains("not an .npy file"));
+    assert!(refused(&argument(&text)).contains("not an .npy file"));
 
     let bytes = fs::read(folder.path("truth.npy")).unwrap();
     let twice = folder.path("twice.npy");
     fs::write(&twice, [&bytes[..], &bytes].concat()).unwrap();
-    let error = refused(&argument(&twice), &[]);
+    let error = refused(&argument(&twice));
     assert!(error.contains("more than one array"), "{error}");
 
     let bytes = fs::read(folder.path("short.npy")).unwrap();
     let cut = folder.path("cut.npy");
     fs::write(&cut, &bytes[..bytes.len() - 4]).unwrap();
-    assert!(refused(&argument(&cut), &[]).contains("truncated"));
+    assert!(refused(&argument(&cut)).contains("truncated"));
 
-    let error = refused(
-        &truth,
-        &["--map-ids", &folder.write("i.npy", &[3], &[1_u32; 3])],
-    );
+    let ids = folder.write("i.npy", &[3], &[1_u32; 3]);
+    let error = refused(&format!("{truth} --map-ids {ids}"));
     assert!(error.contains("3 map ids for 7 samples"), "{error}");
-    assert!(refused(&truth, &["--split", "test"]).contains("for a data set"));
-    assert!(refused(&truth, &["--data-range", "0"]).contains("positive"));
+    assert!(refused(&format!("{truth} --split test")).contains("for a data set"));
+    assert!(refused(&format!("{truth} --data-range 0")).contains("positive"));
 }
 
 /// Linear relative power of all labels of a part, row after row.
@@ -255,7 +251,7 @@ fn data_set_as_truth() {
     let folder = Folder::new();
     let root = folder.path("data");
     let truth = argument(&root);
-    succeed(&["dataset", "--profile", "smoke", "--out", &truth]);
+    succeed(&format!("dataset --profile smoke --out {truth}"));
     let dataset = Dataset::open(&root).unwrap();
     let (mean, std) = mean_std(&linear(&dataset, Part::Train));
     let test = linear(&dataset, Part::Test);
@@ -272,37 +268,33 @@ fn data_set_as_truth() {
     let paper = folder.write("paper.npy", &shape, &paper);
     let released = folder.write("released.npy", &shape, &released);
     let linear_file = folder.write("linear.npy", &shape, &test);
-    let args = |prediction| ["metrics", "--truth", &truth, "--prediction", prediction];
+    let line = |prediction: &str| format!("metrics --truth {truth} --prediction {prediction}");
 
     // The protocol of the labels is the default.
-    let scores = json(&args(&released));
+    let scores = json(&line(&released));
     assert_perfect(&scores);
     assert_eq!(scores["protocol"], "released");
     assert_eq!(scores["report"]["maps"][0]["map_id"], 1);
     let trained = scores["truth"]["training"]["mean"].as_f64().unwrap();
     assert!((trained - mean).abs() < 1e-12);
-    assert_perfect(&json(
-        &[&args(&paper)[..], &["--protocol", "paper"]].concat(),
-    ));
-    assert_perfect(&json(
-        &[&args(&linear_file)[..], &["--domain", "linear"]].concat(),
-    ));
+    assert_perfect(&json(&(line(&paper) + " --protocol paper")));
+    assert_perfect(&json(&(line(&linear_file) + " --domain linear")));
 
     // The wrong target has the right shape of each spectrum, and is far off.
-    let scores = json(&args(&linear_file));
+    let scores = json(&line(&linear_file));
     assert!(self::mean(&scores, "mae") > 0.1);
 
     let short = [shape[0] - 1, 180];
     let short_file = folder.write("short.npy", &short, &test[180..]);
-    let error = fail(&args(&short_file));
+    let error = fail(&line(&short_file));
     for [samples, bins] in [shape, short] {
         assert!(error.contains(&format!("({samples}, {bins})")), "{error}");
     }
     assert!(error.contains("Test maps [1]"), "{error}");
     // Two maps have none to develop on.
-    let error = fail(&[&args(&released)[..], &["--split", "develop"]].concat());
+    let error = fail(&(line(&released) + " --split develop"));
     assert!(error.contains("no sample"), "{error}");
     let ids = folder.write("ids.npy", &[shape[0]], &vec![1_u32; shape[0]]);
-    let error = fail(&[&args(&released)[..], &["--map-ids", &ids]].concat());
+    let error = fail(&format!("{} --map-ids {ids}", line(&released)));
     assert!(error.contains("knows its maps"), "{error}");
 }

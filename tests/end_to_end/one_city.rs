@@ -8,24 +8,10 @@ use crate::folder::Folder;
 use crate::{fail, succeed};
 
 /// Makes a small data set of a file or folder; returns what was said and the set pixels of its images.
-fn make(folder: &Folder, maps: &str, out: &str, more: &[&str]) -> (String, usize) {
-    let data = folder.arg(out);
-    let fixed = [
-        "--profile",
-        "smoke",
-        "--tx-per-map",
-        "3",
-        "--rx-per-map",
-        "30",
-    ];
-    let args = [
-        &["dataset", "--maps", maps, "--out", &data],
-        &fixed[..],
-        more,
-    ]
-    .concat();
-    let said = succeed(&args);
-    let dataset = Dataset::open(&data).unwrap();
+fn make(folder: &Folder, maps: &str, out: &str, more: &str) -> (String, usize) {
+    let settings = "--profile smoke --tx-per-map 3 --rx-per-map 30 --maps";
+    let said = folder.make(out, &[settings, maps, more]);
+    let dataset = Dataset::open(folder.path(out)).unwrap();
     let maps = dataset.manifest().maps.iter();
     let set = maps.map(|map| {
         dataset
@@ -70,13 +56,13 @@ fn holes_in_any_place_are_drawn_as_they_are_traced() {
         "yard.geojson",
         &format!("[{},{}]", square(20, 70), square(30, 60)),
     );
-    let (_, right) = make(&folder, &yard, "yard", &["--metric"]);
+    let (_, right) = make(&folder, &yard, "yard", "--metric");
     let swapped = city(
         &folder,
         "swapped.geojson",
         &format!("[{},{}]", square(30, 60), square(20, 70)),
     );
-    let (said, found) = make(&folder, &swapped, "swapped", &["--metric"]);
+    let (said, found) = make(&folder, &swapped, "swapped", "--metric");
     assert_eq!(found, right);
     assert!(said.contains("1 holes taken for outer rings"), "{said}");
     let shapes = [
@@ -93,17 +79,13 @@ fn holes_in_any_place_are_drawn_as_they_are_traced() {
     ];
     for (name, rings, house) in shapes {
         let file = city(&folder, &format!("{name}.geojson"), &rings);
-        let (_, set) = make(&folder, &file, name, &["--metric"]);
+        let (_, set) = make(&folder, &file, name, "--metric");
         // 6 x 6 pixels are the small house.
         assert!(house == 0 || set == house + 36, "{name}: {set}");
-        let whole = succeed(&[
-            "verify",
-            &folder.arg(name),
-            "--maps",
-            &file,
-            "--sample",
-            "20",
-        ]);
+        let whole = succeed(&format!(
+            "verify {} --maps {file} --sample 20",
+            folder.arg(name)
+        ));
         assert!(whole.contains("is as it should be"), "{name}: {whole}");
     }
 }
@@ -117,12 +99,12 @@ fn slit_is_closed_unless_told_otherwise_and_verify_knows() {
     let text = format!("[{},{}]", house(40.0, 120.0), house(120.01, 200.0));
     fs::write(folder.path("maps/0.json"), text).unwrap();
     let maps = folder.arg("maps");
-    let (said, _) = make(&folder, &maps, "closed", &[]);
+    let (said, _) = make(&folder, &maps, "closed", "");
     assert!(said.contains("map 0: 1 gaps closed"), "{said}");
-    let (said, _) = make(&folder, &maps, "open", &["--close-gaps", "0"]);
+    let (said, _) = make(&folder, &maps, "open", "--close-gaps 0");
     assert!(!said.contains("gaps"), "{said}");
     for (data, width_m) in [("closed", 0.04), ("open", 0.0)] {
-        succeed(&["verify", &folder.arg(data), "--maps", &maps]);
+        succeed(&format!("verify {} --maps {maps}", folder.arg(data)));
         let dataset = Dataset::open(folder.path(data)).unwrap();
         assert_eq!(
             dataset.manifest().configuration["scene"]["close_gaps_m"],
@@ -130,19 +112,10 @@ fn slit_is_closed_unless_told_otherwise_and_verify_knows() {
         );
     }
     let map = folder.arg("maps/0.json");
-    let through = [
-        "trace",
-        "--map",
-        &map,
-        "--tx",
-        "120.005,60",
-        "--rx",
-        "120.005,180",
-        "--max-reflections",
-        "0",
-    ];
+    let limits = "--tx 120.005,60 --rx 120.005,180 --max-reflections 0";
+    let through = format!("trace --map {map} {limits}");
     assert!(!succeed(&through).contains("  LoS"));
-    assert!(succeed(&[&through[..], &["--close-gaps", "0"]].concat()).contains("  LoS"));
-    let error = fail(&[&through[..], &["--close-gaps=-1"]].concat());
+    assert!(succeed(&format!("{through} --close-gaps 0")).contains("  LoS"));
+    let error = fail(&format!("{through} --close-gaps=-1"));
     assert!(error.contains("no width in metres"), "{error}");
 }

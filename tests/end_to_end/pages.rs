@@ -1,29 +1,16 @@
 //! `explain` and `gallery`: what the pages say is what the crates compute, and every picture is well formed.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use aps_data::Dataset;
 use aps_label::{LabelConfig, Labeler, PathSample};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Scene, TraceConfig, Tracer};
 
+use crate::folder::Folder;
 use crate::{fail, succeed};
 
-fn dataset(root: &Path, store: &str) -> PathBuf {
-    let out = root.join(format!("data-{}", store.replace(',', "-")));
-    let name = out.to_str().unwrap();
-    succeed(&[
-        "dataset",
-        "--profile",
-        "smoke",
-        "--store",
-        store,
-        "--out",
-        name,
-    ]);
-    out
-}
+const SETTINGS: &str = "--profile smoke --store";
 
 /// Number of pictures in a page, each parsed.
 #[track_caller]
@@ -65,22 +52,13 @@ fn number(cell: &str) -> f64 {
 
 #[test]
 fn table_of_paths_holds_what_the_tracer_found() {
-    let root = tempfile::tempdir().unwrap();
-    let map = root.path().join("house.json");
+    let folder = Folder::new();
+    let (map, page) = (folder.arg("house.json"), folder.arg("link.html"));
     let house = "[[[100,100],[120,100],[120,110],[100,110],[100,100]]]";
     fs::write(&map, house).unwrap();
-    let page = root.path().join("link.html");
-    succeed(&[
-        "explain",
-        "--map",
-        map.to_str().unwrap(),
-        "--tx",
-        "90,130",
-        "--rx",
-        "120,120",
-        "--out",
-        page.to_str().unwrap(),
-    ]);
+    succeed(&format!(
+        "explain --map {map} --tx 90,130 --rx 120,120 --out {page}"
+    ));
     let page = fs::read_to_string(page).unwrap();
     assert_eq!(pictures_in(&page), 2);
 
@@ -149,18 +127,17 @@ fn table_of_paths_holds_what_the_tracer_found() {
 
 #[test]
 fn stored_and_retraced_paths_make_the_same_page() {
-    let root = tempfile::tempdir().unwrap();
-    let stored = dataset(root.path(), "aps,paths");
-    let bare = dataset(root.path(), "aps");
-    let page = |data: &Path, name: &str| {
-        let out = root.path().join(name);
-        let (data, file) = (data.to_str().unwrap(), out.to_str().unwrap());
-        succeed(&["explain", data, "--link", "1,2,5", "--out", file]);
+    let folder = Folder::new();
+    folder.make("stored", &[SETTINGS, "aps,paths"]);
+    folder.make("bare", &[SETTINGS, "aps"]);
+    let page = |data: &str| {
+        let (data, out) = (folder.arg(data), folder.arg(&format!("{data}.svg")));
+        succeed(&format!("explain {data} --link 1,2,5 --out {out}"));
         fs::read_to_string(out).unwrap()
     };
     // The synthetic city is known from the manifest.
-    let again = page(&bare, "again.svg");
-    assert!(page(&stored, "stored.svg") == again);
+    let again = page("bare");
+    assert!(page("stored") == again);
     let document = roxmltree::Document::parse(&again).unwrap();
     assert!(document.descendants().any(|n| n.has_attribute("data-path")));
     assert!(
@@ -171,18 +148,17 @@ fn stored_and_retraced_paths_make_the_same_page() {
 
 #[test]
 fn gallery_shows_links_and_counts_all() {
-    let root = tempfile::tempdir().unwrap();
-    let data = dataset(root.path(), "aps,pdp,paths");
-    let out = root.path().join("gallery.html");
-    let (data_arg, file) = (data.to_str().unwrap(), out.to_str().unwrap());
-    let show = |more: &[&str]| {
-        succeed(&[&["gallery", data_arg, "--out", file], more].concat());
-        fs::read_to_string(&out).unwrap()
+    let folder = Folder::new();
+    folder.make("data", &[SETTINGS, "aps,pdp,paths"]);
+    let show = |more: &str| {
+        let (data, out) = (folder.arg("data"), folder.arg("gallery.html"));
+        succeed(&format!("gallery {data} --out {out} {more}"));
+        fs::read_to_string(out).unwrap()
     };
-    let page = show(&["--count", "3"]);
+    let page = show("--count 3");
     assert_eq!(
         page,
-        show(&["--count", "3"]),
+        show("--count 3"),
         "the same seed shows the same links"
     );
     // Five of statistics, three a link.
@@ -190,7 +166,10 @@ fn gallery_shows_links_and_counts_all() {
     assert!(page.len() < 400_000, "{} bytes", page.len());
     assert!(!page.contains("<script") && !page.contains("NaN"));
 
-    let manifest = Dataset::open(&data).unwrap().manifest().clone();
+    let manifest = Dataset::open(folder.path("data"))
+        .unwrap()
+        .manifest()
+        .clone();
     let valid = manifest.totals.status["valid"];
     assert!(
         page.contains(&format!("Over all {valid} links with a label")),
@@ -212,7 +191,7 @@ fn gallery_shows_links_and_counts_all() {
         &shown[..40]
     );
 
-    let page = show(&["--links", "0,1,2", "1,3,19", "--sample", "50"]);
+    let page = show("--links 0,1,2 1,3,19 --sample 50");
     assert!(page.contains("Map 1, transmitter 3, receiver 19"));
     assert!(page.contains("random sample of 50 of the"));
     assert_eq!(pictures_in(&page), 5 + 2 * 3);
@@ -220,27 +199,23 @@ fn gallery_shows_links_and_counts_all() {
 
 #[test]
 fn links_that_are_not_there_are_told() {
-    let root = tempfile::tempdir().unwrap();
-    let data = dataset(root.path(), "aps");
-    let data = data.to_str().unwrap();
-    let maps = root.path().join("maps");
-    fs::create_dir(&maps).unwrap();
-    fs::write(maps.join("0.json"), "[[[0,0],[10,0],[10,10]]]").unwrap();
-    let maps = maps.to_str().unwrap();
-    let out = root.path().join("x.html");
-    let out = out.to_str().unwrap();
+    let folder = Folder::new();
+    folder.make("data", &[SETTINGS, "aps"]);
+    let maps = folder.maps(0);
+    fs::write(folder.path("maps/0.json"), "[[[0,0],[10,0],[10,10]]]").unwrap();
+    let (data, out) = (folder.arg("data"), folder.arg("x.html"));
 
-    let error = fail(&["explain", data, "--link", "0,9,1", "--out", out]);
+    let error = fail(&format!("explain {data} --link 0,9,1 --out {out}"));
     assert!(error.contains("no link from transmitter 9"), "{error}");
-    let error = fail(&["explain", data, "--link", "0;1", "--out", out]);
+    let error = fail(&format!("explain {data} --link 0;1 --out {out}"));
     assert!(error.contains("MAP,TX,RX"), "{error}");
-    let error = fail(&["explain", data, "--link", "0,1,1", "--out", "x.png"]);
+    let error = fail(&format!("explain {data} --link 0,1,1 --out x.png"));
     assert!(error.contains(".html or .svg"), "{error}");
-    let error = fail(&[
-        "explain", data, "--link", "0,1,1", "--maps", maps, "--out", out,
-    ]);
+    let error = fail(&format!(
+        "explain {data} --link 0,1,1 --maps {maps} --out {out}"
+    ));
     assert!(error.contains("buildings differ"), "{error}");
-    let error = fail(&["gallery", data, "--links", "7,0,0", "--out", out]);
+    let error = fail(&format!("gallery {data} --links 7,0,0 --out {out}"));
     assert!(error.contains("no map 7"), "{error}");
-    assert!(fail(&["explain", "--out", out]).contains("name a link"));
+    assert!(fail(&format!("explain --out {out}")).contains("name a link"));
 }

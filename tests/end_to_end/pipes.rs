@@ -81,14 +81,14 @@ fn every_command_ends_as_if_it_had_been_read() {
             "{form}: no picture"
         );
     }
-    assert!(succeed(&["verify", &shard, "--maps", &maps]).contains("as it should be"));
+    assert!(succeed(&format!("verify {shard} --maps {maps}")).contains("as it should be"));
 }
 
 #[test]
 fn findings_that_nobody_reads_are_findings() {
     let folder = Folder::new();
     let out = folder.arg("made");
-    succeed(&["dataset", "--profile", "smoke", "--out", &out]);
+    succeed(&format!("dataset --profile smoke --out {out}"));
     let file = folder.path("made/map_0000/aps_db.npy");
     let mut bytes = fs::read(&file).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
@@ -124,5 +124,5 @@ fn a_full_disk_behind_the_output_is_told_and_the_data_set_is_whole() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("cannot write to standard output"), "{said}");
-    assert!(xtask(&["verify", &out]).status.success());
+    assert!(xtask(&format!("verify {out}")).status.success());
 }

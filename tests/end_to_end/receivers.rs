@@ -9,16 +9,13 @@ use crate::folder::{Folder, files};
 use crate::succeed;
 
 /// Makes a data set of one map with limits so low that many points are out of reach.
-fn make(folder: &Folder, maps: &str, out: &str, [tx, rx]: [u32; 2], more: &[&str]) -> String {
-    let data = folder.arg(out);
-    let fixed = "dataset --profile smoke --max-reflections 1 --max-diffractions 0 \
-        --max-fallback-diffractions 0 --store aps,paths";
-    let (tx, rx) = (tx.to_string(), rx.to_string());
-    let sizes = ["--tx-per-map", &tx, "--rx-per-map", &rx];
-    let args = fixed
-        .split_whitespace()
-        .chain([&["--maps", maps, "--out", &data], &sizes[..]].concat());
-    succeed(&args.chain(more.iter().copied()).collect::<Vec<_>>())
+fn make(folder: &Folder, maps: &str, out: &str, [tx, rx]: [u32; 2], more: &str) -> String {
+    let limits = "--max-reflections 1 --max-diffractions 0 --max-fallback-diffractions 0";
+    let sizes = format!("--tx-per-map {tx} --rx-per-map {rx} --store aps,paths");
+    folder.make(
+        out,
+        &["--profile smoke", limits, &sizes, "--maps", maps, more],
+    )
 }
 
 fn map(folder: &Folder, data: &str) -> MapData {
@@ -48,7 +45,7 @@ fn maps_with_yard(folder: &Folder) -> String {
 fn each_transmitter_has_the_first_points_it_reaches() {
     let folder = Folder::new();
     let maps = folder.maps(1);
-    let said = make(&folder, &maps, "reached", [6, 40], &["--threads", "1"]);
+    let said = make(&folder, &maps, "reached", [6, 40], "--threads 1");
     assert!(
         said.contains("100.000 %") && said.contains("not reached"),
         "{said}"
@@ -64,7 +61,7 @@ fn each_transmitter_has_the_first_points_it_reaches() {
     assert!((1..6).any(|tx| of_tx(tx) != of_tx(0)));
 
     // The points passed over are just those without a path.
-    make(&folder, &maps, "all", [6, 160], &["--receivers", "outdoor"]);
+    make(&folder, &maps, "all", [6, 160], "--receivers outdoor");
     let all = map(&folder, "all");
     assert_eq!((&all.tx_m, &all.rx_m), (&reached.tx_m, &reached.rx_m));
     for tx in 0..6 {
@@ -77,7 +74,7 @@ fn each_transmitter_has_the_first_points_it_reaches() {
 fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() {
     let folder = Folder::new();
     let maps = maps_with_yard(&folder);
-    let said = make(&folder, &maps, "data", [40, 40], &[]);
+    let said = make(&folder, &maps, "data", [40, 40], "");
     assert!(
         said.contains("missing") && said.contains("enclosed"),
         "{said}"
@@ -92,7 +89,7 @@ fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() 
             .unwrap()
             > 0
     );
-    let told = succeed(&["verify", &folder.arg("data"), "--maps", &maps]);
+    let told = succeed(&format!("verify {} --maps {maps}", folder.arg("data")));
     assert!(told.contains("as it should be"), "{told}");
 }
 
@@ -100,23 +97,21 @@ fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() 
 fn threads_and_shards_give_the_same_bytes() {
     let folder = Folder::new();
     let maps = folder.maps(2);
-    make(&folder, &maps, "one", [6, 40], &["--threads", "1"]);
-    make(&folder, &maps, "two", [6, 40], &["--threads", "2"]);
+    make(&folder, &maps, "one", [6, 40], "--threads 1");
+    make(&folder, &maps, "two", [6, 40], "--threads 2");
     let of = |name: &str| {
         let mut files = files(&folder.path(name));
         files.remove(".lock");
         files
     };
     assert_eq!(of("one"), of("two"));
-    for shard in ["2/2", "1/2"] {
-        make(&folder, &maps, "shards", [6, 40], &["--shard", shard]);
+    for shard in ["--shard 2/2", "--shard 1/2"] {
+        make(&folder, &maps, "shards", [6, 40], shard);
     }
-    succeed(&[
-        "dataset",
-        "merge",
-        &folder.arg("shards"),
-        "--out",
-        &folder.arg("merged"),
-    ]);
+    succeed(&format!(
+        "dataset merge {} --out {}",
+        folder.arg("shards"),
+        folder.arg("merged")
+    ));
     assert_eq!(of("one"), of("merged"));
 }

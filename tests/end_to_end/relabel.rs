@@ -9,22 +9,11 @@ use half::f16;
 use crate::folder::{Folder, assert_same, files};
 use crate::{fail, succeed};
 
-fn make(folder: &Folder, out: &str, more: &[&str]) {
-    let out = folder.arg(out);
-    let fixed = "dataset --maps synthetic:3 --profile smoke --threads 1".split(' ');
-    let fixed = fixed.chain(["--out", &out]);
-    succeed(&fixed.chain(more.iter().copied()).collect::<Vec<_>>());
-}
+const SETTINGS: &str = "--maps synthetic:3 --profile smoke --threads 1 --store";
 
-fn relabel(folder: &Folder, from: &str, out: &str, more: &[&str]) {
+fn relabel(folder: &Folder, from: &str, out: &str, more: &str) {
     let [from, out] = [from, out].map(|name| folder.arg(name));
-    let fixed = ["relabel", &from, "--out", &out];
-    succeed(
-        &fixed
-            .into_iter()
-            .chain(more.iter().copied())
-            .collect::<Vec<_>>(),
-    );
+    succeed(&format!("relabel {from} --out {out} {more}"));
 }
 
 fn arrays(folder: &Folder, name: &str) -> BTreeMap<String, Vec<u8>> {
@@ -36,45 +25,32 @@ fn arrays(folder: &Folder, name: &str) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn same_settings_give_the_same_bytes() {
     let folder = Folder::new();
-    make(&folder, "traced", &["--store", "aps,pdp,paths"]);
-    relabel(&folder, "traced", "same", &["--threads", "2"]);
+    folder.make("traced", &[SETTINGS, "aps,pdp,paths"]);
+    relabel(&folder, "traced", "same", "--threads 2");
     assert_same(&files(&folder.path("traced")), &files(&folder.path("same")));
 }
 
 #[test]
 fn other_protocol_gives_the_labels_of_a_fresh_trace_and_back() {
     let folder = Folder::new();
-    make(&folder, "released", &["--store", "aps,paths"]);
-    make(
-        &folder,
-        "paper",
-        &["--store", "aps,pdp,paths", "--protocol", "paper"],
-    );
-    let to_paper = ["--protocol", "paper", "--store", "aps,pdp,paths"];
-    relabel(&folder, "released", "relabelled", &to_paper);
+    folder.make("released", &[SETTINGS, "aps,paths"]);
+    folder.make("paper", &[SETTINGS, "aps,pdp,paths --protocol paper"]);
+    let to_paper = "--protocol paper --store aps,pdp,paths";
+    relabel(&folder, "released", "relabelled", to_paper);
     assert_same(&arrays(&folder, "paper"), &arrays(&folder, "relabelled"));
-    let back = ["--protocol", "released", "--store", "aps,paths"];
-    relabel(&folder, "relabelled", "back", &back);
+    let back = "--protocol released --store aps,paths";
+    relabel(&folder, "relabelled", "back", back);
     assert_same(&arrays(&folder, "released"), &arrays(&folder, "back"));
-    succeed(&["verify", &folder.arg("relabelled"), "--sample", "40"]);
+    succeed(&format!("verify {} --sample 40", folder.arg("relabelled")));
 }
 
 #[test]
 fn circular_array_sees_what_the_crate_computes() {
     let folder = Folder::new();
-    make(&folder, "traced", &["--store", "aps,paths"]);
-    let array = ["--array", "uca", "--elements", "12", "--spacing", "0.4"];
-    let more = [
-        "--fs-hz",
-        "1e8",
-        "--delay-points",
-        "65",
-        "--last-delay-s",
-        "2e-6",
-        "--store",
-        "aps",
-    ];
-    relabel(&folder, "traced", "uca", &[&array[..], &more].concat());
+    folder.make("traced", &[SETTINGS, "aps,paths"]);
+    let array = "--array uca --elements 12 --spacing 0.4 --fs-hz 1e8";
+    let more = "--delay-points 65 --last-delay-s 2e-6 --store aps";
+    relabel(&folder, "traced", "uca", &format!("{array} {more}"));
     let mut config = LabelConfig {
         sampling_rate_hz: 1e8,
         array: Array::UniformCircular {
@@ -134,19 +110,19 @@ fn circular_array_sees_what_the_crate_computes() {
 #[test]
 fn killed_relabelling_is_continued() {
     let folder = Folder::new();
-    make(&folder, "traced", &["--store", "aps,paths"]);
-    relabel(&folder, "traced", "whole", &["--fs-hz", "1e8"]);
-    relabel(&folder, "traced", "resumed", &["--fs-hz", "1e8"]);
+    folder.make("traced", &[SETTINGS, "aps,paths"]);
+    relabel(&folder, "traced", "whole", "--fs-hz 1e8");
+    relabel(&folder, "traced", "resumed", "--fs-hz 1e8");
     // As if it had been stopped before its last map.
     std::fs::remove_file(folder.path("resumed/manifest.json")).unwrap();
     std::fs::remove_dir_all(folder.path("resumed/map_0002")).unwrap();
-    relabel(&folder, "traced", "resumed", &["--fs-hz", "1e8"]);
+    relabel(&folder, "traced", "resumed", "--fs-hz 1e8");
     assert_same(
         &files(&folder.path("whole")),
         &files(&folder.path("resumed")),
     );
     let [from, out] = ["traced", "resumed"].map(|name| folder.arg(name));
-    let told = fail(&["relabel", &from, "--out", &out, "--fs-hz", "2e8"]);
+    let told = fail(&format!("relabel {from} --out {out} --fs-hz 2e8"));
     let difference = "configuration.label.sampling_rate_hz is 100000000.0 there, 200000000.0 here";
     assert!(told.contains(difference), "{told}");
 }
@@ -154,23 +130,22 @@ fn killed_relabelling_is_continued() {
 #[test]
 fn a_folder_that_cannot_be_made_is_not_laid_to_the_source() {
     let folder = Folder::new();
-    make(&folder, "source", &["--store", "aps,paths"]);
+    folder.make("source", &[SETTINGS, "aps,paths"]);
     std::fs::write(folder.path("file"), "").unwrap();
     let [source, out] = ["source", "file/new"].map(|name| folder.arg(name));
-    let told = fail(&["relabel", &source, "--out", &out]);
+    let told = fail(&format!("relabel {source} --out {out}"));
     assert!(told.contains(&out) && !told.contains(&source), "{told}");
 }
 
 #[test]
 fn data_set_without_paths_says_how_to_make_one_with_them() {
     let folder = Folder::new();
-    make(&folder, "labels", &[]);
-    let told = fail(&[
-        "relabel",
-        &folder.arg("labels"),
-        "--out",
-        &folder.arg("new"),
-    ]);
+    folder.make("labels", &["--maps synthetic:3 --profile smoke"]);
+    let told = fail(&format!(
+        "relabel {} --out {}",
+        folder.arg("labels"),
+        folder.arg("new")
+    ));
     assert!(told.contains("stores no paths"), "{told}");
     assert!(
         told.contains("cargo xtask dataset --store aps,paths"),
@@ -182,17 +157,16 @@ fn data_set_without_paths_says_how_to_make_one_with_them() {
 #[test]
 fn damaged_source_is_not_given_new_checksums() {
     let folder = Folder::new();
-    make(&folder, "traced", &["--store", "aps,paths"]);
+    folder.make("traced", &[SETTINGS, "aps,paths"]);
     let array = folder.path("traced/map_0001/path_delay_s.npy");
     let mut bytes = std::fs::read(&array).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     std::fs::write(&array, bytes).unwrap();
-    let told = fail(&[
-        "relabel",
-        &folder.arg("traced"),
-        "--out",
-        &folder.arg("new"),
-    ]);
+    let told = fail(&format!(
+        "relabel {} --out {}",
+        folder.arg("traced"),
+        folder.arg("new")
+    ));
     assert!(
         told.contains("map_0001/path_delay_s.npy") && told.contains("SHA-256"),
         "{told}"

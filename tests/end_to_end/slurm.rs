@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::folder::{Folder, assert_same, files};
@@ -10,23 +9,12 @@ use crate::{fail, succeed, xtask};
 
 const SETTINGS: &str = "--profile full --tx-per-map 2 --rx-per-map 9";
 
-fn words(command: &str) -> Vec<&str> {
-    command.split_whitespace().collect()
-}
-
 /// Runs `slurm` for so many maps; returns its output.
 fn campaign(folder: &Folder, maps: &str, more: &str) -> String {
     let out = folder.arg("shards");
-    let paths = ["--maps", maps, "--out", &out];
-    succeed(
-        &[
-            &words("slurm --nodes 2"),
-            &words(SETTINGS),
-            &words(more),
-            &paths[..],
-        ]
-        .concat(),
-    )
+    succeed(&format!(
+        "slurm --nodes 2 {SETTINGS} --maps {maps} --out {out} {more}"
+    ))
 }
 
 fn read(folder: &Folder, script: &str) -> String {
@@ -68,9 +56,7 @@ fn run(folder: &Folder, script: &str, task: u32, restarts: u32) -> Output {
 fn tasks_and_merge_make_what_one_run_makes() {
     let folder = Folder::new();
     let maps = folder.maps(5);
-    let whole = folder.arg("whole");
-    let paths = ["--maps", &maps, "--out", &whole];
-    succeed(&[&["dataset"], &words(SETTINGS)[..], &paths].concat());
+    folder.make("whole", &[SETTINGS, "--maps", &maps]);
 
     campaign(&folder, &maps, "--tasks 3");
     for task in [2, 3, 1] {
@@ -81,7 +67,10 @@ fn tasks_and_merge_make_what_one_run_makes() {
     assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("90 links computed anew"), "{said}");
-    assert_same(&files(Path::new(&whole)), &files(&folder.path("shards")));
+    assert_same(
+        &files(&folder.path("whole")),
+        &files(&folder.path("shards")),
+    );
 }
 
 #[test]
@@ -166,15 +155,17 @@ fn the_merge_waits_for_all_tasks() {
 fn no_more_tasks_are_submitted_than_the_cluster_numbers() {
     let folder = Folder::new();
     let out = folder.arg("shards");
-    let asked = words("slurm --nodes 300 --maps synthetic:5000 --profile full");
-    let said = succeed(&[&asked[..], &["--out", &out]].concat());
+    let said = succeed(&format!(
+        "slurm --nodes 300 --maps synthetic:5000 --profile full --out {out}"
+    ));
     assert!(said.contains("1000 of 1000 tasks"), "{said}");
     assert!(read(&folder, "array.sh").contains("#SBATCH --array=1-1000%300\n"));
 
     let folder = Folder::new();
     let out = folder.arg("shards");
-    let asked = words("slurm --nodes 300 --tasks 1200 --maps synthetic:5000 --profile full");
-    let output = xtask(&[&asked[..], &["--out", &out]].concat());
+    let output = xtask(&format!(
+        "slurm --nodes 300 --tasks 1200 --maps synthetic:5000 --profile full --out {out}"
+    ));
     assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(
@@ -203,10 +194,7 @@ fn what_every_task_would_refuse_is_refused_at_once() {
     let folder = Folder::new();
     let maps = folder.maps(3);
     let out = folder.arg("shards");
-    let refused = |more: &str| {
-        let paths = ["--maps", &maps, "--out", &out];
-        fail(&[&words("slurm --nodes 2"), &words(more), &paths[..]].concat())
-    };
+    let refused = |more: &str| fail(&format!("slurm --nodes 2 {more} --maps {maps} --out {out}"));
     let told = refused("--tasks 4");
     assert!(told.contains("4 tasks for 3 maps"), "{told}");
     let told = refused("--frequency-hz 0");
@@ -217,15 +205,9 @@ fn what_every_task_would_refuse_is_refused_at_once() {
         "{told}"
     );
     assert!(!folder.path("shards-slurm").exists());
-    succeed(&[
-        "dataset",
-        "--profile",
-        "smoke",
-        "--maps",
-        &maps,
-        "--out",
-        &out,
-    ]);
+    succeed(&format!(
+        "dataset --profile smoke --maps {maps} --out {out}"
+    ));
     let told = refused("--seed 1");
     assert!(told.contains("other settings"), "{told}");
 }

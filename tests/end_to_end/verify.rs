@@ -11,19 +11,16 @@ use sha2::{Digest, Sha256};
 use crate::folder::{Folder, files, map};
 use crate::{succeed, xtask};
 
+/// A data set in `data` of these maps.
 fn make(folder: &Folder, maps: &str) {
-    let out = folder.arg("data");
-    let fixed = "dataset --profile full --tx-per-map 2 --rx-per-map 15 --store aps,pdp,paths";
-    let fixed = fixed.split(' ').chain(["--maps", maps, "--out", &out]);
-    succeed(&fixed.collect::<Vec<_>>());
+    let settings = "--profile full --tx-per-map 2 --rx-per-map 15 --store aps,pdp,paths --maps";
+    folder.make("data", &[settings, maps]);
 }
 
 /// The findings of a run that must have some.
 #[track_caller]
-fn findings(folder: &Folder, more: &[&str]) -> Vec<String> {
-    let data = folder.arg("data");
-    let args = ["verify", &data].into_iter().chain(more.iter().copied());
-    let output = xtask(&args.collect::<Vec<_>>());
+fn findings(folder: &Folder, more: &str) -> Vec<String> {
+    let output = xtask(&format!("verify {} {more}", folder.arg("data")));
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{errors}");
     let told = String::from_utf8(output.stdout).unwrap();
@@ -66,9 +63,9 @@ fn sound_data_set_has_no_finding() {
     let maps = folder.maps(3);
     make(&folder, &maps);
     let data = folder.arg("data");
-    let told = succeed(&["verify", &data, "--maps", &maps, "--sample", "90"]);
+    let told = succeed(&format!("verify {data} --maps {maps} --sample 90"));
     assert!(told.contains("90 links computed anew"), "{told}");
-    let told = succeed(&["verify", &data]);
+    let told = succeed(&format!("verify {data}"));
     assert!(told.contains("give --maps"), "{told}");
 }
 
@@ -76,7 +73,7 @@ fn sound_data_set_has_no_finding() {
 fn synthetic_cities_are_made_anew() {
     let folder = Folder::new();
     make(&folder, "synthetic:2");
-    let told = succeed(&["verify", &folder.arg("data"), "--sample", "1000"]);
+    let told = succeed(&format!("verify {} --sample 1000", folder.arg("data")));
     assert!(told.contains("as it should be"), "{told}");
 }
 
@@ -95,7 +92,7 @@ fn one_flipped_byte_in_any_file_is_found() {
         damaged[at] ^= 4;
         fs::write(&path, damaged).unwrap();
         let data = folder.arg("data");
-        let output = xtask(&["verify", &data]);
+        let output = xtask(&format!("verify {data}"));
         let told = [output.stdout, output.stderr]
             .map(|t| String::from_utf8(t).unwrap())
             .concat();
@@ -118,8 +115,8 @@ fn forged_label_is_found_by_computing_it_anew() {
         let db = f32::from_le_bytes((&*level).try_into().unwrap()) + 3.0;
         level.copy_from_slice(&db.to_le_bytes());
     });
-    succeed(&["verify", &folder.arg("data")]);
-    let found = findings(&folder, &["--maps", &maps, "--sample", "30"]);
+    succeed(&format!("verify {}", folder.arg("data")));
+    let found = findings(&folder, &format!("--maps {maps} --sample 30"));
     let (tx, rx) = (link / 15, link % 15);
     let expected = format!("map 0, link {link} (tx {tx}, rx {rx}): aps is not what its map gives");
     assert_eq!(found, [expected]);
@@ -131,7 +128,7 @@ fn forged_path_is_found_by_computing_it_anew() {
     let maps = folder.maps(1);
     make(&folder, &maps);
     forge(&folder, "map_0000/path_delay_s.npy", |data| data[0] ^= 1);
-    let found = findings(&folder, &["--maps", &maps, "--sample", "30"]);
+    let found = findings(&folder, &format!("--maps {maps} --sample 30"));
     assert_eq!(
         found,
         ["map 0, link 0 (tx 0, rx 0): paths are not what its map gives"]
@@ -148,7 +145,7 @@ fn forged_shape_is_found_by_the_statistics() {
         let bin = data.chunks(2).position(|db| db != [0, 0]).unwrap();
         data[2 * bin..2 * bin + 2].copy_from_slice(&[0, 0]);
     });
-    let found = findings(&folder, &[]);
+    let found = findings(&folder, "");
     assert!(
         found[0].contains("statistics.") && found[0].contains("its arrays make"),
         "{found:?}"
@@ -165,14 +162,14 @@ fn link_that_ends_in_a_building_is_found_with_and_without_the_maps() {
         data[..8].copy_from_slice(&55_f64.to_le_bytes());
         data[8..16].copy_from_slice(&70_f64.to_le_bytes());
     });
-    let found = findings(&folder, &[]);
+    let found = findings(&folder, "");
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(
         found[0].contains("tx 0, which has 15 valid links")
             && found[0].contains("in a building, at (55, 70) m"),
         "{found:?}"
     );
-    let found = findings(&folder, &["--maps", &maps, "--sample", "0"]);
+    let found = findings(&folder, &format!("--maps {maps} --sample 0"));
     assert!(
         found[0].contains("in a building") && found[1].contains("positions are not"),
         "{found:?}"
@@ -185,7 +182,7 @@ fn other_maps_are_found() {
     let maps = folder.maps(2);
     make(&folder, &maps);
     fs::write(folder.path("maps/1.json"), map(3)).unwrap();
-    let found = findings(&folder, &["--maps", &maps]);
+    let found = findings(&folder, &format!("--maps {maps}"));
     assert!(
         found[0].contains("map 1: buildings are not those of the map given"),
         "{found:?}"

@@ -4,6 +4,25 @@ use aps_label::{Array, LabelConfig, PathSample, Protocol};
 
 use crate::double_double::{DoubleDouble, PI, dd};
 
+/// A path of three numbers.
+#[must_use]
+pub fn path(delay_s: f64, arrival_azimuth_rad: f64, gain_db: f64) -> PathSample {
+    PathSample {
+        delay_s,
+        arrival_azimuth_rad,
+        gain_db,
+    }
+}
+
+/// A uniform linear array.
+#[must_use]
+pub fn linear(elements: usize, spacing_wavelengths: f64) -> Array {
+    Array::UniformLinear {
+        elements,
+        spacing_wavelengths,
+    }
+}
+
 /// \[sin(pi x) / (pi x)\]^2.
 #[must_use]
 pub fn squared_sinc(x: DoubleDouble) -> DoubleDouble {

@@ -18,7 +18,7 @@ use aps_raytrace::{
 
 use crate::double_complex::{self, DoubleComplex, spherical_wave};
 use crate::double_double::{DoubleDouble, PI, dd};
-use crate::label::{array_response, q, squared_sinc};
+use crate::label::{array_response, linear, path, q, squared_sinc};
 use crate::shapes::scene;
 
 /// Measured errors of one kernel.
@@ -171,21 +171,6 @@ fn free_space() -> KernelError {
     meter.found
 }
 
-fn path(delay_s: f64, arrival_azimuth_rad: f64, gain_db: f64) -> PathSample {
-    PathSample {
-        delay_s,
-        arrival_azimuth_rad,
-        gain_db,
-    }
-}
-
-fn linear(elements: usize) -> Array {
-    Array::UniformLinear {
-        elements,
-        spacing_wavelengths: 0.5,
-    }
-}
-
 fn labeler(array: Array, base: LabelConfig) -> Labeler {
     let config = LabelConfig { array, ..base };
     Labeler::new(&config).expect("settings in range")
@@ -198,7 +183,7 @@ fn delay_kernel() -> KernelError {
         sampling_rate_hz: 1e9,
         ..LabelConfig::paper()
     };
-    let labeler = labeler(linear(1), faster);
+    let labeler = labeler(linear(1, 0.5), faster);
     for i in 0..4000 {
         let tau = 1e-12 * f64::from(i * i % 7919) * 10_f64.powf(f64::from(i % 9) - 3.0);
         let got = labeler.q(&[path(0.0, 0.0, 0.0)], tau, 0.0).expect("finite");
@@ -213,7 +198,7 @@ fn delay_kernel() -> KernelError {
 /// the sum in 32 digits at the delay found.
 fn continuous_maximum() -> KernelError {
     let mut meter = Meter::new("aps-label", "maximum over a continuous delay");
-    let labeler = labeler(linear(1), LabelConfig::paper());
+    let labeler = labeler(linear(1, 0.5), LabelConfig::paper());
     for i in 0..200 {
         let apart = 0.01 * f64::from(i) / 200e6;
         let paths = [path(3e-7, 0.0, 0.0), path(3e-7 + apart, 0.0, -3.0)];
@@ -235,7 +220,7 @@ fn array(circular: bool) -> Array {
             radius_wavelengths: 1.0,
         }
     } else {
-        linear(16)
+        linear(16, 0.5)
     }
 }
 
@@ -294,7 +279,7 @@ fn array_tables(circular: bool) -> KernelError {
 /// 10 log10 of a sum of two powers.
 fn decibels() -> KernelError {
     let mut meter = Meter::new("aps-label", "power to dB");
-    let labeler = labeler(linear(1), LabelConfig::released());
+    let labeler = labeler(linear(1, 0.5), LabelConfig::released());
     for i in 1..600 {
         let gain_db = -0.05 * f64::from(i);
         let paths = [at_first_delay(0.0, 0.0), at_first_delay(0.0, gain_db)];

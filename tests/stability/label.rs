@@ -6,24 +6,9 @@ use aps_label::{
     Array, ConfigError, DelayAxis, Label, LabelConfig, Labeler, PathError, PathSample, Protocol,
 };
 use aps_tests::double_double::{self, DoubleDouble, dd};
-use aps_tests::label::{array_response, q, squared_sinc};
+use aps_tests::label::{array_response, linear, path, q, squared_sinc};
 
 const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
-fn path(delay_s: f64, arrival_azimuth_rad: f64, gain_db: f64) -> PathSample {
-    PathSample {
-        delay_s,
-        arrival_azimuth_rad,
-        gain_db,
-    }
-}
-
-fn linear(elements: usize, spacing_wavelengths: f64) -> Array {
-    Array::UniformLinear {
-        elements,
-        spacing_wavelengths,
-    }
-}
 
 fn labeled(config: &LabelConfig, paths: &[PathSample]) -> Label {
     let label = Labeler::new(config).unwrap().label(paths).unwrap().unwrap();
@@ -166,15 +151,6 @@ fn one_path_is_its_own_label() {
             assert!((label.aps_db[90] - gain_db).abs() <= 1e-6);
             assert_eq!(label.aps_delay_s[90], delay_s);
         }
-    }
-}
-
-/// No path: no label, which is an answer and not an error.
-#[test]
-fn no_path_is_no_label() {
-    for protocol in PROTOCOLS {
-        let labeler = Labeler::new(&LabelConfig::of(protocol)).unwrap();
-        assert_eq!(labeler.label(&[]), Ok(None));
     }
 }
 

@@ -422,19 +422,19 @@ impl ArrayForm {
     }
 }
 
-/// Array and bandwidth of labels made anew; what is not given stays as it is.
+/// Array and bandwidth of labels; what is not given stays as it is.
 #[derive(Debug, Clone, Args)]
 pub struct ArrayArgs {
-    /// Form of the array.
+    /// Form of the array [default: that of the data set, or ula].
     #[arg(long, value_enum)]
     array: Option<ArrayForm>,
-    /// Elements of the array.
+    /// Elements of the array [default: those of the data set, or 16].
     #[arg(long, alias = "kernel-n")]
     elements: Option<usize>,
-    /// Spacing of neighbouring elements, on a circle along its arc [wavelengths].
+    /// Spacing of neighbouring elements, on a circle along its arc [wavelengths; default: that of the data set, or 0.5].
     #[arg(long)]
     spacing: Option<f64>,
-    /// Sampling rate of the delay kernel, the bandwidth [Hz].
+    /// Sampling rate of the delay kernel, the bandwidth [Hz; default: that of the data set, or 200e6].
     #[arg(long)]
     fs_hz: Option<f64>,
 }
@@ -464,28 +464,16 @@ pub struct LabelArgs {
     /// Definition of the label: released (what the published code computes) or paper.
     #[arg(long, default_value = "released")]
     pub protocol: Protocol,
-    /// Elements of the linear array.
-    #[arg(long, alias = "elements", default_value_t = 16)]
-    pub kernel_n: usize,
-    /// Their spacing [wavelengths].
-    #[arg(long, default_value_t = 0.5)]
-    pub spacing: f64,
-    /// Sampling rate of the delay kernel [Hz].
-    #[arg(long, default_value_t = 200e6)]
-    pub fs_hz: f64,
+    #[command(flatten)]
+    array: ArrayArgs,
 }
 
 impl LabelArgs {
     /// The label's configuration, with the delay axis of the protocol.
     pub fn config(&self, pdp: bool) -> LabelConfig {
         LabelConfig {
-            sampling_rate_hz: self.fs_hz,
-            array: Array::UniformLinear {
-                elements: self.kernel_n,
-                spacing_wavelengths: self.spacing,
-            },
             pdp,
-            ..LabelConfig::of(self.protocol)
+            ..self.array.over(&LabelConfig::of(self.protocol))
         }
     }
 }

@@ -54,15 +54,11 @@ impl fmt::Display for Summary<'_> {
             t.paths,
             t.paths as f64 / valid.max(1) as f64
         )?;
-        let labelled: u64 = t.dominant_peaks.values().sum();
-        if labelled > 0 {
-            let at_most_two: u64 = t.dominant_peaks.range(..=2).map(|(_, n)| n).sum();
-            let total: u64 = t.dominant_peaks.iter().map(|(k, n)| *k as u64 * n).sum();
+        if let Some((mean, at_most_two)) = t.peaks() {
             writeln!(
                 f,
-                "dominant peaks: {:.2} a valid link, at most two in {:.1} %",
-                total as f64 / labelled as f64,
-                share(at_most_two, labelled)
+                "dominant peaks: {mean:.2} a valid link, at most two in {:.1} %",
+                100.0 * at_most_two
             )?;
         }
         if t.omitted_by_bound + t.omitted_by_gain > 0 {

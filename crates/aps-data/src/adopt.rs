@@ -10,25 +10,9 @@ use crate::manifest::{MAP_FILE, MapEntry, MapManifest};
 use crate::writer::DatasetWriter;
 
 impl DatasetWriter {
-    /// Copies the whole maps in another folder that this data set does not have yet; returns their
-    /// ids.
+    /// Copies one whole map out of another folder.
     ///
     /// The folder needs no manifest. Each file is checked against its checksum on the way.
-    ///
-    /// # Errors
-    /// As [`DatasetWriter::adopt_map`]. Maps copied before stay.
-    pub fn adopt(&self, other: impl AsRef<Path>) -> Result<Vec<u32>, Error> {
-        let mut adopted = Vec::new();
-        for (id, _) in MapEntry::folders_in(other.as_ref())? {
-            if !self.has_map(id) {
-                self.adopt_map(other.as_ref(), id)?;
-                adopted.push(id);
-            }
-        }
-        Ok(adopted)
-    }
-
-    /// Copies one whole map out of another folder.
     ///
     /// # Errors
     /// [`Error::ConfigMismatch`] when the map was made with other settings, [`Error::Checksum`]

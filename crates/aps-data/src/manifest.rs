@@ -298,6 +298,11 @@ impl MapManifest {
 }
 
 impl MapEntry {
+    /// Returns the number of links with a label.
+    pub fn valid(&self) -> u64 {
+        self.status.get("valid").copied().unwrap_or(0)
+    }
+
     /// Returns the name of a map's folder.
     pub(crate) fn folder_of(id: u32) -> String {
         format!("map_{id:04}")

@@ -36,12 +36,13 @@ pub struct Split {
 
 impl Split {
     /// The split of the paper, maps 0 to 45 for training and 46 to 50 for tests, as far as these
-    /// maps are there; any other choice of maps is split by number, see [`Split::by_number`].
+    /// maps are there. Of any other choice of maps the last tenth by number, rounded, at least one of
+    /// two, is for tests.
     ///
     /// A choice within 0..=50 follows the paper only if both its sides have a map. The paper has no
     /// development maps (its released code selects models on the test maps); a tenth of the
-    /// training maps, rounded, is held out for that. Which ones depends on `seed` and the maps' ids
-    /// alone, not on the order given.
+    /// training maps, rounded, is held out for that in either split. Which ones depends on `seed` and
+    /// the maps' ids alone, not on the order given.
     ///
     /// ```
     /// use aps_data::Split;
@@ -57,16 +58,10 @@ impl Split {
         if is_paper {
             Self::holding_out(train, test, seed)
         } else {
-            Self::by_number(ids, seed)
+            let mut train = ids;
+            let test = train.split_off(train.len() - tenth(train.len()));
+            Self::holding_out(train, test, seed)
         }
-    }
-
-    /// The last tenth of the maps, rounded, at least one of two, for tests; a tenth of the others
-    /// for development.
-    pub fn by_number(ids: impl IntoIterator<Item = u32>, seed: u64) -> Self {
-        let mut train = sorted(ids);
-        let test = train.split_off(train.len() - tenth(train.len()));
-        Self::holding_out(train, test, seed)
     }
 
     fn holding_out(train: Vec<u32>, test: Vec<u32>, seed: u64) -> Self {

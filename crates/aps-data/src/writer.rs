@@ -134,11 +134,6 @@ impl DatasetWriter {
         self.finished().keys().copied().collect()
     }
 
-    /// Returns the manifest's entry of a finished map; `None` if the map is not finished.
-    pub fn map_entry(&self, id: u32) -> Option<MapEntry> {
-        self.finished().get(&id).cloned()
-    }
-
     /// Starts a map. Its links follow by [`MapWriter::push`]; it is part of the data set after
     /// [`MapWriter::finish`].
     ///

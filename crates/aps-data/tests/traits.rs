@@ -11,25 +11,11 @@ fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
 
 #[test]
 fn types_can_be_shown_copied_and_shared() {
-    is_shared::<Dataset>();
-    is_shared::<Manifest>();
-    is_shared::<MapEntry>();
-    is_shared::<MapData>();
-    is_shared::<Profile>();
-    is_shared::<PathTable>();
-    is_shared::<Survey>();
-    is_shared::<Plan>();
-    is_shared::<Split>();
-    is_shared::<DatasetConfig>();
-    is_shared::<Layout>();
-    is_shared::<Raster>();
-    is_shared::<ConditionConfig>();
-    is_shared::<ConditionImages>();
-    is_shared::<LinkStatus>();
-    is_shared::<LinkRows<'static>>();
-    is_shared::<MapInput<'static>>();
-    is_sent::<DatasetWriter>();
-    is_sent::<MapWriter<'static>>();
+    is_shared::<(Dataset, Manifest, MapEntry, MapData, Profile, PathTable)>();
+    is_shared::<(Survey, Plan, Split, DatasetConfig, Layout, Raster)>();
+    is_shared::<(ConditionConfig, ConditionImages, LinkStatus)>();
+    is_shared::<(LinkRows<'static>, MapInput<'static>)>();
+    is_sent::<(DatasetWriter, MapWriter<'static>)>();
     is_error::<Error>();
     is_error::<RasterError>();
 }

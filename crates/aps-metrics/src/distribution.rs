@@ -103,25 +103,6 @@ pub(crate) fn compensated_sum(values: impl Iterator<Item = f64>) -> f64 {
     sum + correction
 }
 
-/// Share of `values` above each threshold: the complementary cumulative distribution P(X > t).
-///
-/// Empty if there are no values. O((n + thresholds) log n).
-///
-/// ```
-/// assert_eq!(aps_metrics::ccdf(vec![0.0, 1.0, 1.0, 5.0], &[0.0, 1.0, 5.0]), [0.75, 0.25, 0.0]);
-/// ```
-pub fn ccdf(mut values: Vec<f64>, thresholds: &[f64]) -> Vec<f64> {
-    if values.is_empty() {
-        return Vec::new();
-    }
-    values.sort_unstable_by(f64::total_cmp);
-    let above = |&threshold: &f64| {
-        let at_most = values.partition_point(|&v| v <= threshold);
-        (values.len() - at_most) as f64 / values.len() as f64
-    };
-    thresholds.iter().map(above).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,7 +110,6 @@ mod tests {
     #[test]
     fn no_values_have_no_distribution() {
         assert_eq!(Distribution::of(Vec::new()), None);
-        assert!(ccdf(Vec::new(), &[1.0]).is_empty());
     }
 
     #[test]

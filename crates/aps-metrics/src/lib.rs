@@ -74,12 +74,12 @@ mod sample;
 mod spectra;
 
 pub use bootstrap::{Bootstrap, Estimate, Resamples};
-pub use distribution::{Distribution, ccdf};
+pub use distribution::Distribution;
 pub use dominant::{SpectrumPeaks, spectrum_peaks};
 pub use error::{Defect, Error, Shape, Side};
 pub use evaluation::{Evaluation, RejectedSample, ScoredSample};
 pub use metric::{Better, Metric};
-pub use peaks::{Peak, PeakFinder, Topology, prominence};
+pub use peaks::{Peak, PeakFinder, Topology};
 pub use protocol::{
     AngleGrid, BinWidth, Definition, PeakScaling, Protocol, RecallCandidates, TOLERANCES_DEG,
 };

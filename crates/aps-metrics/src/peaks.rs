@@ -174,56 +174,20 @@ impl PeakFinder {
     }
 }
 
-/// Returns the prominence of the peak at `bin`, in the unit of `values`; for a bin that is no peak,
-/// the result of the module's definition for the value there. O(n).
-///
-/// ```
-/// use aps_metrics::{Topology, prominence};
-///
-/// let values = [0.0, 5.0, 2.0, 3.0, 1.0];
-/// assert_eq!(prominence(&values, 3, Topology::Line), 1.0);
-/// assert_eq!(prominence(&values, 1, Topology::Line), 4.0); // the higher base is on the right
-/// assert_eq!(prominence(&values, 1, Topology::Ring), 5.0);
-/// ```
-///
-/// # Panics
-/// If `bin` is not below the number of values.
-pub fn prominence(values: &[f64], bin: usize, topology: Topology) -> f64 {
-    let height = values[bin];
-    let (before, after) = (&values[..bin], &values[bin + 1..]);
-    let (beyond_start, beyond_end) = match topology {
-        Topology::Line => (&values[..0], &values[..0]),
-        Topology::Ring => (after, before),
-    };
-    let walk = |base: f64, value: &f64| if *value < base { *value } else { base };
-    let stays_below = |value: &&f64| **value <= height;
-    let left = before
-        .iter()
-        .rev()
-        .chain(beyond_start.iter().rev())
-        .take_while(stays_below);
-    let right = after.iter().chain(beyond_end).take_while(stays_below);
-    height - left.fold(height, walk).max(right.fold(height, walk))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Peaks and their prominence, found for any prominence and for just that of each.
+    /// Peaks and their prominence: each is found for up to its prominence, and for no more.
     fn check(values: &[f64], topology: Topology, expected: &[(usize, f64)]) {
         let mut finder = PeakFinder::default();
-        let mut found = |least| {
+        let ends = expected.iter().flat_map(|&(_, p)| [p, p.next_up()]);
+        for least in [0.0].into_iter().chain(ends) {
             let peaks = finder.find(values, topology, least).iter();
-            peaks
-                .map(|p| (p.bin, prominence(values, p.bin, topology)))
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(found(0.0), expected, "{topology:?} {values:?}");
-        for &(_, least) in expected {
-            let mut enough = expected.to_vec();
-            enough.retain(|&(_, prominence)| prominence >= least);
-            assert_eq!(found(least), enough, "{topology:?} {values:?} from {least}");
+            let found: Vec<usize> = peaks.map(|peak| peak.bin).collect();
+            let enough = expected.iter().filter(|(_, p)| *p >= least);
+            let enough: Vec<usize> = enough.map(|&(bin, _)| bin).collect();
+            assert_eq!(found, enough, "{topology:?} {values:?} from {least}");
         }
     }
 

@@ -59,6 +59,7 @@ pub mod optim;
 mod parameters;
 mod random;
 mod recording;
+mod replace;
 #[cfg(test)]
 mod tests;
 pub mod train;

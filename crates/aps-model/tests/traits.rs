@@ -20,29 +20,11 @@ fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
 
 #[test]
 fn types_can_be_shown_copied_and_shared() {
-    is_shared::<ModelKind>();
-    is_shared::<Preset>();
-    is_shared::<Regularizer>();
-    is_shared::<ConditionImages>();
-    is_shared::<ConditionConfig>();
-    is_shared::<Rasters<'static>>();
-    is_shared::<InputKind>();
-    is_shared::<InputShape>();
-    is_shared::<PolarShape>();
-    is_shared::<LabelFacts>();
-    is_shared::<Loss>();
-    is_shared::<Link>();
-    is_shared::<Mirror>();
-    is_shared::<Samples>();
-    is_shared::<Label>();
-    is_shared::<LoadReport>();
-    is_shared::<AdamConfig>();
-    is_shared::<TrainConfig>();
-    is_shared::<StepReport>();
-    is_shared::<Quantity>();
-    is_sent::<AdamW>();
-    is_sent::<Trainer>();
-    is_sent::<Mirrored<Samples>>();
+    is_shared::<(ModelKind, Preset, Regularizer, ConditionImages)>();
+    is_shared::<(ConditionConfig, Rasters<'static>, InputKind, InputShape)>();
+    is_shared::<(PolarShape, LabelFacts, Loss, Link, Mirror, Samples, Label)>();
+    is_shared::<(LoadReport, AdamConfig, TrainConfig, StepReport, Quantity)>();
+    is_sent::<(AdamW, Trainer, Mirrored<Samples>)>();
     is_dyn::<dyn Model>();
     is_dyn::<dyn ModelInput>();
     is_dyn::<dyn Examples>();

@@ -6,6 +6,8 @@ use aps_data::{MapEntry, Part, Survey};
 use aps_label::MeanStd;
 use serde_json::{Value, json};
 
+use crate::tally;
+
 /// Sums over the whole maps of a data set.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
@@ -32,7 +34,7 @@ impl Overview {
     /// Sums over what a survey found.
     pub fn of(survey: &Survey) -> Self {
         let mut sums = Self::default();
-        let mut peaks: BTreeMap<u64, u64> = BTreeMap::new();
+        let mut peaks: BTreeMap<usize, u64> = BTreeMap::new();
         for map in &survey.maps {
             sums.links += map.links as u64;
             sums.paths += map.paths as u64;
@@ -51,11 +53,7 @@ impl Overview {
                 *sums.traced_paths.get_or_insert(0) += paths;
             }
         }
-        let labelled: u64 = peaks.values().sum();
-        let all: u64 = peaks.iter().map(|(number, count)| number * count).sum();
-        let at_most_two: u64 = peaks.range(..=2).map(|(_, count)| count).sum();
-        let share = |n: u64| n as f64 / labelled as f64;
-        sums.dominant_peaks = (labelled > 0).then(|| (share(all), share(at_most_two)));
+        sums.dominant_peaks = tally::peaks(&peaks);
         if let Some(manifest) = &survey.manifest {
             let train = manifest.split.maps(Part::Train);
             let maps = survey.maps.iter().filter(|map| train.contains(&map.id));

@@ -17,6 +17,15 @@ const EFFECT_RANGE_DB: f64 = 40.0;
 const LARGEST_EFFECT: &str = "largest_effect_above_40_db_below_maximum_db";
 const LINKS_AFFECTED: &str = "links_where_it_may_exceed_0_1_db";
 
+/// Mean number of peaks and share of links with at most two, of links by their number of peaks; `None` without any.
+pub(crate) fn peaks(links: &BTreeMap<usize, u64>) -> Option<(f64, f64)> {
+    let labelled: u64 = links.values().sum();
+    let all: u64 = links.iter().map(|(&number, n)| number as u64 * n).sum();
+    let at_most_two: u64 = links.range(..=2).map(|(_, n)| n).sum();
+    let share = |n: u64| n as f64 / labelled as f64;
+    (labelled > 0).then(|| (share(all), share(at_most_two)))
+}
+
 /// Counts and times over some links; sums of parts are the whole.
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
@@ -213,6 +222,11 @@ impl Tally {
         self.trace += part.trace;
         self.label += part.label;
         self.write += part.write;
+    }
+
+    /// Mean number of dominant peaks of a labelled link, and the share of links with at most two; `None` without any.
+    pub fn peaks(&self) -> Option<(f64, f64)> {
+        peaks(&self.dominant_peaks)
     }
 
     /// Links with a label.

@@ -34,7 +34,7 @@ pub fn labelled_links(dataset: &Dataset, maps: &[u32]) -> usize {
     let entries = dataset.manifest().maps.iter();
     let valid = entries
         .filter(|entry| maps.contains(&entry.id))
-        .map(|entry| entry.status.get("valid").copied().unwrap_or(0));
+        .map(MapEntry::valid);
     valid.sum::<u64>() as usize
 }
 
@@ -71,10 +71,8 @@ impl Target {
         let manifest = dataset.manifest();
         let train = manifest.split.maps(Part::Train);
         let maps = || manifest.maps.iter().filter(|map| train.contains(&map.id));
-        let is_silent = |map: &MapEntry| {
-            let labels = map.status.get("valid").copied().unwrap_or(0);
-            labels > 0 && map.statistics["relative_power"].is_null()
-        };
+        let is_silent =
+            |map: &MapEntry| map.valid() > 0 && map.statistics["relative_power"].is_null();
         if maps().any(is_silent) {
             return None;
         }

@@ -14,26 +14,11 @@ fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
 
 #[test]
 fn types_can_be_shown_copied_and_shared() {
-    is_shared::<Control<'static>>();
-    is_shared::<DatasetPlan>();
-    is_shared::<Examples>();
-    is_shared::<Export>();
-    is_shared::<ImportPropbin>();
-    is_shared::<ImportReleased>();
-    is_shared::<ImportSamples>();
-    is_shared::<LinkList>();
-    is_shared::<Made>();
-    is_shared::<MapSource>();
-    is_shared::<Sampling>();
-    is_shared::<Scores>();
-    is_shared::<Tally>();
-    is_shared::<TileSettings>();
+    is_shared::<(Control<'static>, DatasetPlan, Examples, Export)>();
+    is_shared::<(ImportPropbin, ImportReleased, ImportSamples, LinkList)>();
+    is_shared::<(Made, MapSource, Sampling, Scores, Tally, TileSettings)>();
     is_shared::<Verify>();
-    is_sent::<ArrayFile>();
-    is_sent::<City>();
-    is_sent::<Prediction<'static>>();
-    is_sent::<Scoring>();
-    is_sent::<Truth>();
+    is_sent::<(ArrayFile, City, Prediction<'static>, Scoring, Truth)>();
     is_error::<Error>();
     is_error::<PathListError>();
 }
@@ -43,14 +28,8 @@ fn types_can_be_shown_copied_and_shared() {
 fn types_of_training_can_be_shown_and_sent() {
     use map2aps::training::*;
 
-    is_shared::<ClosingScores>();
-    is_shared::<DevelopmentMaps>();
-    is_shared::<DevelopmentScores>();
-    is_shared::<Device>();
-    is_shared::<InitialWeights>();
-    is_shared::<RunFolder>();
-    is_shared::<Settings>();
-    is_shared::<Training>();
+    is_shared::<(ClosingScores, DevelopmentMaps, DevelopmentScores, Device)>();
+    is_shared::<(InitialWeights, RunFolder, Settings, Training)>();
     // A run reads its next batch from a channel, which has one receiver.
     fn is_moved<T: Debug + Send + 'static>() {}
     is_moved::<Run>();

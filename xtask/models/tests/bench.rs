@@ -209,19 +209,3 @@ fn folder_of_something_else_is_left_alone() {
     assert!(!output.status.success() && own.is_dir());
     assert!(String::from_utf8_lossy(&output.stderr).contains("--out"));
 }
-
-#[test]
-fn unknown_key_is_named() {
-    let folder = TempDir::new().unwrap();
-    let config = folder.path().join("bench.toml");
-    fs::write(&config, "[training]\nepoch = 3\n").unwrap();
-    let output = run(
-        &folder.path().join("out"),
-        &["--config", config.to_str().unwrap()],
-    );
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        !output.status.success() && stderr.contains("epoch"),
-        "{stderr}"
-    );
-}

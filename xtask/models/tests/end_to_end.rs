@@ -1,8 +1,11 @@
 //! The commands as a user meets them: a small data set, a few steps, their files, their errors.
 
+#[path = "../../../tests/end_to_end/command.rs"]
+mod command;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::OnceLock;
 
 use aps_data::{
@@ -12,29 +15,11 @@ use aps_data::{
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+use command::{fail, run, succeed, words};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_xtask-models");
+
 const BINS: usize = 180;
-
-fn run(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask-models"))
-        .args(args)
-        .output()
-        .expect("the program starts")
-}
-
-#[track_caller]
-fn succeed(args: &[&str]) -> String {
-    let output = run(args);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {stderr}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-#[track_caller]
-fn fail(args: &[&str]) -> String {
-    let output = run(args);
-    assert!(!output.status.success(), "{args:?} succeeded");
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
@@ -105,20 +90,10 @@ fn write_map(writer: &DatasetWriter, id: u32) {
     map.finish().unwrap();
 }
 
-/// Arguments of a short training of `model` into `out`.
-fn training<'a>(model: &'a str, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
-    let mut args = vec![
-        "train",
-        "--model",
-        model,
-        "--data",
-        text(dataset()),
-        "--image-size",
-        "32",
-    ];
-    args.extend(["--batch", "10", "--out", text(out)]);
-    args.extend(more);
-    args
+/// The command of a short training of `model` into `out`.
+fn training(model: &str, out: &Path, more: &str) -> String {
+    let (data, out) = (text(dataset()), text(out));
+    format!("train --model {model} --data {data} --image-size 32 --batch 10 --out {out} {more}")
 }
 
 struct Trained {
@@ -131,11 +106,8 @@ fn trained() -> &'static Trained {
     static TRAINED: OnceLock<Trained> = OnceLock::new();
     TRAINED.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        let report = succeed(&training(
-            "resnet_mlp",
-            &folder.path().join("run"),
-            &["--epochs", "2"],
-        ));
+        let run = folder.path().join("run");
+        let report = succeed(&training("resnet_mlp", &run, "--epochs 2"));
         Trained { folder, report }
     })
 }
@@ -178,17 +150,12 @@ fn stopped_run_continues_to_the_same_bytes() {
     let out = folder.path().join("run");
     let again = folder.path().join("again");
     // Scores after 2, 3 (an epoch), 4 and 6 steps.
-    let all = ["--epochs", "2", "--score-every", "2", "--l1-weight", "50"];
-    let args = |out, more: &[&'static str]| {
-        training(
-            "ms_areg",
-            out,
-            &[&all[..], &["--threads", "1"], more].concat(),
-        )
-    };
+    let all = "--epochs 2 --score-every 2 --l1-weight 50";
+    let line =
+        |out: &Path, more: &str| training("ms_areg", out, &format!("{all} --threads 1 {more}"));
     let kill_after_an_epoch = |out: &Path| {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_xtask-models"))
-            .args(training("ms_areg", out, &all))
+        let mut child = Command::new(PROGRAM)
+            .args(words(&training("ms_areg", out, all)))
             .stderr(std::process::Stdio::null())
             .spawn()
             .unwrap();
@@ -199,7 +166,7 @@ fn stopped_run_continues_to_the_same_bytes() {
         let _ = child.kill();
         child.wait().unwrap();
     };
-    succeed(&args(&out, &[]));
+    succeed(&line(&out, ""));
     let scores = fs::read_to_string(out.join("scores.csv")).unwrap();
     let made: Vec<&str> = scores
         .lines()
@@ -208,7 +175,7 @@ fn stopped_run_continues_to_the_same_bytes() {
         .collect();
     assert_eq!(made, ["2", "3", "4", "6"]);
     kill_after_an_epoch(&again);
-    succeed(&args(&again, &["--resume"]));
+    succeed(&line(&again, "--resume"));
     for name in [
         "steps.csv",
         "scores.csv",
@@ -225,17 +192,8 @@ fn predictions_are_rows_of_the_test_links() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("pred.npy");
     let (weights, data) = (file("best.safetensors"), dataset());
-    succeed(&[
-        "predict",
-        "--weights",
-        text(&weights),
-        "--data",
-        text(data),
-        "--split",
-        "test",
-        "--out",
-        text(&out),
-    ]);
+    let predict = format!("predict --weights {} --out {}", text(&weights), text(&out));
+    succeed(&format!("{predict} --data {} --split test", text(data)));
     let spectra = npy::read::<f32>(&out).unwrap();
     let map = Dataset::open(data)
         .unwrap()
@@ -263,26 +221,11 @@ fn predictions_are_rows_of_the_test_links() {
     let images = folder.path().join("images.npy");
     let pixels: Vec<f32> = (0..2 * 3 * 32 * 32).map(|i| (i % 5) as f32 / 5.0).collect();
     npy::write(&images, &[2, 3, 32, 32], &pixels).unwrap();
-    succeed(&[
-        "predict",
-        "--weights",
-        text(&weights),
-        "--input",
-        text(&images),
-        "--out",
-        text(&out),
-    ]);
+    let predict = format!("{predict} --input {}", text(&images));
+    succeed(&predict);
     assert_eq!(npy::read::<f32>(&out).unwrap().shape, [2, BINS]);
     npy::write(&images, &[2, 3, 16, 64], &pixels).unwrap();
-    let told = fail(&[
-        "predict",
-        "--weights",
-        text(&weights),
-        "--input",
-        text(&images),
-        "--out",
-        text(&out),
-    ]);
+    let told = fail(&predict);
     assert!(told.contains("trained on 32 x 32"), "{told}");
 }
 
@@ -296,34 +239,21 @@ fn shipped_weights_predict_where_no_file_is_given() {
     let opened = Dataset::open(&dataset).unwrap();
     let links = opened.maps_of(Part::Test);
     let links: usize = links.map(|map| map.unwrap().valid_links().count()).sum();
+    let predict = format!("predict --out {} --model", text(&out));
     for (model, maps) in [
-        ("ms_areg", &[][..]),
-        ("polar_reg", &["--maps", text(&city)]),
+        ("ms_areg", String::new()),
+        ("polar_reg", format!("--maps '{}'", text(&city))),
     ] {
-        let args = [
-            "predict",
-            "--model",
-            model,
-            "--data",
-            text(&dataset),
-            "--out",
-            text(&out),
-        ];
-        succeed(&[&args[..], maps].concat());
+        succeed(&format!(
+            "{predict} {model} --data '{}' {maps}",
+            text(&dataset)
+        ));
         let spectra = npy::read::<f32>(&out).unwrap();
         assert_eq!(spectra.shape, [links, BINS], "{model}");
         assert!(spectra.data.iter().all(|x| x.is_finite()), "{model}");
     }
     let other = dataset_of("released");
-    let args = [
-        "predict",
-        "--model",
-        "ms_areg",
-        "--out",
-        text(&out),
-        "--data",
-    ];
-    let told = fail(&[&args[..], &[text(other.path())]].concat());
+    let told = fail(&format!("{predict} ms_areg --data {}", text(other.path())));
     assert!(told.contains("half a turn"), "{told}");
 }
 
@@ -337,14 +267,11 @@ fn labels_of_other_limits_are_told() {
         "/../../tests/data/shipped"
     ));
     copy(data, &changed);
-    let args = [
-        "predict",
-        "--model",
-        "ms_areg",
-        "--out",
+    let predict = format!(
+        "predict --model ms_areg --out {} --data {}",
         text(&out),
-        "--data",
-    ];
+        text(&changed)
+    );
     let told = |changes: &[(&str, &str)]| {
         for file in ["manifest.json", "map_0000/map.json", "map_0001/map.json"] {
             let mut json = fs::read_to_string(data.join(file)).unwrap();
@@ -354,7 +281,7 @@ fn labels_of_other_limits_are_told() {
             }
             fs::write(changed.join(file), json).unwrap();
         }
-        let output = run(&[&args[..], &[text(&changed)]].concat());
+        let output = run(&predict);
         let told = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{told}");
         told
@@ -397,30 +324,27 @@ fn weights_with_foreign_metadata_need_the_model_named() {
     let at = bytes.windows(label.len()).position(|w| w == label).unwrap();
     bytes[at..][..label.len()].copy_from_slice(b"resnet18 imagene");
     fs::write(&weights, bytes).unwrap();
-    let mut args = vec![
-        "predict",
-        "--weights",
+    let predict = format!(
+        "predict --weights {} --data {} --image-size 32 --out {}",
         text(&weights),
-        "--data",
         text(dataset()),
-    ];
-    args.extend(["--image-size", "32", "--out", text(&out)]);
-    let told = fail(&args);
+        text(&out)
+    );
+    let told = fail(&predict);
     assert!(
         told.contains("resnet18 imagene") && told.contains("--model"),
         "{told}"
     );
-    args.extend(["--model", "resnet_mlp", "--preset", "small"]);
-    succeed(&args);
+    succeed(&format!("{predict} --model resnet_mlp --preset small"));
 }
 
 #[test]
 fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let (weights, out) = (file("best.safetensors"), folder.path().join("m.onnx"));
-    let mut args = vec!["export-onnx", "--weights", text(&weights)];
-    args.extend(["--out", text(&out)]);
-    let told = succeed(&args);
+    let export = format!("export-onnx --weights {}", text(&weights));
+    let line = format!("{export} --out {}", text(&out));
+    let told = succeed(&line);
     assert!(told.contains("images of 32 pixels"), "{told}");
     let bytes = fs::read(&out).unwrap();
     let has = |words: &str| bytes.windows(words.len()).any(|w| w == words.as_bytes());
@@ -433,46 +357,31 @@ fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
         assert!(has(words), "{words}");
     }
 
-    let told = fail(&args);
+    let told = fail(&line);
     assert!(
         told.contains("m.onnx") && told.contains("--overwrite"),
         "{told}"
     );
-    args.extend(["--overwrite", "--image-size", "48"]);
-    assert!(succeed(&args).contains("48 pixels"));
+    let line = format!("{line} --overwrite --image-size 48");
+    assert!(succeed(&line).contains("48 pixels"));
     assert_ne!(fs::read(&out).unwrap(), bytes);
-    args.extend(["--model", "ms_mlp"]);
-    let told = fail(&args);
+    let told = fail(&format!("{line} --model ms_mlp"));
     assert!(
         told.contains("resnet_mlp") && told.contains("ms_mlp"),
         "{told}"
     );
 
     let shipped = folder.path().join("shipped.onnx");
-    let args = ["export-onnx", "--model", "polar_reg", "--out"];
-    assert!(succeed(&[&args[..], &[text(&shipped)]].concat()).contains("polar_reg"));
-    assert!(fail(&["export-onnx", "--model", "ms_mlp", "--out", "no.onnx"]).contains("polar_reg"));
-    let sized = ["--overwrite", "--image-size", "32"];
-    let told = fail(&[&args[..], &[text(&shipped)], &sized].concat());
+    let line = format!("export-onnx --model polar_reg --out {}", text(&shipped));
+    assert!(succeed(&line).contains("polar_reg"));
+    assert!(fail("export-onnx --model ms_mlp --out no.onnx").contains("polar_reg"));
+    let told = fail(&format!("{line} --overwrite --image-size 32"));
     assert!(
         told.contains("polar_reg takes no condition images"),
         "{told}"
     );
-    let weights = file("best.safetensors");
-    let none = [
-        "export-onnx",
-        "--weights",
-        text(&weights),
-        "--image-size",
-        "0",
-    ];
-    let told = fail(
-        &[
-            &none[..],
-            &["--out", text(&folder.path().join("none.onnx"))],
-        ]
-        .concat(),
-    );
+    let none = folder.path().join("none.onnx");
+    let told = fail(&format!("{export} --image-size 0 --out {}", text(&none)));
     assert!(told.contains("0 pixels"), "{told}");
 }
 
@@ -480,37 +389,22 @@ fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
 fn what_does_not_fit_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("pred.npy");
-    let (weights, data) = (file("best.safetensors"), text(dataset()));
-    let predict = |weights: &Path, more: &[&str]| {
-        let mut args = vec![
-            "predict",
-            "--weights",
-            text(weights),
-            "--data",
-            data,
-            "--out",
-            text(&out),
-        ];
-        args.extend(more);
-        fail(&args)
+    let weights = file("best.safetensors");
+    let predict = |weights: &Path, data: &Path, more: &str| {
+        let [weights, data, out] = [weights, data, out.as_path()].map(text);
+        fail(&format!(
+            "predict --weights {weights} --data {data} --out {out} {more}"
+        ))
     };
-    let told = predict(&weights, &["--model", "ms_mlp"]);
+    let told = predict(&weights, dataset(), "--model ms_mlp");
     assert!(
         told.contains("resnet_mlp") && told.contains("ms_mlp"),
         "{told}"
     );
-    let told = predict(&weights, &["--preset", "paper"]);
+    let told = predict(&weights, dataset(), "--preset paper");
     assert!(told.contains("small") && told.contains("paper"), "{told}");
     let other = dataset_of("released");
-    let told = fail(&[
-        "predict",
-        "--weights",
-        text(&weights),
-        "--data",
-        text(other.path()),
-        "--out",
-        text(&out),
-    ]);
+    let told = predict(&weights, other.path(), "");
     assert!(
         told.contains("half a turn")
             && told.contains("--protocol paper")
@@ -520,27 +414,22 @@ fn what_does_not_fit_is_told() {
     assert!(!out.exists());
     let foreign = folder.path().join("foreign.safetensors");
     fs::write(&foreign, b"nothing of the kind").unwrap();
-    assert!(predict(&foreign, &["--model", "ms_mlp"]).contains("foreign.safetensors"));
-    assert!(predict(&folder.path().join("none"), &[]).contains("none"));
+    assert!(predict(&foreign, dataset(), "--model ms_mlp").contains("foreign.safetensors"));
+    assert!(predict(&folder.path().join("none"), dataset(), "").contains("none"));
 
     let run = trained().folder.path().join("run");
-    assert!(fail(&training("resnet_mlp", &run, &[])).contains("--resume"));
-    assert!(
-        fail(&training(
-            "resnet_mlp",
-            &run,
-            &["--epochs", "3", "--resume"]
-        ))
-        .contains("epochs")
-    );
+    assert!(fail(&training("resnet_mlp", &run, "")).contains("--resume"));
+    let told = fail(&training("resnet_mlp", &run, "--epochs 3 --resume"));
+    assert!(told.contains("epochs"), "{told}");
     let new = folder.path().join("new");
-    assert!(fail(&training("resnet_mlp", &new, &["--resume"])).contains("no run"));
-    assert!(fail(&training("resnet_mlp", &new, &["--dev-maps", "3"])).contains("map 3"));
-    assert!(fail(&training("resnet", &new, &[])).contains("resnet_mlp"));
-    assert!(fail(&training("ms_mlp", &new, &["--l1-weight", "1"])).contains("ms_areg"));
-    assert!(fail(&training("polar_reg", &new, &[])).contains("--image-size is for"));
-    assert!(fail(&training("resnet_mlp", dataset(), &[])).contains("folder of a data set"));
-    let told = fail(&training("ms_mlp", &new, &["--warm-start", text(&weights)]));
+    assert!(fail(&training("resnet_mlp", &new, "--resume")).contains("no run"));
+    assert!(fail(&training("resnet_mlp", &new, "--dev-maps 3")).contains("map 3"));
+    assert!(fail(&training("resnet", &new, "")).contains("resnet_mlp"));
+    assert!(fail(&training("ms_mlp", &new, "--l1-weight 1")).contains("ms_areg"));
+    assert!(fail(&training("polar_reg", &new, "")).contains("--image-size is for"));
+    assert!(fail(&training("resnet_mlp", dataset(), "")).contains("folder of a data set"));
+    let warm = format!("--warm-start {}", text(&weights));
+    let told = fail(&training("ms_mlp", &new, &warm));
     assert!(
         told.contains("best.safetensors") && told.contains("encoder.stem.0.weight"),
         "{told}"
@@ -551,8 +440,8 @@ fn what_does_not_fit_is_told() {
 fn mirror_images_make_four_examples_of_a_link() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let more = ["--epochs", "1", "--limit", "20", "--mirror"];
-    succeed(&training("resnet_mlp", &out, &more));
+    let more = "--epochs 1 --limit 20 --mirror";
+    succeed(&training("resnet_mlp", &out, more));
     assert_eq!(lines(&out.join("steps.csv")), 1 + 4 * 20 / 10);
     let config = fs::read_to_string(out.join("config.json")).unwrap();
     assert!(config.contains("\"mirrored\": true"), "{config}");
@@ -562,9 +451,9 @@ fn mirror_images_make_four_examples_of_a_link() {
 fn a_run_begins_with_the_weights_of_another() {
     let folder = tempfile::tempdir().unwrap();
     let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
-    succeed(&training("ms_mlp", &first, &["--epochs", "1"]));
+    succeed(&training("ms_mlp", &first, "--epochs 1"));
     let weights = first.join("best.safetensors");
-    let more = ["--epochs", "1", "--warm-start", text(&weights)];
+    let more = format!("--epochs 1 --warm-start {}", text(&weights));
     let output = run(&training("ms_areg", &second, &more));
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{told}");
@@ -582,17 +471,8 @@ fn a_run_begins_with_the_weights_of_another() {
 fn a_part_of_the_links_is_drawn_and_other_maps_can_be_held_out() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let more = [
-        "--epochs",
-        "1",
-        "--limit",
-        "12",
-        "--dev-maps",
-        "0",
-        "--dev-limit",
-        "7",
-    ];
-    succeed(&training("resnet_mlp", &out, &more));
+    let more = "--epochs 1 --limit 12 --dev-maps 0 --dev-limit 7";
+    succeed(&training("resnet_mlp", &out, more));
     let config: Value =
         serde_json::from_str(&fs::read_to_string(out.join("config.json")).unwrap()).unwrap();
     assert_eq!(config["train_maps"], json!([1, 2]));

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
-use aps_data::{MapEntry, Profile};
+use aps_data::Profile;
 use aps_label::Labeler;
 use aps_report::document::{Block, Document, Section};
 use aps_report::gallery::{Exhibit, LEGEND, Statistics};
@@ -50,8 +50,10 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let source = Source::open(&self.dataset, self.maps.as_ref(), &self.tiles)?;
         let manifest = source.dataset().manifest();
-        let valid = |map: &MapEntry| map.status.get("valid").copied().unwrap_or(0) as usize;
-        let counts = || manifest.maps.iter().map(|map| (map.id, valid(map)));
+        let counts = || {
+            let maps = manifest.maps.iter();
+            maps.map(|map| (map.id, map.valid() as usize))
+        };
         let sampled = draw_links(counts(), self.sample, self.seed);
         let shown = match self.links.is_empty() {
             true => draw_links(counts(), self.count, self.seed.wrapping_add(1)),

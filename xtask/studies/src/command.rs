@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use clap::builder::PossibleValue;
 use map2aps::maps::ranges;
 use xtask::{IdList, MapsArg, command_line, machine, say};
 use xtask_launch::{child, hand_over};
@@ -29,7 +28,7 @@ they are only worth something on a machine that does nothing else.";
 pub struct Args {
     /// Study to run; may be repeated [default: all].
     #[arg(long, value_enum)]
-    study: Vec<Asked>,
+    study: Vec<StudyName>,
     /// Amount of measurement: full takes about ten minutes, smoke seconds.
     #[arg(long, value_enum, default_value_t = Profile::Full)]
     profile: Profile,
@@ -50,45 +49,6 @@ pub struct Args {
     work: Option<PathBuf>,
 }
 
-/// A study that can be asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Asked {
-    /// A study of this program.
-    Own(StudyName),
-    /// The study of models, in the program that links candle.
-    Models,
-}
-
-impl Asked {
-    /// Every study, in the order in which they run.
-    const ALL: [Self; StudyName::ALL.len() + 1] = {
-        let mut all = [Self::Models; StudyName::ALL.len() + 1];
-        let mut i = 0;
-        while i < StudyName::ALL.len() {
-            all[i] = Self::Own(StudyName::ALL[i]);
-            i += 1;
-        }
-        all
-    };
-}
-
-impl ValueEnum for Asked {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        match self {
-            Self::Own(study) => study.to_possible_value(),
-            Self::Models => {
-                Some(PossibleValue::new("models").help(
-                    "Precision, batch and image size of models: error against time an answer",
-                ))
-            }
-        }
-    }
-}
-
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
@@ -101,26 +61,27 @@ impl Args {
             maps: MapChoice::new(self.maps.clone(), self.ids.clone())?,
         };
         let mut studies = match self.study.is_empty() {
-            true => Asked::ALL.to_vec(),
+            true => StudyName::value_variants().to_vec(),
             false => self.study.clone(),
         };
         studies.sort_unstable();
         studies.dedup();
         // Before the first study is written, which may change a file under version control.
         let commit = machine::describe().commit;
-        for asked in &studies {
-            let Asked::Own(study) = *asked else { continue };
+        for &study in &studies {
             let mut conditions = Conditions::now(self.profile, self.seed, self.command(study));
             conditions.machine.commit.clone_from(&commit);
             let measured = study.run(&setup);
             let measured = measured.with_context(|| format!("study '{}'", study.name()))?;
-            measured.write(&folder, conditions.ended())?;
+            if let Some(measured) = measured {
+                measured.write(&folder, conditions.ended())?;
+            }
         }
         // If the study of models fails, the others are in the report.
-        if studies != [Asked::Models] {
+        if studies != [StudyName::Models] {
             say!("report '{}'", publish(&out)?.display())?;
         }
-        match studies.contains(&Asked::Models) {
+        match studies.contains(&StudyName::Models) {
             true => self.hand_over_models(&out),
             false => Ok(()),
         }
@@ -128,9 +89,8 @@ impl Args {
 
     /// Becomes the study of models, which joins the report itself.
     fn hand_over_models(&self, out: &Path) -> Result<()> {
-        let mut args: Vec<OsString> = ["report", "--profile", self.profile.name(), "--seed"]
-            .map(Into::into)
-            .into();
+        let mut args: Vec<OsString> = vec!["report".into(), "--profile".into()];
+        args.extend([self.profile.name().into(), "--seed".into()]);
         args.extend([self.seed.to_string().into(), "--out".into(), out.into()]);
         if let MapsArg::Folder(maps) = &self.maps {
             args.extend(["--maps".into(), maps.into()]);
@@ -143,14 +103,14 @@ impl Args {
 
     /// The command that measures a study again, as somebody else would type it.
     fn command(&self, study: StudyName) -> String {
-        let mut words = vec!["report".to_owned(), "--study".into(), study.name().into()];
+        let mut words = vec!["report".to_owned(), "--study".into(), study.name()];
         if let (StudyName::Tracer, MapsArg::Folder(_)) = (study, &self.maps) {
             words.extend(["--maps".into(), "path/to/maps".into()]);
             if let Some(ids) = &self.ids {
                 words.extend(["--ids".into(), ranges(&ids.0)]);
             }
         }
-        words.extend(["--profile".into(), self.profile.name().into()]);
+        words.extend(["--profile".into(), self.profile.name()]);
         words.extend(["--seed".into(), self.seed.to_string()]);
         command_line::shown(words)
     }

@@ -42,19 +42,31 @@ pub fn run() -> Result<Study> {
     let mut rows: Vec<Row> = worst_errors().into_iter().map(Row::from).collect();
     rows.sort_by(|p, q| q.absolute_ulps.total_cmp(&p.absolute_ulps));
     let mut study = Study::new(
-        StudyName::Rounding.name(),
+        &StudyName::Rounding.name(),
         "Rounding: the worst of each kernel",
     )
     .at(6);
     let (name, error) = SEARCHED;
     for (is_searched, claim, most) in [
-        (false, "error of every kernel that searches nothing, of full scale", ROUNDED),
-        (true, "error of the maximum over a continuous delay, of full scale", error),
+        (
+            false,
+            "error of every kernel that searches nothing, of full scale",
+            ROUNDED,
+        ),
+        (
+            true,
+            "error of the maximum over a continuous delay, of full scale",
+            error,
+        ),
     ] {
-        let rows = rows.iter().filter(|row| (row.kernel == name) == is_searched);
+        let rows = rows
+            .iter()
+            .filter(|row| (row.kernel == name) == is_searched);
         let ulps = rows.map(|row| row.absolute_ulps).reduce(f64::max);
         let worst = ulps.unwrap_or(f64::INFINITY) * f64::EPSILON;
-        study.section.verdict(Verdict::bound(claim, worst, most, ""));
+        study
+            .section
+            .verdict(Verdict::bound(claim, worst, most, ""));
     }
     let cells = |row: &Row| {
         vec![

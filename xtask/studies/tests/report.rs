@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 use aps_report::chart::{Axis, Chart};
 use aps_report::document::Verdict;
+use clap::ValueEnum;
 use tempfile::TempDir;
 use xtask_studies::{Conditions, Profile, Study, StudyName, join};
 
@@ -50,7 +51,7 @@ fn foreign(name: &str, stem: &str) -> Study {
     let mut study = Study::new(name, "From | elsewhere").at(4);
     study
         .section
-        .verdict(Verdict::open("A <b>bold</b> claim", ""));
+        .verdict(Verdict::decided(true, "A <b>bold</b> claim", ""));
     let chart =
         Chart::new(Axis::log("time [ms]"), Axis::log("error")).line("a", [[1.0, 0.5], [2.0, 0.25]]);
     study.figure(stem, "Error.", chart.draw());
@@ -64,15 +65,19 @@ fn conditions() -> Conditions {
 #[test]
 fn every_study_is_written_whole_and_joined() {
     let (folder, out) = folder();
+    let own = StudyName::value_variants().iter();
+    let own: Vec<String> = own
+        .filter(|study| **study != StudyName::Models)
+        .map(|study| study.name())
+        .collect();
     let mut args = vec!["--profile", "smoke", "--out", &out];
-    args.extend(StudyName::ALL.iter().flat_map(|s| ["--study", s.name()]));
+    args.extend(own.iter().flat_map(|name| ["--study", name]));
     succeed(&args);
     let text = fs::read_to_string(folder.path().join("numerics.md")).unwrap();
     assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
     assert!(text.contains("profile smoke"), "a report of smoke says so");
     let found = files(folder.path());
-    for study in StudyName::ALL {
-        let name = study.name();
+    for name in &own {
         let own = |extension: &str| {
             let is_own = |f: &&String| f.starts_with(name) && f.ends_with(extension);
             found.iter().filter(is_own).count()

@@ -102,6 +102,11 @@ fn samples_are_valid() {
     });
 }
 
+#[test]
+fn nested_brackets_exhaust_nothing() {
+    read_all(&b"[".repeat(1_000_000));
+}
+
 /// Puts `value` in place of the value number `at` of a JSON tree, counted from the leaves.
 fn replace(tree: &mut Value, at: &mut usize, value: &Value) -> bool {
     let children: Vec<&mut Value> = match tree {

@@ -1,16 +1,11 @@
-//! Readers fed with array files, .propbin files and samples, random ones and valid ones with bytes changed, and whole data
-//! sets opened by such manifests (more are read in `src/manifest/fuzz.rs`).
-
-use std::fs;
+//! Readers fed with array files, .propbin files and samples, random ones and valid ones with bytes changed; manifests are
+//! fed in `src/manifest/fuzz.rs`.
 
 use aps_data::npy::{self, Header};
 use aps_data::propbin::{Chain, Propbin};
 use aps_data::released::Sample;
-use aps_data::{Dataset, FORMAT_VERSION};
 use proptest::prelude::*;
 use proptest::sample::Index;
-
-use crate::sample;
 
 /// Every way in; whatever the bytes, each returns, and what it returns is no larger than the bytes.
 fn read_all_ways(bytes: &[u8]) {
@@ -158,63 +153,6 @@ proptest! {
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
-
-    #[test]
-    fn manifest_with_bytes_changed(
-        changes in prop::collection::vec((any::<Index>(), prop::sample::select(b"0123456789-e.\"{}[],:ntf ".to_vec())), 1..4),
-    ) {
-        let mut bytes = MANIFEST.with(Clone::clone);
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
-        open_manifest(&bytes);
-    }
-
-    #[test]
-    fn manifest_of_any_json(value in any_json()) {
-        let text = serde_json::json!({ "format": "aps-dataset", "format_version": FORMAT_VERSION, "maps": value });
-        open_manifest(text.to_string().as_bytes());
-        open_manifest(value.to_string().as_bytes());
-    }
-}
-
-thread_local! {
-    static MANIFEST: Vec<u8> = {
-        let root = tempfile::tempdir().unwrap();
-        sample::write(root.path());
-        fs::read(root.path().join("manifest.json")).unwrap()
-    };
-}
-
-/// Opens a data set of this manifest and no arrays, and tries to load what it promises.
-fn open_manifest(bytes: &[u8]) {
-    let root = tempfile::tempdir().unwrap();
-    fs::write(root.path().join("manifest.json"), bytes).unwrap();
-    if let Ok(dataset) = Dataset::open(root.path()) {
-        for map in &dataset.manifest().maps {
-            assert!(dataset.map(map.id).is_err());
-        }
-    }
-}
-
-fn any_json() -> impl Strategy<Value = serde_json::Value> {
-    let leaf = prop_oneof![
-        Just(serde_json::Value::Null),
-        any::<i64>().prop_map(Into::into),
-        "[a-z_]{0,8}".prop_map(Into::into),
-    ];
-    leaf.prop_recursive(4, 30, 5, |inner| {
-        prop_oneof![
-            prop::collection::vec(inner.clone(), 0..5).prop_map(Into::into),
-            prop::collection::btree_map("(id|tx|links|files|shape|[a-z]{1,3})", inner, 0..5)
-                .prop_map(|map| serde_json::Value::Object(map.into_iter().collect())),
-        ]
-    })
-}
-
 #[test]
 fn claimed_sizes_take_no_memory() {
     // A header of 4 GiB, and a shape of 2^63 elements, in files of a few bytes.
@@ -235,5 +173,4 @@ fn claimed_sizes_take_no_memory() {
 fn nested_brackets_exhaust_nothing() {
     let text = "(".repeat(9_000);
     assert!(npy::from_bytes::<u8>(&npy_file(&text, 9_000, b"")).is_err());
-    open_manifest(&b"[".repeat(1_000_000));
 }

@@ -241,13 +241,13 @@ fn shards_in_folders_of_their_own_join_into_one_run() {
         }
     }
     let writer = DatasetWriter::open(joined, sample::config()).unwrap();
-    assert_eq!(writer.adopt(odd).unwrap(), [1, 3]);
-    assert_eq!(writer.adopt(even).unwrap(), [0, 2]);
-    assert_eq!(
-        writer.adopt(even).unwrap(),
-        [0; 0],
-        "they are there already"
-    );
+    for (part, ids) in [(odd, [1, 3]), (even, [0, 2])] {
+        for id in ids {
+            writer.adopt_map(part, id).unwrap();
+        }
+    }
+    let again = writer.adopt_map(even, 2);
+    assert!(matches!(again, Err(Error::Input { map: 2, .. })));
     writer.finish(&split).unwrap();
     assert_eq!(sample::contents(whole), sample::contents(joined));
 }
@@ -256,25 +256,21 @@ fn shards_in_folders_of_their_own_join_into_one_run() {
 fn damaged_or_different_maps_are_not_adopted() {
     let (source, target) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     sample::write(source.path());
+    let adopt =
+        |writer: &DatasetWriter| (0..4).try_for_each(|id| writer.adopt_map(source.path(), id));
     let other = DatasetConfig {
         seed: 5,
         ..sample::config()
     };
     let writer = DatasetWriter::open(target.path(), other).unwrap();
-    assert!(matches!(
-        writer.adopt(source.path()),
-        Err(Error::ConfigMismatch { .. })
-    ));
+    assert!(matches!(adopt(&writer), Err(Error::ConfigMismatch { .. })));
     drop(writer);
     let path = source.path().join("map_0001/rx.npy");
     let mut bytes = fs::read(&path).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(&path, bytes).unwrap();
     let writer = DatasetWriter::open(target.path(), sample::config()).unwrap();
-    assert!(matches!(
-        writer.adopt(source.path()),
-        Err(Error::Checksum { .. })
-    ));
+    assert!(matches!(adopt(&writer), Err(Error::Checksum { .. })));
     assert_eq!(names(target.path()), [".lock", "map_0000"]);
 }
 

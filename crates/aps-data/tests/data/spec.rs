@@ -194,7 +194,8 @@ fn page_lists_every_array_with_its_type_and_shape() {
     let root = tempfile::tempdir().unwrap();
     let writer = aps_data::DatasetWriter::open(root.path(), config).unwrap();
     sample::write_map(&writer, 0, 1).unwrap();
-    let map = writer.map_entry(0).unwrap();
+    let manifest = writer.finish(&aps_data::Split::of_maps([0], 0)).unwrap();
+    let map = &manifest.maps[0];
     let letter = |n: usize| match n {
         n if n == sample::GRID.width => "W",
         n if n == sample::GRID.height => "H",

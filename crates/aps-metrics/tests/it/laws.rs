@@ -2,7 +2,7 @@
 
 use aps_metrics::{
     DataRange, Definition, Evaluation, Metric, Peak, PeakFinder, Protocol, SampleScores, Scorer,
-    Spectra, Topology, prominence, spectrum_peaks,
+    Spectra, Topology, spectrum_peaks,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -65,7 +65,7 @@ fn wild() -> impl Strategy<Value = Vec<f64>> {
 }
 
 /// Peaks and their prominence by walking, literally as defined.
-fn peaks_by_walking(values: &[f64], topology: Topology) -> Vec<(Peak, f64)> {
+pub(crate) fn peaks_by_walking(values: &[f64], topology: Topology) -> Vec<(Peak, f64)> {
     let count = values.len() as isize;
     let at = |bin: isize| match topology {
         Topology::Ring => Some(values[bin.rem_euclid(count) as usize]),
@@ -125,9 +125,6 @@ proptest! {
     ) {
         for topology in [Topology::Line, Topology::Ring] {
             let mut expected = peaks_by_walking(&values, topology);
-            for &(peak, walked) in &expected {
-                prop_assert_eq!(prominence(&values, peak.bin, topology), walked);
-            }
             expected.retain(|&(_, prominence)| prominence >= min_prominence);
             let expected: Vec<Peak> = expected.into_iter().map(|(peak, _)| peak).collect();
             let mut finder = PeakFinder::default();

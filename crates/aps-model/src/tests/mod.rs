@@ -13,7 +13,16 @@ mod train;
 use candle_core::{DType, Device, Tensor};
 use candle_nn::{VarBuilder, VarMap};
 
+use crate::condition::PolarShape;
 use crate::seeded;
+
+/// Shape of the ways of a link, as `map2aps` makes them.
+const WAYS: PolarShape = PolarShape {
+    directions: 180,
+    ways: 15,
+    features: 14,
+    numbers: 4,
+};
 
 /// Returns a builder of tensors on the CPU.
 fn builder(parameters: &VarMap, dtype: DType, seed: u64) -> VarBuilder<'static> {

@@ -6,8 +6,8 @@ use candle_core::DType;
 use candle_nn::VarMap;
 use prost::Message;
 
-use super::{builder, flat};
-use crate::condition::{InputKind, InputShape, PolarShape};
+use super::{WAYS, builder, flat};
+use crate::condition::{InputKind, InputShape};
 use crate::onnx::export;
 use crate::parameters::{is_counter, sorted};
 use crate::recording::schema::{Dimension, FLOAT, ModelProto, TensorProto, ValueInfoProto};
@@ -19,12 +19,7 @@ const SIZE: usize = 64;
 fn shape_of(kind: ModelKind) -> InputShape {
     match kind.input() {
         InputKind::Images => InputShape::Images,
-        InputKind::Polar => InputShape::Polar(PolarShape {
-            directions: 180,
-            ways: 15,
-            features: 14,
-            numbers: 4,
-        }),
+        InputKind::Polar => InputShape::Polar(WAYS),
     }
 }
 

@@ -4,7 +4,7 @@
 //! The metadata has one entry, `training`: the [`Header`] in JSON.
 
 use std::collections::HashMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::Path;
 use std::time::Duration;
@@ -20,6 +20,7 @@ use crate::data::Examples;
 use crate::optim::AdamW;
 use crate::parameters::{sorted, trainable};
 use crate::random::fnv1a;
+use crate::replace::replace;
 
 const METADATA_KEY: &str = "training";
 
@@ -116,9 +117,10 @@ pub(super) fn save<'a>(
     })
     .expect("plain numbers and text");
     let metadata = HashMap::from([(METADATA_KEY.to_owned(), header)]);
-    replace(path, |partial| {
+    let written = replace(path, |partial| {
         safetensors::serialize_to_file(tensors, Some(metadata), partial).map_err(io::Error::other)
-    })
+    });
+    written.map_err(io_error("write", path))
 }
 
 /// Reads a checkpoint into networks of the same kind. The checkpoint's header must agree with `own`. Nothing changes unless
@@ -254,29 +256,6 @@ pub(super) fn digest(examples: &dyn Examples) -> u64 {
         std::iter::once(map.into()).chain(ends.into_iter().map(f64::to_bits))
     });
     fnv1a(words.flat_map(u64::to_le_bytes))
-}
-
-/// Writes a file such that at any moment the old or the new one is there, whole.
-fn replace(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), TrainError> {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let partial = folder.join(format!(".{name}.partial"));
-    let written = write(&partial)
-        .and_then(|()| File::open(&partial)?.sync_all())
-        .and_then(|()| fs::rename(&partial, path));
-    if written.is_err() {
-        // Best effort: the error that matters is the one returned.
-        let _ = fs::remove_file(&partial);
-    }
-    written.map_err(io_error("write", path))?;
-    if cfg!(unix) {
-        let synced = File::open(folder).and_then(|folder| folder.sync_all());
-        synced.map_err(io_error("write", folder))?;
-    }
-    Ok(())
 }
 
 fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> TrainError {

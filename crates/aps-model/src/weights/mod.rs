@@ -47,6 +47,7 @@ use candle_nn::VarMap;
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::sorted;
+use crate::replace::replace;
 use crate::{Error, ModelKind, Preset, Result};
 use matching::assign;
 use names::{Names, listed};
@@ -115,10 +116,8 @@ pub fn save(path: &Path, parameters: &VarMap, label: Option<Label>) -> Result<()
     });
     let bytes =
         safetensors::serialize(tensors, metadata).map_err(|e| Error::weights_format(path, e))?;
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    fs::write(&partial, bytes).map_err(|e| Error::weights_io("write", Path::new(&partial), e))?;
-    fs::rename(&partial, path).map_err(|e| Error::weights_io("rename to", path, e))
+    let written = replace(path, |partial| fs::write(partial, bytes));
+    written.map_err(|e| Error::weights_io("write", path, e))
 }
 
 /// Reads the model and preset that a file's weights belong to; `None` if the file does not say: PyTorch's never do.

@@ -10,26 +10,10 @@ fn is_error<T: std::error::Error + Clone + Send + Sync + 'static>() {}
 
 #[test]
 fn types_can_be_shown_copied_and_shared() {
-    is_shared::<Scene>();
-    is_shared::<Footprint>();
-    is_shared::<Area>();
-    is_shared::<Wall>();
-    is_shared::<CityConfig>();
-    is_shared::<Location>();
-    is_shared::<Repair>();
-    is_shared::<RepairReport>();
-    is_shared::<Tiling>();
-    is_shared::<Tile>();
-    is_shared::<Material>();
-    is_shared::<Reflector>();
-    is_shared::<TraceConfig>();
-    is_shared::<Tracer<'static>>();
-    is_shared::<Transmitter>();
-    is_shared::<Receiver>();
-    is_shared::<Link>();
-    is_shared::<Omitted>();
-    is_shared::<PathRecord>();
-    is_shared::<Interaction>();
+    is_shared::<(Scene, Footprint, Area, Wall, CityConfig, Location, Repair)>();
+    is_shared::<(RepairReport, Tiling, Tile, Material, Reflector)>();
+    is_shared::<(TraceConfig, Tracer<'static>, Transmitter, Receiver, Link)>();
+    is_shared::<(Omitted, PathRecord, Interaction)>();
     is_error::<SceneError>();
     is_error::<ConfigError>();
     is_error::<TerminalError>();

@@ -37,7 +37,7 @@ use svg::node::element::Group;
 
 pub use axis::{Axis, Scale};
 pub use series::{Mark, Series, Spot};
-pub use values::{Histogram, ccdf_points, pareto_front};
+pub use values::{Histogram, pareto_front};
 
 pub(crate) use labels::Labels;
 pub(crate) use series::badge;

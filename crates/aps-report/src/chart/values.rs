@@ -1,4 +1,4 @@
-//! Values made ready for a chart: histograms, distributions, the Pareto front.
+//! Values made ready for a chart: histograms, the Pareto front.
 
 /// Counts of values in bins.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,23 +84,6 @@ impl Histogram {
     }
 }
 
-/// The complementary distribution of some values as a line of steps: (value, share of values above
-/// it), from (smallest, 1) on. Values that are not finite are left out; long lists are thinned to
-/// some 500 points.
-pub fn ccdf_points(values: &[f64]) -> Vec<[f64; 2]> {
-    let mut thresholds: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    let finite = thresholds.clone();
-    thresholds.sort_unstable_by(f64::total_cmp);
-    let every = thresholds.len().div_ceil(500).max(1);
-    let last = thresholds.last().copied();
-    let mut thresholds: Vec<f64> = thresholds.into_iter().step_by(every).chain(last).collect();
-    thresholds.dedup();
-    let shares = aps_metrics::ccdf(finite, &thresholds);
-    let start = thresholds.first().map(|&x| [x, 1.0]);
-    let points = thresholds.iter().zip(shares).map(|(&x, share)| [x, share]);
-    start.into_iter().chain(points).collect()
-}
-
 /// The places of the points that no other beats in both coordinates, smaller being better, by ascending x: a line through
 /// them is the Pareto front. A point that is not finite is left out, as is one better than the last by less than the part
 /// `least_gain` of it (0: any gain counts).
@@ -146,16 +129,6 @@ mod tests {
         let h = Histogram::counts([2, 4, 4].into_iter());
         assert_eq!(h.counts, [0, 1, 0, 2]);
         assert_eq!(h.edges, [0.5, 1.5, 2.5, 3.5, 4.5]);
-    }
-
-    #[test]
-    fn distribution_falls_from_one_to_zero() {
-        let points = ccdf_points(&[3.0, 1.0, f64::NAN, 2.0, 2.0]);
-        assert_eq!(points, [[1.0, 1.0], [1.0, 0.75], [2.0, 0.25], [3.0, 0.0]]);
-        assert!(ccdf_points(&[]).is_empty());
-        let many: Vec<f64> = (0..100_000).map(f64::from).collect();
-        let points = ccdf_points(&many);
-        assert!(points.len() < 600 && points.last() == Some(&[99_999.0, 0.0]));
     }
 
     #[test]

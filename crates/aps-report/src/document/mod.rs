@@ -169,7 +169,7 @@ mod tests {
         let mut section = Section::new(text);
         section.text(text);
         section.heading(text);
-        section.verdict(Verdict::open(text, text));
+        section.verdict(Verdict::decided(true, text, text));
         section.table(Table::new(text, [text]).row([text]));
         let chart = Chart::new(Axis::linear(text), Axis::linear(text)).titled(text);
         let figure = Figure::new("figures/a.svg", text, chart.draw());

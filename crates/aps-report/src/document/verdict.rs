@@ -23,8 +23,6 @@ pub enum Outcome {
     Pass,
     /// It does not.
     Fail,
-    /// The numbers do not decide it.
-    Open,
 }
 
 impl Outcome {
@@ -33,7 +31,6 @@ impl Outcome {
         match self {
             Self::Pass => "PASS",
             Self::Fail => "FAIL",
-            Self::Open => "OPEN",
         }
     }
 }
@@ -45,14 +42,6 @@ impl Verdict {
             outcome: if holds { Outcome::Pass } else { Outcome::Fail },
             claim: claim.into(),
             evidence: evidence.into(),
-        }
-    }
-
-    /// A claim that the numbers do not decide.
-    pub fn open(claim: impl Into<String>, evidence: impl Into<String>) -> Self {
-        Self {
-            outcome: Outcome::Open,
-            ..Self::decided(true, claim, evidence)
         }
     }
 

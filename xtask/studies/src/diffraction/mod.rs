@@ -14,7 +14,7 @@ use super::{Setup, Study, StudyName};
 /// Measures.
 pub fn run(setup: &Setup) -> Result<Study> {
     let mut study = Study::new(
-        StudyName::Diffraction.name(),
+        &StudyName::Diffraction.name(),
         "Diffraction: theory and its computation",
     )
     .at(3);

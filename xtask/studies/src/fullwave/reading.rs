@@ -21,7 +21,7 @@ type Value = fn(&Row) -> f64;
 
 pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
     let mut study = Study::new(
-        StudyName::Fullwave.name(),
+        &StudyName::Fullwave.name(),
         "The whole field: the tracer against the wave equation",
     )
     .at(4);

@@ -62,7 +62,7 @@ impl<'r> Overall<'r> {
 /// The study, from its measurements.
 pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result<Study> {
     let all = Overall::of(rows);
-    let mut study = Study::new(StudyName::Tracer.name(), "Tracer: how far to go").at(1);
+    let mut study = Study::new(&StudyName::Tracer.name(), "Tracer: how far to go").at(1);
     let limits = settings::reference(setup.profile);
     study.section.text(format!(
         "Rn Dm: limits of n reflections and m diffractions. Reference: R{} D{}, without omissions, down to {REST_DB} dB below the \

@@ -73,24 +73,8 @@ fn training_is_pytorch_s(dtype: DType, kind: ModelKind) -> Result<()> {
     Ok(())
 }
 
-#[test]
-fn adversarial_gradients_of_ms_areg() {
-    training_is_pytorch_s(DType::F32, ModelKind::MsAreg).unwrap();
-}
-
-#[test]
-#[ignore = "long: trains"]
-fn adversarial_three_steps_of_ms_areg() {
-    training_is_pytorch_s(DType::F64, ModelKind::MsAreg).unwrap();
-}
-
-#[test]
-fn adversarial_gradients_of_adv_mlp() {
-    training_is_pytorch_s(DType::F32, ModelKind::AdvMlp).unwrap();
-}
-
-#[test]
-#[ignore = "long: trains"]
-fn adversarial_three_steps_of_adv_mlp() {
-    training_is_pytorch_s(DType::F64, ModelKind::AdvMlp).unwrap();
+trainings! {
+    training_is_pytorch_s:
+    ms_areg(ModelKind::MsAreg), ignore = "long: trains";
+    adv_mlp(ModelKind::AdvMlp), ignore = "long: trains";
 }

@@ -12,31 +12,39 @@ use super::rule::mix;
 const SAMPLES: usize = 4;
 
 /// The arrays of one model.
-pub struct Golden(HashMap<String, Tensor>);
+pub struct Golden {
+    model: String,
+    arrays: HashMap<String, Tensor>,
+}
 
 impl Golden {
     pub fn of(model: &str) -> Self {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../../tests/golden/models")
             .join(format!("{model}.safetensors"));
-        Self(safetensors::load(path, &Device::Cpu).unwrap())
+        Self {
+            model: model.into(),
+            arrays: safetensors::load(path, &Device::Cpu).unwrap(),
+        }
     }
 
     pub fn values(&self, name: &str) -> Vec<f64> {
-        flat(&self.0[name])
+        flat(&self.arrays[name])
     }
 
     /// Checks every element of `found` to `tolerance`, absolute.
     pub fn check_absolute(&self, name: &str, found: &Tensor, tolerance: f64) {
-        assert_eq!(found.dims(), self.0[name].dims(), "{name}");
+        let model = &self.model;
+        let expected = self.arrays[name].dims();
+        assert_eq!(found.dims(), expected, "{model}, {name}");
         let worst = self
             .values(name)
             .iter()
             .zip(flat(found))
             .map(|(e, f)| (e - f).abs())
             .fold(0.0, f64::max);
-        println!("{name}: off by at most {worst:.2e}");
-        assert!(worst <= tolerance, "{name}: off by {worst:e}");
+        println!("{model}, {name}: off by at most {worst:.2e}");
+        assert!(worst <= tolerance, "{model}, {name}: off by {worst:e}");
     }
 
     /// Norm and samples of each of the tensors, in the order of their names.

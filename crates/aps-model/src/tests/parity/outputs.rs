@@ -9,58 +9,27 @@ use super::rule::{images, set_weights, targets};
 use crate::condition::{InputKind, InputShape};
 use crate::{ModelKind, Preset};
 
-fn outputs_are_pytorch_s(kind: ModelKind, name: &str, size: usize) {
-    let parameters = VarMap::new();
-    let vb = builder(&parameters, DType::F32, 0);
-    let model = kind.build(Preset::Paper, InputShape::Images, vb).unwrap();
-    set_weights(&parameters);
-    let golden = Golden::of(kind.name());
-    let found = model.forward_t(&images(size), false).unwrap();
-    golden.check_absolute(name, &found, 1e-4);
+fn outputs_are_pytorch_s(size: usize) {
+    let of_images = |kind: &ModelKind| kind.input() == InputKind::Images;
+    for kind in ModelKind::ALL.into_iter().filter(of_images) {
+        let parameters = VarMap::new();
+        let vb = builder(&parameters, DType::F32, 0);
+        let model = kind.build(Preset::Paper, InputShape::Images, vb).unwrap();
+        set_weights(&parameters);
+        let found = model.forward_t(&images(size), false).unwrap();
+        Golden::of(kind.name()).check_absolute(&format!("eval_{size}"), &found, 1e-4);
+    }
 }
 
 #[test]
-fn outputs_of_ms_areg() {
-    outputs_are_pytorch_s(ModelKind::MsAreg, "eval_64", 64);
-}
-
-#[test]
-fn outputs_of_ms_mlp() {
-    outputs_are_pytorch_s(ModelKind::MsMlp, "eval_64", 64);
-}
-
-#[test]
-fn outputs_of_adv_mlp() {
-    outputs_are_pytorch_s(ModelKind::AdvMlp, "eval_64", 64);
-}
-
-#[test]
-fn outputs_of_resnet_mlp() {
-    outputs_are_pytorch_s(ModelKind::ResnetMlp, "eval_64", 64);
-}
-
-#[test]
-fn outputs_of_radiounet() {
-    outputs_are_pytorch_s(ModelKind::RadioUnet, "eval_64", 64);
-}
-
-#[test]
-fn outputs_of_vit_reg() {
-    outputs_are_pytorch_s(ModelKind::VitReg, "eval_64", 64);
-}
-
-#[test]
-fn outputs_of_resnet_conv1d() {
-    outputs_are_pytorch_s(ModelKind::ResnetConv1d, "eval_64", 64);
+fn outputs_at_64_px() {
+    outputs_are_pytorch_s(64);
 }
 
 #[test]
 #[ignore = "long: images of the paper's size"]
 fn outputs_at_256_px() {
-    let of_images = |kind: &ModelKind| kind.input() == InputKind::Images;
-    for kind in ModelKind::ALL.into_iter().filter(of_images) {
-        outputs_are_pytorch_s(kind, "eval_256", 256);
-    }
+    outputs_are_pytorch_s(256);
 }
 
 #[test]

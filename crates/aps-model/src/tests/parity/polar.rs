@@ -3,7 +3,7 @@
 use candle_core::{DType, Device, ModuleT, Result, Tensor};
 use candle_nn::VarMap;
 
-use super::super::builder;
+use super::super::{WAYS, builder};
 use super::golden::Golden;
 use super::optimizer::{Adam, gradients};
 use super::rule::{BATCH, set_weights, values};
@@ -12,13 +12,6 @@ use crate::condition::PolarShape;
 use crate::models::polar_reg::PolarReg;
 use crate::parameters::FIXED;
 use crate::{ANGLE_BINS, LabelFacts, Loss};
-
-const SHAPE: PolarShape = PolarShape {
-    directions: 180,
-    ways: 15,
-    features: 14,
-    numbers: 4,
-};
 
 /// Power response of a half-wavelength linear array on the y axis, at most 1: bins from -180 degrees, directions from half a
 /// step.
@@ -35,7 +28,7 @@ fn response(elements: f64) -> Vec<f64> {
         }
     };
     let bins = 0..ANGLE_BINS;
-    bins.flat_map(|bin| (0..SHAPE.directions).map(move |direction| of(bin, direction)))
+    bins.flat_map(|bin| (0..WAYS.directions).map(move |direction| of(bin, direction)))
         .collect()
 }
 
@@ -50,7 +43,7 @@ fn facts(elements: f64) -> LabelFacts {
 
 fn model(dtype: DType) -> (PolarReg, VarMap) {
     let parameters = VarMap::new();
-    let model = PolarReg::new(SHAPE, builder(&parameters, dtype, 0)).unwrap();
+    let model = PolarReg::new(WAYS, builder(&parameters, dtype, 0)).unwrap();
     set_weights(&parameters);
     facts(16.0).set(&parameters).unwrap();
     (model, parameters)
@@ -63,7 +56,7 @@ fn ways(dtype: DType) -> Tensor {
         ways,
         features,
         numbers,
-    } = SHAPE;
+    } = WAYS;
     let all: Vec<f64> = values("ways", BATCH * directions * ways * features).collect();
     let beside: Vec<f64> = values("numbers", BATCH * directions * numbers).collect();
     let of_way = |way: &[f64]| -> Vec<f64> {
@@ -81,7 +74,7 @@ fn ways(dtype: DType) -> Tensor {
             ways.chain(numbers.iter().copied()).collect::<Vec<_>>()
         })
         .collect();
-    let shape = (BATCH, directions, SHAPE.values());
+    let shape = (BATCH, directions, WAYS.values());
     let ways = Tensor::from_vec(data, shape, &Device::Cpu).unwrap();
     ways.to_dtype(dtype).unwrap()
 }

@@ -172,56 +172,11 @@ const VIT_REG: Build = |vb| {
     Ok(Box::new(vit_reg::VitReg::new(config, vb)?))
 };
 
-#[test]
-fn gradients_of_ms_mlp() {
-    training_is_pytorch_s(DType::F32, "ms_mlp", MS_MLP).unwrap();
-}
-
-#[test]
-#[ignore = "long: trains"]
-fn three_steps_of_ms_mlp() {
-    training_is_pytorch_s(DType::F64, "ms_mlp", MS_MLP).unwrap();
-}
-
-#[test]
-fn gradients_of_resnet_mlp() {
-    training_is_pytorch_s(DType::F32, "resnet_mlp", RESNET_MLP).unwrap();
-}
-
-#[test]
-fn three_steps_of_resnet_mlp() {
-    training_is_pytorch_s(DType::F64, "resnet_mlp", RESNET_MLP).unwrap();
-}
-
-#[test]
-fn gradients_of_radiounet() {
-    training_is_pytorch_s(DType::F32, "radiounet", RADIOUNET).unwrap();
-}
-
-#[test]
-#[ignore = "long: trains"]
-fn three_steps_of_radiounet() {
-    training_is_pytorch_s(DType::F64, "radiounet", RADIOUNET).unwrap();
-}
-
-#[test]
-fn gradients_of_vit_reg() {
-    training_is_pytorch_s(DType::F32, "vit_reg", VIT_REG).unwrap();
-}
-
-#[test]
-#[ignore = "long: trains"]
-fn three_steps_of_vit_reg() {
-    training_is_pytorch_s(DType::F64, "vit_reg", VIT_REG).unwrap();
-}
-
-#[test]
-fn gradients_of_resnet_conv1d() {
-    training_is_pytorch_s(DType::F32, "resnet_conv1d", RESNET_CONV1D).unwrap();
-}
-
-#[test]
-#[ignore = "long: trains"]
-fn three_steps_of_resnet_conv1d() {
-    training_is_pytorch_s(DType::F64, "resnet_conv1d", RESNET_CONV1D).unwrap();
+trainings! {
+    training_is_pytorch_s:
+    ms_mlp("ms_mlp", MS_MLP), ignore = "long: trains";
+    resnet_mlp("resnet_mlp", RESNET_MLP);
+    radiounet("radiounet", RADIOUNET), ignore = "long: trains";
+    vit_reg("vit_reg", VIT_REG), ignore = "long: trains";
+    resnet_conv1d("resnet_conv1d", RESNET_CONV1D), ignore = "long: trains";
 }

@@ -165,7 +165,7 @@ impl Export {
     fn links(&self, dataset: &Dataset, ids: &[u32]) -> u64 {
         let maps = dataset.manifest().maps.iter();
         let maps = maps.filter(|map| ids.contains(&map.id));
-        let valid: u64 = maps.filter_map(|map| map.status.get("valid")).sum();
+        let valid: u64 = maps.map(|map| map.valid()).sum();
         valid.min(self.limit.map_or(u64::MAX, |limit| limit as u64))
     }
 
