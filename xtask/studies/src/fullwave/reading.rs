@@ -132,20 +132,30 @@ fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option
 fn orders(study: &mut Study, rows: &[Row], beyond: &[Row]) {
     let range_db = beyond.first().and_then(|row| row.dynamic_range_db);
     let limits = |row: &Row| (row.max_reflections, row.max_diffractions);
-    let far = rows.iter().filter(|r| r.scene == CANYON && r.max_diffractions > 2);
-    let all: Vec<&Row> = far.chain(beyond).filter(|r| r.dynamic_range_db == range_db).collect();
+    let far = rows
+        .iter()
+        .filter(|r| r.scene == CANYON && r.max_diffractions > 2);
+    let all: Vec<&Row> = far
+        .chain(beyond)
+        .filter(|r| r.dynamic_range_db == range_db)
+        .collect();
     let line = |row: &&&Row| -> Vec<String> {
         let at = |walls: Walls, slopes: bool| {
-            let same = |r: &&&Row| (limits(r), r.slopes, r.walls) == (limits(row), slopes, walls.name());
+            let same =
+                |r: &&&Row| (limits(r), r.slopes, r.walls) == (limits(row), slopes, walls.name());
             let found = all.iter().find(same);
             found.map_or(String::new(), |r| fixed(r.two_corners_mean_error_db, 2))
         };
-        let cells = Walls::ALL.into_iter().flat_map(|walls| [false, true].map(|slopes| at(walls, slopes)));
+        let cells = Walls::ALL
+            .into_iter()
+            .flat_map(|walls| [false, true].map(|slopes| at(walls, slopes)));
         let (r, d) = limits(row);
         std::iter::once(format!("R{r} D{d}")).chain(cells).collect()
     };
     let head = Walls::ALL.map(|walls| [format!("{}, without", walls.name()), "with".into()]);
-    let head: Vec<&str> = std::iter::once("limits").chain(head.iter().flatten().map(String::as_str)).collect();
+    let head: Vec<&str> = std::iter::once("limits")
+        .chain(head.iter().flatten().map(String::as_str))
+        .collect();
     let first = |row: &&&Row| !row.slopes && row.walls == Walls::Conductor.name();
     study.table(
         "The same mean error [dB] in the canyon as limits grow, at 40 dB, without and with slopes",
