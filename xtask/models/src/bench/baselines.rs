@@ -64,7 +64,7 @@ pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result
 /// Paths that the tracer is asked for.
 #[derive(Debug, Clone, Copy)]
 pub enum Found {
-    /// Those of at most so many interactions, and none of the further diffractions by which links without a path get one.
+    /// Paths of at most so many interactions, without the further diffractions that links without a path go on with.
     Within(usize),
     /// The strongest of a link, of all that the labels are made of.
     Strongest,

@@ -25,7 +25,7 @@ pub const CITATION: &str = "@misc{map2aps,
   url = {https://github.com/UNIC-Lab/aps-data},
 }";
 
-/// What stands where the licence goes: whoever passes the tables on puts in that of the maps.
+/// Placeholder for the licence of the maps, which whoever passes the tables on puts in.
 pub const LICENCE: &str = "licence-of-the-maps";
 
 /// Name of a part as hubs know it.
