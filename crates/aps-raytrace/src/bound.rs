@@ -77,8 +77,6 @@ pub(crate) struct Direction {
 
 /// Count of numbers in a direction.
 const COLUMNS: usize = 15;
-/// Place of the slope among them.
-const SLOPES: usize = 11;
 
 impl Direction {
     fn columns(&self) -> [f64; COLUMNS] {
@@ -107,10 +105,13 @@ impl Direction {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Directions {
     columns: [Vec<f64>; COLUMNS],
+    /// Any of them takes a slope along: a leg of length 0 among others takes none.
+    is_sloped: bool,
 }
 
 impl Directions {
     pub fn push(&mut self, direction: &Direction) {
+        self.is_sloped |= direction.slope > 0.0;
         for (column, value) in self.columns.iter_mut().zip(direction.columns()) {
             column.push(value);
         }
@@ -206,11 +207,7 @@ impl WedgeBound {
             .columns
             .each_ref()
             .map(|column| &column[range.clone()]);
-        // All legs between corners take slopes along, or none; legs of terminals take none.
-        let slopes = columns[SLOPES];
-        let is_sloped = slopes.first().is_some_and(|&slope| slope > 0.0);
-        debug_assert!(slopes.iter().all(|&slope| (slope > 0.0) == is_sloped));
-        match (p.slope > 0.0, is_sloped) {
+        match (p.slope > 0.0, others.is_sloped) {
             (false, false) => bound_each(self, p, columns, out),
             (true, true) => bound_each_with_slopes(self, p, columns, out),
             _ => bound_each_with_slope(self, p, columns, out),
@@ -520,6 +517,29 @@ mod tests {
         let exact = wedge.coefficient(&a, &b).norm();
         let bound = wedge.bound.of(&p, &q);
         assert!(bound < 1.02 * exact, "{bound:e}, {exact:e}");
+    }
+
+    /// Corners that touch are legs of length 0, without slope, beside others that have one.
+    #[test]
+    fn bounds_of_others_hold_beside_a_leg_without_slope() {
+        let (wedge, open) = corner(PI / 2.0, Material::PerfectConductor, 3.5e9);
+        let terminal = wedge.ray(DVec2::from_angle(-0.4 * open) * 30.0);
+        // Along the wall only the slope goes on.
+        let mut along = wedge.ray(DVec2::new(20.0, 0.0));
+        along.slope = 1e-3;
+        let mut touching = along;
+        touching.slope = 0.0;
+        let exact =
+            |ray: &Ray| (ray.slope * wedge.turn(&terminal, ray).by_second.norm_sqr()).sqrt();
+        let mut columns = Directions::default();
+        [touching, along].map(|ray| columns.push(&wedge.direction(&ray)));
+        let mut bounds = Vec::new();
+        let p = wedge.direction(&terminal);
+        wedge.bound.of_each(&p, &columns, 0..2, &mut bounds);
+        assert!(
+            exact(&along) > 0.0 && bounds[1] >= exact(&along),
+            "{bounds:?}"
+        );
     }
 
     /// Along a wall only the slope goes on, so that a loose bound of it would keep all such paths. Towards either face the slope vanishes, and
