@@ -532,7 +532,9 @@ mod tests {
         let exact =
             |ray: &Ray| (ray.slope * wedge.turn(&terminal, ray).by_second.norm_sqr()).sqrt();
         let mut columns = Directions::default();
-        [touching, along].map(|ray| columns.push(&wedge.direction(&ray)));
+        for ray in [&touching, &along] {
+            columns.push(&wedge.direction(ray));
+        }
         let mut bounds = Vec::new();
         let p = wedge.direction(&terminal);
         wedge.bound.of_each(&p, &columns, 0..2, &mut bounds);
