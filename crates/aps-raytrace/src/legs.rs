@@ -159,6 +159,10 @@ impl Legs {
             return;
         }
         let ray = wedge.ray(seen_at);
+        // Off a wall that the corner lies on: no way at all.
+        if ray.length_m < NEAREST_M {
+            return;
+        }
         let strength = chain.coefficient.norm() / ray.length_m.sqrt();
         let reflections = chain.reflections.len() as u32;
         self.short.push(Short {
