@@ -311,6 +311,42 @@ fn pictures_and_checks_cut_the_city_as_the_data_set_has_it() {
 }
 
 #[test]
+fn corner_of_the_first_map_can_be_given() {
+    let folder = Folder::new();
+    let (city, out) = (folder.arg("city.geojson"), folder.arg("data"));
+    fs::write(&city, collection(&houses(degrees), "")).unwrap();
+    let [longitude, latitude] = degrees(-10.0, -20.0);
+    let corner = format!("--corner {longitude},{latitude}");
+    let words = told(&format!("{} {corner}", make(&city, &out)));
+    assert!(words.contains("3 buildings"), "{words}");
+    let dataset = Dataset::open(&out).unwrap();
+    let manifest = dataset.manifest();
+    let maps = &manifest.configuration["maps"];
+    assert_eq!(maps["corner"], serde_json::json!([longitude, latitude]));
+    // The first house has its corner 10 m east and 20 m north of the map's.
+    let buildings = dataset.map(manifest.maps[0].id).unwrap().buildings;
+    let [x, y] = [10.0, 20.0];
+    let is_built = |x: f64, y: f64| buildings.pixels()[y as usize * 256 + x as usize] == 1;
+    assert!(
+        is_built(x + 1.5, y + 1.5) && !is_built(x - 1.5, y + 1.5) && !is_built(x + 1.5, y - 1.5)
+    );
+    succeed(&format!("verify {out} --maps {city}"));
+    let error = fail(&format!("verify {out} --maps {city} --corner 20,60"));
+    assert!(error.contains("was made of maps"), "{error}");
+    for (corner, word) in [
+        ("20,95", "origin"),
+        ("0,0", "degrees from"),
+        ("21,61", "no map"),
+    ] {
+        let error = fail(&format!(
+            "{} --corner {corner}",
+            make(&city, &folder.arg("no"))
+        ));
+        assert!(error.contains(word), "{error}");
+    }
+}
+
+#[test]
 fn manifests_that_say_less_are_still_read() {
     let folder = Folder::new();
     let out = folder.arg("data");

@@ -126,6 +126,42 @@ fn table_of_paths_holds_what_the_tracer_found() {
 }
 
 #[test]
+fn heading_turns_the_angles_and_nothing_else() {
+    let folder = Folder::new();
+    let page = |heading: &str| {
+        let out = folder.arg("link.html");
+        let line = format!("explain --map synthetic --tx 63,175 --rx 151,57 --out {out}");
+        let told = succeed(&format!("{line} {heading}"));
+        assert_eq!(
+            told.contains("from the array's heading 90 deg"),
+            heading == "--heading 90"
+        );
+        fs::read_to_string(out).unwrap()
+    };
+    let (own, turned) = (page(""), page("--heading 90"));
+    assert!(page("--heading=0") == own);
+    let paths = |page: &str| -> Vec<Vec<String>> {
+        let rows = linked_rows(page).into_iter();
+        rows.filter(|row| row.len() == 9).collect()
+    };
+    let (own, turned) = (paths(&own), paths(&turned));
+    assert!(!own.is_empty() && own.len() == turned.len());
+    for (own, turned) in own.iter().zip(&turned) {
+        let differ: Vec<usize> = (0..9).filter(|&i| own[i] != turned[i]).collect();
+        assert!(!differ.is_empty(), "{own:?}");
+        for i in differ {
+            let apart = (number(&own[i]) - number(&turned[i]) - 90.0).rem_euclid(360.0);
+            assert!(apart.min(360.0 - apart) < 0.11, "{i}: {own:?} {turned:?}");
+        }
+    }
+    for heading in ["400", "nan", "north"] {
+        let out = folder.arg("no.html");
+        let line = format!("explain --map synthetic --tx 63,175 --rx 151,57 --out {out}");
+        assert!(fail(&format!("{line} --heading {heading}")).contains("no heading in degrees"));
+    }
+}
+
+#[test]
 fn stored_and_retraced_paths_make_the_same_page() {
     let folder = Folder::new();
     folder.make("stored", &[SETTINGS, "aps,paths"]);

@@ -1,6 +1,7 @@
 //! Arguments that several commands share, and how their values are read.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -116,6 +117,10 @@ pub struct TileArgs {
     /// Take every polygon for a building, with or without a building tag.
     #[arg(long)]
     all_polygons: bool,
+    /// South-west corner of the first map, LON,LAT or X,Y with --metric [default: that of all buildings, or as the data set at
+    /// hand was made].
+    #[arg(long, value_name = "X,Y", value_parser = parse_point, allow_hyphen_values = true)]
+    corner: Option<DVec2>,
 }
 
 impl TileArgs {
@@ -131,6 +136,7 @@ impl TileArgs {
             min_buildings: self.min_buildings.unwrap_or(others.min_buildings),
             metric: self.metric || others.metric,
             all_polygons: self.all_polygons || others.all_polygons,
+            corner: self.corner.map(DVec2::into).or(others.corner),
         }
     }
 }
@@ -488,6 +494,18 @@ fn parse_pair(text: &str) -> Result<(f64, f64), String> {
     let (x, y) = text.split_once(',').ok_or_else(wrong)?;
     let number = |s: &str| s.trim().parse::<f64>().map_err(|_| wrong());
     Ok((number(x)?, number(y)?))
+}
+
+/// Headings of an array that are taken \[deg\].
+pub const HEADINGS_DEG: RangeInclusive<f64> = -360.0..=360.0;
+
+/// Reads a heading in degrees.
+pub fn parse_heading(text: &str) -> Result<f64, String> {
+    let (least, most) = (HEADINGS_DEG.start(), HEADINGS_DEG.end());
+    let wrong = || format!("'{text}' is no heading in degrees, from {least} to {most}");
+    let heading_deg = text.parse::<f64>().map_err(|_| wrong())?;
+    let is_taken = HEADINGS_DEG.contains(&heading_deg);
+    is_taken.then_some(heading_deg).ok_or_else(wrong)
 }
 
 /// Reads `concrete`, `pec` or `EPS,SIGMA`, as `--material` does.

@@ -21,5 +21,7 @@ pub mod progress;
 mod source;
 mod summary;
 
-pub use args::{ArrayForm, IdList, MapsArg, PartName, SceneArgs, TileArgs, parse_material};
+pub use args::{
+    ArrayForm, HEADINGS_DEG, IdList, MapsArg, PartName, SceneArgs, TileArgs, parse_material,
+};
 pub use progress::use_threads;

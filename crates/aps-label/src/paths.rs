@@ -1,6 +1,7 @@
 //! From the caller's paths to the canonical list the kernels work on.
 
 use std::cmp::Ordering;
+use std::f64::consts::{PI, TAU};
 
 use crate::protocol::Protocol;
 use crate::{MAX_DELAY_S, NEGLIGIBLE_DB, PathError};
@@ -16,6 +17,22 @@ pub struct PathSample {
     pub arrival_azimuth_rad: f64,
     /// 20 log10|a| \[dB\], the negative of the path loss.
     pub gain_db: f64,
+}
+
+impl PathSample {
+    /// The path as an array turned by `heading_rad`, counter-clockwise, sees it: its azimuth counted from that direction, from
+    /// -pi to pi; the same bits at a heading of 0.
+    #[must_use]
+    pub fn from_heading(self, heading_rad: f64) -> Self {
+        if heading_rad == 0.0 {
+            return self;
+        }
+        let turned_rad = self.arrival_azimuth_rad - heading_rad;
+        Self {
+            arrival_azimuth_rad: PI - (PI - turned_rad).rem_euclid(TAU),
+            ..self
+        }
+    }
 }
 
 /// Path losses the released code accepts \[dB\]: above the first, up to the second.

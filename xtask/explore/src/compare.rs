@@ -11,7 +11,7 @@ use serde::Serialize;
 use xtask_studies::SpectrumError;
 
 use crate::fault::{End, Fault};
-use crate::link::{Curve, Times, seen, us};
+use crate::link::{Curve, Times, us};
 use crate::request::LinkQuestion;
 use crate::stock::Stock;
 use crate::ticket::Ticket;
@@ -101,10 +101,9 @@ fn measure(
         let joined = tracer.value.link(&tx.value, &rx, &mut link);
         joined.map_err(Fault::of)?;
         let joined = Instant::now();
-        let mut samples: Vec<_> = link.paths.iter().map(sample_of).collect();
-        for sample in &mut samples {
-            sample.arrival_azimuth_rad = seen(sample.arrival_azimuth_rad, &question.label);
-        }
+        let heading_rad = question.label.heading_deg.to_radians();
+        let seen = |path| sample_of(path).from_heading(heading_rad);
+        let samples: Vec<_> = link.paths.iter().map(seen).collect();
         spectrum = Spectrum::of(labeler, &samples).map_err(Fault::of)?;
         taken[0].push(prepared - began);
         taken[1].push(joined - prepared);

@@ -16,7 +16,6 @@ use serde::Serialize;
 use xtask_studies::SpectrumError;
 
 use crate::fault::Fault;
-use crate::link::seen;
 use crate::request::{CoverageQuestion, LabelChoice, Show};
 use crate::stock::{Prepared, Stock};
 use crate::ticket::Ticket;
@@ -251,13 +250,11 @@ impl Survey {
                 }));
             }
             buffers.samples.clear();
-            buffers.samples.extend(paths.iter().map(|path| {
-                let sample = sample_of(path);
-                PathSample {
-                    arrival_azimuth_rad: seen(sample.arrival_azimuth_rad, &self.label),
-                    ..sample
-                }
-            }));
+            let heading_rad = self.label.heading_deg.to_radians();
+            let seen = paths
+                .iter()
+                .map(|path| sample_of(path).from_heading(heading_rad));
+            buffers.samples.extend(seen);
             let label = &mut buffers.labels[i];
             let status = self
                 .labeler

@@ -1,10 +1,12 @@
 //! Files to take along: the map, the link, its picture, its explanation, and the command line that gives the same.
 
-use std::fmt::{Display, Write};
+use std::fmt::Display;
 
+use aps_raytrace::Footprint;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::Area;
+use aps_raytrace::scene::{Area, Coordinates, GeoJsonConfig, Tiling, parse_geojson};
 use aps_report::explain::{Explained, Explanation};
+use aps_report::link::from_heading;
 use hyper::StatusCode;
 use map2aps::MapSource;
 use map2aps::path_list::{LinkEntry, LinkList};
@@ -12,6 +14,7 @@ use serde_json::{Value, json};
 use xtask::{ArrayForm, command_line};
 
 use crate::fault::Fault;
+use crate::houses::House;
 use crate::link::Traced;
 use crate::reply::{JSON, Reply, whole};
 use crate::request::LinkQuestion;
@@ -76,15 +79,11 @@ pub fn make(
 
 fn title(question: &LinkQuestion) -> String {
     let ([a, b], [c, d]) = (question.tx, question.rx);
-    let mut title = format!(
+    let title = format!(
         "Map {}, from ({a}, {b}) m to ({c}, {d}) m",
         question.city.map
     );
-    let heading_deg = question.label.heading_deg;
-    if heading_deg != 0.0 {
-        let _ = write!(title, ", angles from the array's heading {heading_deg} deg");
-    }
-    title
+    title + &from_heading(question.label.heading_deg)
 }
 
 /// Returns true for a map that RadioMapSeer's format holds: polygons without holes in its square.
@@ -95,12 +94,8 @@ fn is_plain(city: &City) -> bool {
 /// The houses as they were given: polygons of RadioMapSeer, or GeoJSON in metres where there are courtyards or the square is
 /// another.
 fn map(city: &City) -> Result<Value, Fault> {
-    let ring = |ring: &Vec<DVec2>| -> Vec<[f64; 2]> {
-        let is_closed = ring.first() == ring.last();
-        let again = ring.first().filter(|_| !is_closed);
-        let closed = ring.iter().chain(again);
-        closed.map(|p| p.to_array()).collect()
-    };
+    let ring =
+        |ring: &Vec<DVec2>| -> Vec<[f64; 2]> { closed(ring).map(|p| p.to_array()).collect() };
     if is_plain(city) {
         let rings = city.houses.iter().map(|h| ring(&h.footprint.outer));
         return Ok(rings.collect());
@@ -118,6 +113,41 @@ fn map(city: &City) -> Result<Value, Fault> {
     Ok(json!({ "type": "FeatureCollection", "features": features }))
 }
 
+/// The vertices of a ring, the first again last.
+fn closed(ring: &[DVec2]) -> impl Iterator<Item = &DVec2> {
+    let is_closed = ring.first() == ring.last();
+    ring.iter().chain(ring.first().filter(|_| !is_closed))
+}
+
+/// Returns true when the command line reads a map in GeoJSON as it is here: no house lies outside of the square, and no corner
+/// between the parts of a metre that coordinates are rounded to.
+fn is_read_back(city: &City, map: &Value) -> bool {
+    let config = GeoJsonConfig {
+        coordinates: Coordinates::Metres,
+        origin: Some([0.0; 2]),
+        ..GeoJsonConfig::default()
+    };
+    let side_m = city.area.max.x;
+    let square = Area {
+        min: DVec2::ZERO,
+        max: DVec2::splat(side_m),
+    };
+    let read = parse_geojson(map.to_string(), &config).ok();
+    let cut = read.and_then(|c| Tiling::from_corner(c.footprints, side_m, DVec2::ZERO).ok());
+    let is_same = |(read, own): (&Footprint, &House)| {
+        let ([a, b], [c, d]) = (
+            [read, &own.footprint].map(|f| &f.outer),
+            [read, &own.footprint].map(|f| &f.holes),
+        );
+        let same = |a: &[DVec2], b: &[DVec2]| closed(a).eq(closed(b));
+        same(a, b) && c.len() == d.len() && c.iter().zip(d).all(|(c, d)| same(c, d))
+    };
+    cut.and_then(|cut| cut.tile(0)).is_some_and(|tile| {
+        let is_complete = tile.footprints.len() == city.houses.len();
+        city.area == square && is_complete && tile.footprints.iter().zip(&city.houses).all(is_same)
+    })
+}
+
 /// The command lines that give the same paths and the same explanation.
 fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
     let config = question.trace.config()?;
@@ -129,12 +159,19 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
     };
     match &maps.source {
         _ if !question.city.houses.is_empty() => {
-            if !is_plain(&*stock.city(&question.city)?) {
-                return Err(Fault::NoFile(
-                    "a changed map with courtyards, or of another square than 256 m, has no file that the command line reads",
-                ));
-            }
+            let city = stock.city(&question.city)?;
             option("--map", &format_args!("map-{id}.json"));
+            if !is_plain(&city) {
+                if !is_read_back(&city, &map(&city)?) {
+                    return Err(Fault::NoFile(
+                        "no file of a map with courtyards, or of another square than 256 m, holds a house outside of the square or \
+                        a corner between 1/1024 m",
+                    ));
+                }
+                option("--tile", &city.area.max.x);
+                option("--corner", &"0,0");
+                link.push("--metric".into());
+            }
         }
         MapSource::Folder(folder) => {
             let file = folder.join(format!("{id}.json"));
@@ -150,6 +187,9 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
             option("--map-id", &id);
             option("--tile", &settings.tile_m);
             option("--min-buildings", &settings.min_buildings);
+            if let Some([x, y]) = settings.corner {
+                option("--corner", &format_args!("{x},{y}"));
+            }
             if settings.metric {
                 link.push("--metric".into());
             }
@@ -189,6 +229,7 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
         ("--array", array.into()),
         ("--elements", label.elements.to_string()),
         ("--spacing", label.spacing.to_string()),
+        ("--heading", label.heading_deg.to_string()),
         ("--fs-hz", label.sampling_rate_hz.to_string()),
         ("--out", "link.html".into()),
     ];
@@ -201,13 +242,9 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
     };
     let trace = [words(&["trace", "--format", "json"]), link.clone()].concat();
     let explain = [words(&["explain"]), link, spectrum.concat()].concat();
-    let mut text = format!(
+    Ok(format!(
         "{}\n{}\n",
         command_line::shown(trace),
         command_line::shown(explain)
-    );
-    if label.heading_deg != 0.0 {
-        text += "# the heading of the array is not among the options of explain\n";
-    }
-    Ok(text)
+    ))
 }

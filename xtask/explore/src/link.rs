@@ -75,25 +75,13 @@ impl Traced {
             label: 0.0,
         };
         let [from, to] = [question.tx, question.rx].map(DVec2::from);
-        let mut view = LinkView::traced(from, to, &link.paths);
-        for path in &mut view.paths {
-            path.arrival_azimuth_rad = seen(path.arrival_azimuth_rad, &question.label);
-        }
+        let view = LinkView::traced(from, to, &link.paths).from_heading(question.label.heading_deg);
         Ok(Self {
             city,
             link,
             view,
             times,
         })
-    }
-}
-
-/// An arrival azimuth counted from the heading of the array, in (-pi, pi]; the same bits where that is 0.
-pub fn seen(azimuth_rad: f64, label: &LabelChoice) -> f64 {
-    use std::f64::consts::{PI, TAU};
-    match label.heading_deg {
-        0.0 => azimuth_rad,
-        heading_deg => PI - (PI - (azimuth_rad - heading_deg.to_radians())).rem_euclid(TAU),
     }
 }
 

@@ -4,7 +4,7 @@ use aps_label::{LabelConfig, Protocol};
 use aps_raytrace::TraceConfig;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use xtask::ArrayForm;
+use xtask::{ArrayForm, HEADINGS_DEG};
 
 use crate::fault::Fault;
 use crate::houses::Edits;
@@ -180,7 +180,7 @@ impl LabelChoice {
     /// # Errors
     /// Settings outside of their ranges.
     pub fn config(&self) -> Result<LabelConfig, Fault> {
-        Fault::range("heading_deg", self.heading_deg, -360.0..=360.0)?;
+        Fault::range("heading_deg", self.heading_deg, HEADINGS_DEG)?;
         Fault::range("elements", self.elements as f64, 1.0..=ELEMENTS as f64)?;
         let config = LabelConfig {
             sampling_rate_hz: self.sampling_rate_hz,

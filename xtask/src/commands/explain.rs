@@ -7,12 +7,12 @@ use aps_label::{LabelConfig, Protocol};
 use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
 use aps_report::explain::{Explained, Explanation};
-use aps_report::link::LinkView;
+use aps_report::link::{LinkView, from_heading};
 use aps_report::picture::Outlines;
 
 use map2aps::is_near;
 
-use crate::args::{ArrayArgs, MapsArg, OneMapArgs, TraceArgs, parse_point};
+use crate::args::{ArrayArgs, MapsArg, OneMapArgs, TraceArgs, parse_heading, parse_point};
 use crate::cautions;
 use crate::say;
 use crate::source::{LinkId, Source};
@@ -44,6 +44,9 @@ pub struct Args {
     protocol: Protocol,
     #[command(flatten)]
     array: ArrayArgs,
+    /// Heading of the array [deg], counter-clockwise from +x: angles are counted from there.
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_heading)]
+    heading: f64,
     /// File to write: .html for a page, .svg for a picture.
     #[arg(long)]
     out: PathBuf,
@@ -70,7 +73,9 @@ impl Args {
             Some("svg") => false,
             _ => bail!("--out '{}': name a file .html or .svg", self.out.display()),
         };
-        let subject = self.subject()?;
+        let mut subject = self.subject()?;
+        subject.title += &from_heading(self.heading);
+        subject.link = subject.link.from_heading(self.heading);
         let explanation = Explanation::of(&subject.link, self.protocol, &subject.label)?
             .with_context(|| {
                 format!(

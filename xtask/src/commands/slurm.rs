@@ -173,6 +173,7 @@ fn maps_words(order: &Order) -> Vec<String> {
         min_buildings,
         metric,
         all_polygons,
+        corner,
     } = order.tiles.settings();
     let maps = &order.maps;
     let mut words = Vec::new();
@@ -184,6 +185,9 @@ fn maps_words(order: &Order) -> Vec<String> {
         words.extend(["--min-buildings".into(), min_buildings.to_string()]);
         words.extend(metric.then(|| "--metric".into()));
         words.extend(all_polygons.then(|| "--all-polygons".into()));
+        if let Some([x, y]) = corner {
+            words.extend(["--corner".into(), format!("{x},{y}")]);
+        }
     }
     words
 }

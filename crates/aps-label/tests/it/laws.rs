@@ -161,3 +161,17 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    #[test]
+    fn heading_is_counted_from(azimuth_rad in -20.0..20.0, heading_rad in -7.0..7.0) {
+        let path = PathSample { delay_s: 1e-7, arrival_azimuth_rad: azimuth_rad, gain_db: -90.0 };
+        prop_assert_eq!(path.from_heading(0.0), path);
+        let seen = path.from_heading(heading_rad);
+        let at = seen.arrival_azimuth_rad;
+        prop_assert!(at.abs() <= std::f64::consts::PI);
+        let (sine, cosine) = (azimuth_rad - heading_rad).sin_cos();
+        prop_assert!((at.sin() - sine).hypot(at.cos() - cosine) < 1e-14);
+        prop_assert_eq!((seen.delay_s, seen.gain_db), (path.delay_s, path.gain_db));
+    }
+}

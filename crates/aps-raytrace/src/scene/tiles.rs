@@ -1,7 +1,7 @@
 //! A city cut into square maps.
 //!
 //! Tile (column, row) of side s is the square from (column, row) * s to (column + 1, row + 1) * s, counted from the
-//! south-west corner of the bounding box of all buildings. Tiles are numbered row by row from there: id = row * columns +
+//! south-west corner of the bounding box of all buildings, or from a corner that is given. Tiles are numbered row by row from there: id = row * columns +
 //! column.
 //!
 //! A tile holds every building that has some area in it, whole, even where it reaches beyond the border: a building cut
@@ -99,6 +99,26 @@ impl Tiling {
     /// # Ok::<(), aps_raytrace::scene::TilingError>(())
     /// ```
     pub fn new(footprints: Vec<Footprint>, side_m: f64) -> Result<Self, TilingError> {
+        Self::cut(footprints, side_m, None)
+    }
+
+    /// Cuts the part of a city that lies north and east of a corner \[m\]; cost as [`Tiling::new`].
+    ///
+    /// # Errors
+    /// [`TilingError`].
+    pub fn from_corner(
+        footprints: Vec<Footprint>,
+        side_m: f64,
+        corner_m: DVec2,
+    ) -> Result<Self, TilingError> {
+        Self::cut(footprints, side_m, Some(corner_m))
+    }
+
+    fn cut(
+        footprints: Vec<Footprint>,
+        side_m: f64,
+        corner_m: Option<DVec2>,
+    ) -> Result<Self, TilingError> {
         if !(side_m.is_finite() && side_m >= 1.0) {
             return Err(TilingError::Side { side_m });
         }
@@ -111,6 +131,7 @@ impl Tiling {
         else {
             return Err(TilingError::NoBuilding);
         };
+        let min = corner_m.unwrap_or(min);
         let count = ((max - min) / side_m).ceil().max(DVec2::ONE);
         let reach = |(a, b): (DVec2, DVec2)| {
             let cells = ((b - a) / side_m).ceil() + 1.0;
@@ -141,7 +162,10 @@ impl Tiling {
             return;
         };
         let cell = |p: DVec2| ((p - self.origin_m) / self.side_m).floor();
-        let (first, last) = (cell(min), cell(max));
+        let (first, last) = (cell(min).max(DVec2::ZERO), cell(max));
+        if last.min_element() < 0.0 {
+            return;
+        }
         for row in first.y as u32..=(last.y as u32).min(self.rows - 1) {
             for column in first.x as u32..=(last.x as u32).min(self.columns - 1) {
                 let corner = self.corner([column, row]);
@@ -296,6 +320,24 @@ mod tests {
         assert_eq!(tiling.ids(2).count(), 0);
         assert_eq!(tiling.tile(3).unwrap().cell, [0, 1]);
         assert_eq!(tiling.tile(1), None);
+    }
+
+    #[test]
+    fn tiles_from_a_corner_leave_out_what_lies_behind_it() {
+        let city = [(0.0, 0.0), (95.0, 10.0), (250.0, 0.0), (50.0, 150.0)];
+        let city = city
+            .map(|(x, y)| rectangle(x, y, x + 10.0, y + 10.0))
+            .to_vec();
+        let corner = DVec2::new(100.0, -30.0);
+        let tiling = Tiling::from_corner(city.clone(), 100.0, corner).unwrap();
+        assert_eq!(tiling.ids(1).collect::<Vec<_>>(), [0, 1]);
+        let first = tiling.tile(0).unwrap();
+        assert_eq!(first.footprints.len(), 1);
+        assert_eq!(first.footprints[0].outer[0], DVec2::new(-5.0, 40.0));
+        let nothing = Tiling::from_corner(city.clone(), 100.0, DVec2::splat(1e3)).unwrap();
+        assert_eq!(nothing.ids(1).count(), 0);
+        let far = Tiling::from_corner(city, 100.0, DVec2::splat(-1e9));
+        assert!(matches!(far, Err(TilingError::Extent { .. })));
     }
 
     #[test]

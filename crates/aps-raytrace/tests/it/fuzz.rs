@@ -30,6 +30,7 @@ fn read_all_ways(text: impl AsRef<[u8]>) {
         let config = GeoJsonConfig {
             coordinates,
             all_polygons: text.len().is_multiple_of(2),
+            origin: text.len().is_multiple_of(3).then_some([24.94, 60.16]),
         };
         let Ok(city) = parse_geojson(text, &config) else {
             continue;

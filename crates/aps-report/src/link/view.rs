@@ -40,6 +40,14 @@ pub struct LinkView {
     pub paths: Vec<PathView>,
 }
 
+/// Words for a title that say where angles are counted from; none at a heading of 0.
+pub fn from_heading(heading_deg: f64) -> String {
+    if heading_deg == 0.0 {
+        return String::new();
+    }
+    format!(", angles from the array's heading {heading_deg} deg")
+}
+
 impl PathView {
     /// Unfolded length \[m\].
     pub fn length_m(&self) -> f64 {
@@ -96,6 +104,16 @@ impl LinkView {
             rx,
             paths: paths.iter().map(PathView::from).collect(),
         }
+    }
+
+    /// The link as an array turned by `heading_deg`, counter-clockwise, sees it: arrival azimuths counted from there.
+    #[must_use]
+    pub fn from_heading(mut self, heading_deg: f64) -> Self {
+        for path in &mut self.paths {
+            let seen = path.sample().from_heading(heading_deg.to_radians());
+            path.arrival_azimuth_rad = seen.arrival_azimuth_rad;
+        }
+        self
     }
 
     /// A link as a data set stores it.

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use aps_raytrace::Scene;
+use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tile, Tiling, parse_geojson};
 use serde_json::{Value, json};
 
@@ -24,6 +25,9 @@ pub struct TileSettings {
     pub metric: bool,
     /// Every polygon is a building, with or without a building tag.
     pub all_polygons: bool,
+    /// South-west corner of the first map: longitude and latitude \[deg\], or metres as `metric` has it; that of all buildings
+    /// without one.
+    pub corner: Option<[f64; 2]>,
 }
 
 impl Default for TileSettings {
@@ -33,6 +37,7 @@ impl Default for TileSettings {
             min_buildings: 1,
             metric: false,
             all_polygons: false,
+            corner: None,
         }
     }
 }
@@ -48,6 +53,7 @@ impl TileSettings {
             min_buildings: min_buildings.map_or(default.min_buildings, |n| n as usize),
             metric: stored["coordinates"] == "metres",
             all_polygons: stored["all_polygons"] == true,
+            corner: serde_json::from_value(stored["corner"].clone()).unwrap_or_default(),
         }
     }
 }
@@ -86,10 +92,15 @@ impl City {
                 false => Coordinates::Degrees,
             },
             all_polygons: settings.all_polygons,
+            origin: settings.corner,
         };
         let city = parse_geojson(bytes, &config).at_file(Place::City, file)?;
         let buildings = city.footprints.len();
-        let tiling = Tiling::new(city.footprints, settings.tile_m).at_file(Place::City, file)?;
+        let tiling = match settings.corner {
+            None => Tiling::new(city.footprints, settings.tile_m),
+            Some(_) => Tiling::from_corner(city.footprints, settings.tile_m, DVec2::ZERO),
+        };
+        let tiling = tiling.at_file(Place::City, file)?;
         let is_map = |id: &u32| tiling.contents(*id).1 <= MAX_BUILT_SHARE && is_built(&tiling, *id);
         let ids: Vec<u32> = tiling.ids(settings.min_buildings).filter(is_map).collect();
         let city = Self {
@@ -125,7 +136,7 @@ impl City {
 
     /// Describes the settings that decide the maps, as a manifest keeps them.
     pub fn describe(&self) -> Value {
-        json!({
+        let mut described = json!({
             "kind": "geojson",
             "tile_m": self.settings.tile_m,
             "min_buildings": self.settings.min_buildings,
@@ -134,7 +145,11 @@ impl City {
             "crs": self.crs,
             "origin": self.origin,
             "buildings": self.buildings,
-        })
+        });
+        if let Some(corner) = self.settings.corner {
+            described["corner"] = json!(corner);
+        }
+        described
     }
 
     /// Side of the maps \[m\].

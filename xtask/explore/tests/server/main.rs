@@ -372,6 +372,63 @@ fn edited_houses_change_the_map_and_the_file_gives_the_same_link() {
 }
 
 #[test]
+fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
+    let house = |x: f64, holes: Value| {
+        let square = |x: f64, y: f64, s: f64| {
+            json!([[x, y], [x + s, y], [x + s, y + s], [x, y + s], [x, y]])
+        };
+        let mut rings = vec![square(x, 30.0, 40.0)];
+        if holes == true {
+            rings.push(square(x + 10.0, 40.0, 20.0));
+        }
+        json!({
+            "type": "Feature", "properties": { "building": "yes" },
+            "geometry": { "type": "Polygon", "coordinates": rings },
+        })
+    };
+    let city = json!({ "type": "FeatureCollection", "features": [house(20.0, true.into()), house(90.5, false.into())] });
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("city.geojson");
+    std::fs::write(&file, city.to_string()).unwrap();
+    let tiles = TileSettings {
+        metric: true,
+        tile_m: 150.0,
+        ..TileSettings::default()
+    };
+    let port = start_with(MapSource::geojson(&file, tiles).unwrap());
+    let mut question = question(port, 0);
+    question["city"]["houses"] =
+        json!({ "moved": [[1, [3.0, -2.0]]], "drawn": [[[5, 90], [50, 90], [50, 100], [5, 100]]] });
+    let told = post(port, "/api/map", &question["city"]).json();
+    for end in ["tx", "rx"] {
+        question[end] = told[end].clone();
+    }
+    let words = |question: &Value| post(port, "/api/file/command", question);
+    let command = String::from_utf8(words(&question).body).unwrap();
+    assert!(
+        command.contains("--map map-0.json --tile 150 --corner 0,0 --metric"),
+        "{command}"
+    );
+    let changed = folder.path().join("map-0.json");
+    std::fs::write(&changed, post(port, "/api/file/map", &question).body).unwrap();
+    let tiles = TileSettings {
+        corner: Some([0.0; 2]),
+        ..tiles
+    };
+    let (scene, _) = load_file(&changed, None, tiles, SceneSettings::default()).unwrap();
+    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let (tx, rx) = (point(&question["tx"]), point(&question["rx"]));
+    let link = LinkEntry::new(tx, rx, &tracer.trace(tx, rx).unwrap().paths);
+    let answer = post(port, "/api/link", &question).json();
+    assert_eq!(answer["link"], serde_json::to_value(link).unwrap());
+    for corner in [5.3, -60.0] {
+        question["city"]["houses"] =
+            json!({ "drawn": [[[corner, 90], [corner + 9.0, 90], [corner + 9.0, 95]]] });
+        assert_eq!(words(&question).kind(), "nothing");
+    }
+}
+
+#[test]
 fn files_are_what_their_names_say() {
     let port = start();
     let question = question(port, 0);

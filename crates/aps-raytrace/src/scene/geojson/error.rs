@@ -98,7 +98,7 @@ pub enum GeoJsonError {
     },
     /// The buildings are too far apart for one plane.
     #[error(
-        "feature {feature}: ({x}, {y}) is {distance_deg:.1} degrees from the middle of all buildings, at most {limit_deg} fit one plane; cut the file, unless its numbers are metres"
+        "feature {feature}: ({x}, {y}) is {distance_deg:.1} degrees from the origin of the plane, at most {limit_deg} fit one plane; cut the file, unless its numbers are metres"
     )]
     TooLarge {
         /// Index of the feature.
@@ -107,11 +107,14 @@ pub enum GeoJsonError {
         x: f64,
         /// Second coordinate.
         y: f64,
-        /// Distance from the middle of all buildings \[deg\].
+        /// Distance from the origin of the plane \[deg\].
         distance_deg: f64,
         /// Largest distance that fits one plane \[deg\].
         limit_deg: f64,
     },
+    /// The origin asked for is no place in the unit of the file.
+    #[error("origin ({}, {}): no place in the unit of the file's numbers", .0[0], .0[1])]
+    Origin([f64; 2]),
     /// No building is as large as a metre.
     #[error(
         "the largest of {buildings} buildings is {size_m:.3} m long: the numbers must be in another unit"

@@ -24,12 +24,22 @@ pub(super) enum Frame {
 }
 
 impl Frame {
-    /// For longitudes and latitudes.
-    pub(super) fn of_degrees(polygons: &[Polygon]) -> Result<Self, GeoJsonError> {
+    /// For longitudes and latitudes, about an origin or their middle.
+    pub(super) fn of_degrees(
+        polygons: &[Polygon],
+        origin: Option<[f64; 2]>,
+    ) -> Result<Self, GeoJsonError> {
         for polygon in polygons {
             for &[x, y] in polygon.rings.iter().flatten() {
                 check_degrees(polygon.feature, x, y)?;
             }
+        }
+        if let Some([longitude, latitude]) = origin {
+            let is_place = longitude.abs() <= 360.0 && latitude.abs() <= 90.0 - FROM_POLE_DEG;
+            return match is_place {
+                true => Ok(Self::Plane(LocalPlane::at(wrap(longitude), latitude))),
+                false => Err(GeoJsonError::Origin([longitude, latitude])),
+            };
         }
         let longitudes = |f: fn(f64) -> f64| bounds(polygons, move |[x, y]| DVec2::new(f(x), y));
         let (mut min, mut max) = longitudes(wrap);
@@ -41,10 +51,18 @@ impl Frame {
         Ok(Self::Plane(LocalPlane::at(wrap(middle.x), middle.y)))
     }
 
-    /// For eastings and northings.
-    pub(super) fn of_metres(polygons: &[Polygon]) -> Self {
+    /// For eastings and northings, from an origin or their middle.
+    pub(super) fn of_metres(
+        polygons: &[Polygon],
+        origin: Option<[f64; 2]>,
+    ) -> Result<Self, GeoJsonError> {
         let (min, max) = bounds(polygons, DVec2::from);
-        Self::Shift(((min + max) / 2.0).floor())
+        let middle = ((min + max) / 2.0).floor();
+        let origin = origin.map_or(middle, DVec2::from);
+        match origin.abs().max_element() <= MAX_METRES || middle == origin {
+            true => Ok(Self::Shift(origin)),
+            false => Err(GeoJsonError::Origin(origin.to_array())),
+        }
     }
 
     /// Position of (0, 0), in the unit of the file's numbers.

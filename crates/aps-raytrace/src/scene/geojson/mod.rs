@@ -48,12 +48,14 @@ pub enum Coordinates {
 }
 
 /// Settings for reading a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GeoJsonConfig {
     /// Unit of its numbers.
     pub coordinates: Coordinates,
     /// Takes every polygon for a building: for files of footprints alone, without tags.
     pub all_polygons: bool,
+    /// Place that becomes (0, 0), in the unit of [`GeoJsonCity::origin`]; the middle of all buildings without one.
+    pub origin: Option<[f64; 2]>,
 }
 
 /// The buildings of a file.
@@ -134,10 +136,10 @@ pub fn parse_geojson(
     };
     let crs = stated(crs, config.coordinates)?;
     let frame = match config.coordinates {
-        Coordinates::Metres => Frame::of_metres(&polygons),
+        Coordinates::Metres => Frame::of_metres(&polygons, config.origin)?,
         Coordinates::Degrees => {
             to_degrees(crs.unwrap_or(Crs::CRS84), &mut polygons)?;
-            Frame::of_degrees(&polygons)?
+            Frame::of_degrees(&polygons, config.origin)?
         }
     };
     let mut footprints = Vec::with_capacity(polygons.len());

@@ -6,6 +6,7 @@ const YES: &str = r#""building":"yes""#;
 const METRES: GeoJsonConfig = GeoJsonConfig {
     coordinates: Coordinates::Metres,
     all_polygons: false,
+    origin: None,
 };
 
 fn parse(text: &str) -> Result<GeoJsonCity, GeoJsonError> {
@@ -191,6 +192,42 @@ fn metres_are_asked_for_never_guessed() {
     let small = house("[[0,0],[50,0],[50,30]]");
     assert!(matches!(parse(&small), Err(GeoJsonError::TooLarge { .. })));
     assert!(parse_geojson(&small, &METRES).is_ok());
+}
+
+#[test]
+fn origin_that_is_asked_for_becomes_zero() {
+    let at = |origin, coordinates| GeoJsonConfig {
+        coordinates,
+        origin: Some(origin),
+        ..GeoJsonConfig::default()
+    };
+    let (metric, degrees) = (house("[[100.5,20],[110,20],[110,30]]"), house(SQUARE));
+    let config = at([100.0, 0.0], Coordinates::Metres);
+    let city = parse_geojson(&metric, &config).unwrap();
+    assert_eq!(city.footprints[0].outer[0], DVec2::new(0.5, 20.0));
+    assert_eq!(city.origin, [100.0, 0.0]);
+    let config = at([24.945, 60.168], Coordinates::Degrees);
+    let city = parse_geojson(&degrees, &config).unwrap();
+    assert_eq!(city.footprints[0].outer[0], DVec2::ZERO);
+    // The same houses, about another place of the plane.
+    let own = parse(&degrees).unwrap();
+    assert!(extent(&own).distance(extent(&city)) < 2e-3);
+    for origin in [[0.0, 90.0], [361.0, 0.0], [f64::NAN, 0.0]] {
+        let refused = parse_geojson(&degrees, &at(origin, Coordinates::Degrees));
+        assert!(
+            matches!(refused, Err(GeoJsonError::Origin(_))),
+            "{refused:?}"
+        );
+    }
+    for origin in [[1e9, 0.0], [0.0, f64::NAN], [0.0, f64::INFINITY]] {
+        let refused = parse_geojson(&metric, &at(origin, Coordinates::Metres));
+        assert!(
+            matches!(refused, Err(GeoJsonError::Origin(_))),
+            "{refused:?}"
+        );
+    }
+    let far = parse_geojson(&degrees, &at([0.0, 0.0], Coordinates::Degrees));
+    assert!(matches!(far, Err(GeoJsonError::TooLarge { .. })));
 }
 
 #[test]
