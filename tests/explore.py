@@ -324,6 +324,9 @@ def check_drag(page, xtask, folder):
     must(page.state()["rx"] != start, "a click on the street puts the receiver there")
     page.wait("document.querySelector('#tables tbody tr')")
     same_as_trace(page, xtask, folder, "near the transmitter")
+    choose(page, "heading", 30)
+    same_as_trace(page, xtask, folder, "with a turned array")
+    choose(page, "heading", 0)
 
 
 def free_place(page):
@@ -720,6 +723,7 @@ def main():
     parser.add_argument("--pictures")
     parser.add_argument("--only-frames", action="store_true", help="drag, and check nothing but the frames")
     args = parser.parse_args()
+    args.xtask = os.path.abspath(args.xtask)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, server(args.explore, ["--maps", args.maps]) as url:
         must(re.fullmatch(r"http://127\.0\.0\.1:\d+/", url), f"the page is at {url}")
         browser = Browser(folder)

@@ -336,7 +336,7 @@ fn corner_of_the_first_map_can_be_given() {
     for (corner, word) in [
         ("20,95", "origin"),
         ("0,0", "degrees from"),
-        ("21,61", "no map"),
+        ("21,61", "no tile has"),
     ] {
         let error = fail(&format!(
             "{} --corner {corner}",
