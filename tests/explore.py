@@ -501,12 +501,36 @@ def check_reload(page):
     page.open(address)
 
 
+# Where the pointer meets the element of that number: its place on the screen and its path; none where it lies under another.
+PLACE = """(() => {
+  const e = document.querySelectorAll('%s')[%d];
+  if (!e) return 'none';
+  e.scrollIntoView({ block: 'center' });
+  const box = e.getBoundingClientRect();
+  let at = { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+  if (e.getTotalLength?.() > 0) at = e.getPointAtLength(e.getTotalLength() / 2).matrixTransform(e.getScreenCTM());
+  return document.elementFromPoint(at.x, at.y)?.closest('[data-path]') === e ? [at.x, at.y, e.dataset.path] : null;
+})()"""
+
+
 def check_hover(page):
     page.eval("document.querySelector('#tables tbody tr[data-path]').focus()")
     number = page.eval("document.activeElement.dataset.path")
     dimmed = page.eval(f"""[...document.querySelectorAll('svg [data-path]')]
       .every(e => (getComputedStyle(e).opacity < 0.5) === (e.dataset.path !== '{number}'))""")
     must(dimmed, "a row in focus lights up its path and its lobes, and nothing else")
+    for kind, name in (("svg path[data-path]", "a path or lobe"), ("#tables tbody tr[data-path]", "a row")):
+        met = {}
+        for i in range(50):
+            place = page.eval(PLACE % (kind, i))
+            if place == "none":
+                break
+            if place:
+                x, y, number = place
+                page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="none", buttons=0)
+                met[number] = page.eval("""[...new Set([...document.querySelectorAll('svg [data-path]')]
+                  .filter(e => getComputedStyle(e).opacity > 0.5).map(e => e.dataset.path))]""")
+        must(met and all(lit == [number] for number, lit in met.items()), f"the pointer over {name} lights up what belongs to its path: {met}")
     mirrored = page.eval("document.querySelectorAll('#tables .is-mirror').length")
     must(mirrored > 0 and page.eval("Boolean(document.getElementById('twin').getAttribute('d'))"), f"mirror lobes are marked: {mirrored}")
 
