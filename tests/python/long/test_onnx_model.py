@@ -1,0 +1,89 @@
+"""`map2aps.onnx`: exported models, opened and asked."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import onnx
+import pytest
+import torch
+
+import map2aps
+from docstrings import gaps
+from map2aps.onnx import OnnxModel
+from map2aps.torch import models
+from pages import ROOT
+
+
+def export(*words: object) -> None:
+    command = ["cargo", "run", "--quiet", "--package", "xtask-models", "--", "export-onnx", *map(str, words)]
+    subprocess.run(command, cwd=ROOT, check=True)
+
+
+@pytest.fixture(scope="module")
+def polar(tmp_path_factory: pytest.TempPathFactory) -> OnnxModel:
+    file = tmp_path_factory.mktemp("onnx") / "polar_reg.onnx"
+    export("--model", "polar_reg", "--out", file)
+    return OnnxModel(file)
+
+
+def test_shipped_weights_predict_what_they_do_in_pytorch(polar: OnnxModel, scene: map2aps.Scene, outdoors: np.ndarray) -> None:
+    assert (polar.name, polar.preset, polar.image_size) == ("polar_reg", "small", None)
+    own = models.shipped("polar_reg")
+    assert polar.settings["protocol"] == "paper" and polar.settings["training_statistics"] == own.settings["training_statistics"]
+    ways = map2aps.PolarView(scene).input(outdoors[0], outdoors[10:20])
+    with torch.no_grad():
+        expected = own(torch.from_numpy(np.asarray(ways))).numpy()
+    assert np.abs(polar.predict(ways) - expected).max() < 1e-4
+    power = polar.predict(ways, domain="linear")
+    statistics = own.settings["training_statistics"]
+    assert power.dtype == np.float32 and np.allclose(power, expected * statistics["std"] + statistics["mean"], atol=1e-4)
+    # Spectra of this model reach 1 and never lie below nothing.
+    assert np.allclose(power.max(axis=1), 1.0, atol=1e-3) and power.min() > -1e-3
+    assert polar.predict(ways[:0]).shape == (0, 180)
+    assert np.array_equal(polar.predict(np.asarray(ways, np.float64)[::-1])[::-1], polar.predict(ways))
+
+
+def test_bad_conditions_are_told(polar: OnnxModel) -> None:
+    good = np.zeros((2, 180, 214), np.float32)
+    for conditions, domain, told in [
+        (good[0], "linear", r"expected shape \(n, 180, 214\), got \(180, 214\)"),
+        (np.zeros((1, 3, 64, 64)), "linear", r"got \(1, 3, 64, 64\)"),
+        (np.full_like(good, np.nan), "linear", "not finite"),
+        (np.full(good.shape, 1e300), "linear", "not finite"),
+        (good, "db", "'db' is neither"),
+        ([["a"]], "linear", "could not convert"),
+    ]:
+        with pytest.raises(ValueError, match=told):
+            polar.predict(conditions, domain=domain)
+
+
+def test_weights_without_their_settings_predict_normalised_spectra_alone(tmp_path: Path) -> None:
+    weights, file = tmp_path / "weights.safetensors", tmp_path / "model.onnx"
+    torch.manual_seed(1)
+    model = models.build("ms_mlp", "small").eval()
+    models.save(model, weights)
+    export("--weights", weights, "--out", file, "--image-size", 48)
+    exported = OnnxModel(file)
+    assert (exported.name, exported.image_size, exported.settings) == ("ms_mlp", 48, {})
+    images = np.random.default_rng(1).random((3, 3, 48, 48))
+    with torch.no_grad():
+        assert np.abs(exported.predict(images) - model(torch.from_numpy(images).float()).numpy()).max() < 1e-4
+    with pytest.raises(ValueError, match="config.json"):
+        exported.predict(images, domain="linear")
+
+
+def test_files_of_others_are_refused(polar: OnnxModel, tmp_path: Path) -> None:
+    value = onnx.helper.make_tensor_value_info("x", onnx.TensorProto.FLOAT, [1])
+    node = onnx.helper.make_node("Identity", ["x"], ["y"])
+    graph = onnx.helper.make_graph([node], "g", [value], [onnx.helper.make_tensor_value_info("y", onnx.TensorProto.FLOAT, [1])])
+    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=8)
+    onnx.save(model, tmp_path / "foreign.onnx")
+    with pytest.raises(ValueError, match="foreign.onnx: its metadata name no model"):
+        OnnxModel(tmp_path / "foreign.onnx")
+    assert json.loads(json.dumps(polar.settings)) == polar.settings
+
+
+def test_the_module_tells_what_it_takes_and_gives() -> None:
+    assert gaps(map2aps.onnx) == []
