@@ -1,0 +1,146 @@
+"""Takes one thing after the other away from Polar-Reg, trains each variant on the same batches, and prints what it costs.
+
+    python docs/examples/polar_features.py DATA [MAPS]
+
+DATA is a data set of the protocol paper, MAPS the maps that it was made from, unless they are synthetic. The variants learn together,
+step by step, so that the geometry of a batch is found once for all. Needs map2aps with torch, and tqdm for the bar.
+"""
+
+import argparse
+
+import numpy as np
+import torch
+from torch import nn
+from tqdm import tqdm
+
+import map2aps
+from map2aps.torch import ApsDataset, models
+
+WAYS, FEATURES = models.POLAR_WAYS, models.POLAR_FEATURES
+# Ways come by kind, straight, over one corner (lit straight, after one reflection, after two), over several, then by bounces.
+KINDS, BOUNCES = 5, 3
+PART = 16  # links in a row that a batch takes together: most are of one transmitter
+
+
+def mask(kinds=(), bounces=(), features=(), numbers=()):
+    """A factor for each value of a direction: 0 for what is taken away."""
+    ways = torch.ones(KINDS, BOUNCES, FEATURES)
+    ways[list(kinds)] = 0
+    ways[:, list(bounces)] = 0
+    ways[..., list(features)] = 0
+    others = torch.ones(models.POLAR_NUMBERS)
+    others[list(numbers)] = 0
+    return torch.cat([ways.flatten(), others])
+
+
+def without_convolutions(model):
+    model.blocks = nn.ModuleList()
+
+
+def without_correction(model):
+    model.blocks = nn.ModuleList()
+    nn.init.zeros_(model.head.weight).requires_grad_(False)
+    nn.init.zeros_(model.head.bias).requires_grad_(False)
+
+
+def absolute(found, wanted):
+    return (found - wanted).abs().mean()
+
+
+def cosine(found, wanted):
+    return 1 - nn.functional.cosine_similarity(found, wanted).mean()
+
+
+def both(found, wanted):
+    return absolute(found, wanted) + cosine(found, wanted)
+
+
+def nothing(model):
+    pass
+
+
+VARIANTS = {
+    "nothing": (mask(), nothing, both),
+    "ways that arrive after a bounce": (mask(bounces=(1, 2)), nothing, both),
+    "ways that arrive after two bounces": (mask(bounces=(2,)), nothing, both),
+    "ways over a corner lit after reflections": (mask(kinds=(2, 3)), nothing, both),
+    "ways over several corners": (mask(kinds=(4,)), nothing, both),
+    "all ways over corners": (mask(kinds=(1, 2, 3, 4)), nothing, both),
+    "angle between ray and way": (mask(features=(0, 2)), nothing, both),
+    "turns at corners": (mask(features=(4, 5)), nothing, both),
+    "lengths": (mask(features=(3, 6, 11), numbers=(2, 3)), nothing, both),
+    "cosines of incidence at walls": (mask(features=(8, 9, 10)), nothing, both),
+    "angles to the corner's bisector": (mask(features=(12, 13)), nothing, both),
+    "bearing and distances of a direction": (mask(numbers=(0, 1, 2, 3)), nothing, both),
+    "convolutions over directions": (mask(), without_convolutions, both),
+    "every correction of the strengths": (mask(), without_correction, both),
+    "the cosine in the loss": (mask(), nothing, absolute),
+    "the absolute difference in the loss": (mask(), nothing, cosine),
+}
+
+
+def built(change, statistics):
+    torch.manual_seed(1)
+    model = models.build("polar_reg")
+    change(model)
+    model.fixed.array.copy_(models.shipped("polar_reg").fixed.array)
+    model.fixed.mean.fill_(statistics[0])
+    model.fixed.deviation.fill_(statistics[1])
+    return model
+
+
+def parts(examples, links, generator):
+    """Numbers of examples, without end: parts of links in a row, each link in one of its four mirror images."""
+    starts = np.arange(0, len(examples) // 4 - PART, PART)
+    while True:
+        together = links // PART
+        for chosen in generator.permutation(starts)[: len(starts) // together * together].reshape(-1, together):
+            rows = (chosen[:, None] + np.arange(PART)).ravel()
+            yield 4 * rows + generator.integers(4, size=len(rows))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data")
+    parser.add_argument("maps", nargs="?")
+    parser.add_argument("--steps", type=int, default=1440)
+    parser.add_argument("--batch", type=int, default=32, help="links a step, a multiple of 16")
+    parser.add_argument("--rate", type=float, default=6e-3, help="highest learning rate")
+    parser.add_argument("--test", type=int, default=3000, help="links of the test maps to score")
+    parser.add_argument("--seed", type=int, default=1, help="of the batches and the test links")
+    args = parser.parse_args()
+    of = {"condition": "polar", "maps": args.maps}
+    train, test = ApsDataset(args.data, "train", **of), ApsDataset(args.data, "test", **of)
+    numbers = np.linspace(0, len(test) - 1, args.test).astype(int)
+    (_, truth), (_, power) = (ApsDataset(args.data, "test", domain=domain).batch(numbers) for domain in ("normalised", "linear"))
+    deviation = float(power.std() / truth.std())
+    statistics = float(power.mean()) - deviation * float(truth.mean()), deviation
+
+    variants = []
+    for name, (factor, change, loss) in VARIANTS.items():
+        model = built(change, statistics).train()
+        learnt = [p for p in model.parameters() if p.requires_grad]
+        optimizer = torch.optim.AdamW(learnt, lr=args.rate)
+        schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, args.rate, total_steps=args.steps, pct_start=0.1)
+        variants.append((name, factor, loss, model, learnt, optimizer, schedule))
+    batches = parts(train, args.batch, np.random.default_rng(args.seed))
+    for _ in tqdm(range(args.steps)):
+        ways, wanted = train.batch(next(batches))
+        for name, factor, loss, model, learnt, optimizer, schedule in variants:
+            optimizer.zero_grad()
+            loss(model(ways * factor), wanted).backward()
+            nn.utils.clip_grad_norm_(learnt, 1.0)
+            optimizer.step()
+            schedule.step()
+
+    print(f"{args.steps} steps of {args.batch} links, {args.test} test links\n\n| without | CosSim | MAE |\n|---|---|---|")
+    for name, factor, _, model, *_ in variants:
+        model.eval()
+        with torch.no_grad():
+            found = torch.cat([model(test.batch(some)[0] * factor) for some in np.array_split(numbers, max(1, args.test // 250))])
+        scores = map2aps.metrics(truth.numpy(), found.numpy(), "paper").summary
+        print(f"| {name} | {scores['cosine']:.3f} | {scores['mae']:.3f} |")
+
+
+if __name__ == "__main__":
+    main()
