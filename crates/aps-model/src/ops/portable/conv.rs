@@ -4,7 +4,8 @@ use candle_core::{Result, Tensor};
 
 use super::correlation::correlate;
 
-/// Windows of images in memory at once [bytes], beside which a GPU's is large: parts of a batch keep it busy as well.
+/// Windows of images in memory at once [bytes]. In f32 an image takes 0.6 MB in ResNet-18's first stage at 64 px and, the most of
+/// all, 302 MB in RadioUNet's last block at 256 px: a GPU holds it, and has enough to do in one part.
 const WINDOWS_BYTES: usize = 512 << 20;
 
 /// Cross-correlation of `x` (batch, in, height, width) with `weight` (out, in, kernel height, kernel width), zeros around.

@@ -11,6 +11,7 @@ use candle_core::{
     CpuStorage, CudaStorage, CustomOp2, Layout, MetalStorage, Result, Shape, Storage, Tensor, bail,
 };
 
+use super::norm::at_least_f32;
 use super::unfold::{Store, copied, unfold};
 
 /// Settings of a correlation.
@@ -78,8 +79,11 @@ fn each_part(
         at_once_bytes,
     } = settings;
     let (batch, height, width, channels) = x.dims4()?;
-    let positions = |size: usize, [before, after]: [usize; 2]| (size + before + after) / stride + 1;
-    let pixels = positions(height, padding[0]) * positions(width, padding[1]);
+    let positions = |at: usize, size: usize| {
+        let room = (size + padding[at].iter().sum::<usize>()).saturating_sub(kernel[at]);
+        room / stride + 1
+    };
+    let pixels = positions(0, height) * positions(1, width);
     let values = pixels * kernel[0] * kernel[1] * channels;
     let at_once =
         (at_once_bytes / (values * x.dtype().size_in_bytes()).max(1)).clamp(1, batch.max(1));
@@ -166,18 +170,22 @@ impl Correlation {
         taps.map(|tap| tap as u32).rev().collect()
     }
 
+    /// Gradient by the kernel. Parts of a batch are summed in f32 at least, as a product sums its pixels.
     fn by_weight(&self, x: &Tensor, weight: &Tensor, grad: &Tensor) -> Result<Tensor> {
         let (outputs, inputs, high, wide) = weight.dims4()?;
-        let mut sum = Tensor::zeros((high * wide * inputs, outputs), x.dtype(), x.device())?;
         let x = channels_last(x)?;
+        let shape = (high * wide * inputs, outputs);
+        let mut sum = at_least_f32(&Tensor::zeros(shape, x.dtype(), x.device())?)?;
         each_part(&x, [high, wide], self.settings, |first, windows| {
             let (batch, _, _, values) = windows.dims4()?;
             let grad = grad.narrow(0, first, batch)?.reshape(((), outputs))?;
             let windows = windows.reshape(((), values))?;
-            sum = (&sum + windows.t()?.matmul(&grad)?)?;
+            sum = (&sum + at_least_f32(&windows.t()?.matmul(&grad)?)?)?;
             Ok(())
         })?;
-        let sum = sum.reshape((high, wide, inputs, outputs))?;
+        let sum = sum
+            .to_dtype(x.dtype())?
+            .reshape((high, wide, inputs, outputs))?;
         sum.permute((3, 2, 0, 1))?.contiguous()
     }
 }

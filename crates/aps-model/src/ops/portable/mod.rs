@@ -3,7 +3,8 @@
 //! candle 0.11 lacks some of them (adaptive and strided pooling, bilinear resizing and their gradients) and differs from
 //! PyTorch in others: its `max_pool2d` spreads a gradient over ties, its `relu` passes the gradient where the input is 0,
 //! its `layer_norm` and `softmax_last_dim` have no gradient, its `gelu_erf` has one of six digits. These have PyTorch's
-//! values and PyTorch's gradients. They are the reference the fast ones in [`crate::ops`] are tested against.
+//! values and PyTorch's gradients. Convolutions are products of matrices here, for candle's own are slow to differentiate and
+//! wrong for some sizes. They are the reference the fast ones in [`crate::ops`] are tested against.
 
 mod activation;
 mod attention;
