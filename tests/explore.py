@@ -330,10 +330,9 @@ def check_drag(page, xtask, folder):
 
 
 def free_place(page):
-    """Puts both terminals where the server proposes, if one stands in a house now."""
-    if page.eval("document.body.classList.contains('is-stale')"):
-        page.eval("import('/state.js').then(s => { location.hash = '#map=' + s.state.map; })")
-        page.wait("!document.body.classList.contains('is-stale')")
+    """Puts both terminals where the server proposes: where they were dragged to may lie in a house."""
+    page.after(lambda: page.eval("import('/state.js').then(s => { location.hash = '#map=' + s.state.map; })"))
+    page.wait("!document.body.classList.contains('is-stale')")
 
 
 def check_controls(page):

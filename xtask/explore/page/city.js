@@ -115,7 +115,7 @@ export function watchTerminals({ moved, isActive, snap }) {
   let dragged = null;
   let hasMoved = false;
   const put = (end, p, isOver) => {
-    state[end] = inside(tenths(p));
+    state[end] = inside(p);
     drawTerminals();
     moved(end, isOver);
   };
@@ -133,7 +133,7 @@ export function watchTerminals({ moved, isActive, snap }) {
       if (dragged?.end !== end) return;
       const [x, y] = under(event);
       hasMoved = true;
-      put(end, [x + dragged.offset[0], y + dragged.offset[1]], false);
+      put(end, tenths([x + dragged.offset[0], y + dragged.offset[1]]), false);
     });
     for (const kind of ['pointerup', 'pointercancel']) {
       g.addEventListener(kind, () => {
@@ -143,12 +143,12 @@ export function watchTerminals({ moved, isActive, snap }) {
     }
     g.addEventListener('keydown', event => {
       const way = arrow(event);
-      if (way) put(end, [state[end][0] + way[0], state[end][1] + way[1]], true);
+      if (way) put(end, tenths([state[end][0] + way[0], state[end][1] + way[1]]), true);
     });
   }
   svg.addEventListener('click', event => {
     const isFree = !event.target.closest('.terminal, #houses, #outlines');
-    if (isActive() && isFree && !hasMoved && state.rx) put('rx', snap(under(event)), true);
+    if (isActive() && isFree && !hasMoved && state.rx) put('rx', snap(under(event)) ?? tenths(under(event)), true);
   });
 }
 

@@ -41,9 +41,9 @@ let run = null;
 let grid = null;
 let values = null;
 
-/** The middle of the cell at a place, for whoever clicks on one. */
+/** The middle of the cell at a place, for whoever clicks on one; none without coverage. */
 export function snap([x, y]) {
-  if (!state.show || !grid) return [x, y];
+  if (!state.show || !grid) return null;
   const middle = (v, i) => grid.min[i] + (Math.floor((v - grid.min[i]) / grid.cell_m) + grid.middle) * grid.cell_m;
   return [x, y].map(middle);
 }

@@ -20,7 +20,8 @@ const OVERLAYS = ['other', 'converged', 'model'];
 let maps = { source: '', ids: [] };
 let answer = null;
 let converged = null;
-/** The comparison before the changes that are not told yet, and these. */
+/** The question before the changes whose effect is not told yet, its comparison if there is one, and these. */
+let settled = null;
 let before = null;
 let changes = [];
 /** The reason why the map is not the one that the address names. */
@@ -51,17 +52,37 @@ const link = new Lane('/api/link', (got) => {
 const isSame = (a, b) => JSON.stringify(a) === JSON.stringify(b);
 const ends = question => [question.city.map, question.tx, question.rx];
 
+/** Tells if two questions have the same comparison. */
+const isCompared = (a, b) => isSame({ ...a, model: null }, { ...b, model: null });
+
+/** The question before the changes, of the link of now; none if its comparison is there, or nothing is changed. */
+function earlier() {
+  const now = linkQuestion();
+  if (!changes.length || !settled || (before && isSame(ends(before.asked), ends(now)))) return null;
+  return { ...settled, tx: now.tx, rx: now.rx };
+}
+
 const comparison = new Lane('/api/compare', (got, asked) => {
+  if (isCompared(asked, earlier())) {
+    before = { got, asked };
+    comparison.ask(linkQuestion());
+    return;
+  }
   // Of a link or limits of the past: the question of the present follows.
-  if (!isSame({ ...asked, model: null }, { ...linkQuestion(), model: null })) return;
+  if (!isCompared(asked, linkQuestion())) return;
   window.explorer.compared += 1;
   converged = got.curve;
   if (changes.length && before && isSame(ends(before.asked), ends(asked))) settings.tellEffect(changes, before.got, got);
   changes = [];
-  before = { got, asked };
+  [settled, before] = [asked, { got, asked }];
   settings.showEffects(settings.toldNow(got));
   if (state.converged === 'on' && answer) redraw();
-}, fault => { changes = []; fail(fault); });
+}, (fault, asked) => {
+  // Before the changes there was no such link: there is nothing to hold them against.
+  if (!isCompared(asked, earlier())) return fail(fault);
+  settled = null;
+  comparison.ask(linkQuestion());
+});
 
 /** Keeps a change until its effect is known; several of one control are one. */
 function note(change) {
@@ -116,6 +137,7 @@ function summary() {
 function changedPlace(isOver = true, needsCoverage = true) {
   if (!state.tx || !state.rx) return;
   link.ask(linkQuestion());
+  if (!changes.length) settled = linkQuestion();
   converged = null;
   isCoverageDue ||= needsCoverage || coverage.isRunning();
   if (isCoverageDue) coverage.stop();
@@ -123,7 +145,7 @@ function changedPlace(isOver = true, needsCoverage = true) {
   timer = setTimeout(() => {
     history.replaceState(null, '', toFragment());
     if (!isOver) return;
-    comparison.ask(linkQuestion());
+    comparison.ask(earlier() ?? linkQuestion());
     if (isCoverageDue) coverage.start(fail);
     isCoverageDue = false;
   }, PAUSE);
@@ -139,7 +161,7 @@ function changedCity() {
 
 /** Forgets what belongs to the map before. */
 function leaveCity() {
-  [before, changes] = [null, []];
+  [settled, before, changes] = [null, null, []];
   houses.forget();
   changedCity();
 }
@@ -173,6 +195,7 @@ function takeAddress() {
   }
   part('maps').value = state.map;
   part('show').value = state.show;
+  state.show = part('show').value;
   for (const name of OVERLAYS) part(`with-${name}`).checked = state[name] === 'on';
   settings.showControls();
   leaveCity();

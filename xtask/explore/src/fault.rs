@@ -92,7 +92,7 @@ pub enum Fault {
     NoSpectrum,
     /// A map that no file in a format of the command line holds.
     #[error("{0}")]
-    NoFile(&'static str),
+    NoFile(String),
     /// A newer request of the same page, or the page has gone.
     #[error("a newer request has overtaken this one")]
     Overtaken,

@@ -1,20 +1,21 @@
 //! Files to take along: the map, the link, its picture, its explanation, and the command line that gives the same.
 
 use std::fmt::Display;
+use std::path::Path;
 
-use aps_raytrace::Footprint;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{Area, Coordinates, GeoJsonConfig, Tiling, parse_geojson};
+use aps_raytrace::scene::Area;
 use aps_report::explain::{Explained, Explanation};
 use aps_report::link::from_heading;
 use hyper::StatusCode;
 use map2aps::MapSource;
+use map2aps::error::chain;
+use map2aps::maps::{TileSettings, file_of, load_bytes};
 use map2aps::path_list::{LinkEntry, LinkList};
 use serde_json::{Value, json};
 use xtask::{ArrayForm, command_line};
 
 use crate::fault::Fault;
-use crate::houses::House;
 use crate::link::Traced;
 use crate::reply::{JSON, Reply, whole};
 use crate::request::LinkQuestion;
@@ -119,38 +120,45 @@ fn closed(ring: &[DVec2]) -> impl Iterator<Item = &DVec2> {
     ring.iter().chain(ring.first().filter(|_| !is_closed))
 }
 
-/// Returns true when the command line reads a map in GeoJSON as it is here: no house lies outside of the square, and no corner
-/// between the parts of a metre that coordinates are rounded to.
-fn is_read_back(city: &City, map: &Value) -> bool {
-    let config = GeoJsonConfig {
-        coordinates: Coordinates::Metres,
-        origin: Some([0.0; 2]),
-        ..GeoJsonConfig::default()
-    };
-    let side_m = city.area.max.x;
-    let square = Area {
-        min: DVec2::ZERO,
-        max: DVec2::splat(side_m),
-    };
-    let read = parse_geojson(map.to_string(), &config).ok();
-    let cut = read.and_then(|c| Tiling::from_corner(c.footprints, side_m, DVec2::ZERO).ok());
-    let is_same = |(read, own): (&Footprint, &House)| {
-        let ([a, b], [c, d]) = (
-            [read, &own.footprint].map(|f| &f.outer),
-            [read, &own.footprint].map(|f| &f.holes),
-        );
-        let same = |a: &[DVec2], b: &[DVec2]| closed(a).eq(closed(b));
-        same(a, b) && c.len() == d.len() && c.iter().zip(d).all(|(c, d)| same(c, d))
-    };
-    cut.and_then(|cut| cut.tile(0)).is_some_and(|tile| {
-        let is_complete = tile.footprints.len() == city.houses.len();
-        city.area == square && is_complete && tile.footprints.iter().zip(&city.houses).all(is_same)
-    })
+/// Makes sure that the command line reads a changed map as it is here.
+fn must_be_read_back(
+    stock: &Stock,
+    city: &City,
+    id: u32,
+    tiles: TileSettings,
+) -> Result<(), Fault> {
+    let (text, file) = (map(city)?.to_string(), map_name(id));
+    let read = load_bytes(
+        text.as_bytes(),
+        Path::new(&file),
+        Some(0),
+        tiles,
+        stock.maps().scene,
+    );
+    let (scene, _) = read.map_err(|error| {
+        Fault::NoFile(format!(
+            "the command line cannot read the changed map: {}",
+            chain(&error)
+        ))
+    })?;
+    match scene.walls() == city.scene.walls() {
+        true => Ok(()),
+        false => Err(Fault::NoFile(
+            "a file holds the changed map with other walls: GeoJSON rounds to 1/1024 m and leaves out houses outside of the square"
+                .into(),
+        )),
+    }
+}
+
+/// The file that the page saves a map as.
+fn map_name(id: u32) -> String {
+    format!("map-{id}.json")
 }
 
 /// The command lines that give the same paths and the same explanation.
 fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
     let config = question.trace.config()?;
+    question.label.config()?;
     let maps = stock.maps();
     let id = question.city.map;
     let mut link: Vec<String> = Vec::new();
@@ -160,21 +168,24 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
     match &maps.source {
         _ if !question.city.houses.is_empty() => {
             let city = stock.city(&question.city)?;
-            option("--map", &format_args!("map-{id}.json"));
-            if !is_plain(&city) {
-                if !is_read_back(&city, &map(&city)?) {
-                    return Err(Fault::NoFile(
-                        "no file of a map with courtyards, or of another square than 256 m, holds a house outside of the square or \
-                        a corner between 1/1024 m",
-                    ));
-                }
-                option("--tile", &city.area.max.x);
+            let is_plain = is_plain(&city);
+            let tiles = TileSettings {
+                tile_m: city.area.max.x,
+                metric: true,
+                corner: Some([0.0; 2]),
+                ..TileSettings::default()
+            };
+            must_be_read_back(stock, &city, id, tiles)?;
+            option("--map", &map_name(id));
+            if !is_plain {
+                option("--map-id", &0);
+                option("--tile", &tiles.tile_m);
                 option("--corner", &"0,0");
                 link.push("--metric".into());
             }
         }
         MapSource::Folder(folder) => {
-            let file = folder.join(format!("{id}.json"));
+            let file = file_of(folder, id).map_err(map2aps::Error::from)?;
             option("--map", &file.display());
         }
         MapSource::Synthetic { .. } => {
@@ -198,9 +209,8 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
             }
         }
         _ => {
-            return Err(Fault::NoFile(
-                "the command line does not read this kind of map",
-            ));
+            let text = "the command line does not read this kind of map";
+            return Err(Fault::NoFile(text.into()));
         }
     }
     let mut option = |name: &str, value: &dyn Display| {

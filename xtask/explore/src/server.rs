@@ -10,6 +10,7 @@ use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::TcpStream;
 use tokio::sync::Semaphore;
+use tokio_io_timeout::TimeoutStream;
 
 use crate::App;
 
@@ -18,6 +19,9 @@ const MAX_CONNECTIONS: usize = 64;
 
 /// Time for the head of a request to arrive, and for the next request of a connection.
 const HEAD: Duration = Duration::from_secs(30);
+
+/// Time that an answer waits for somebody who does not read it: further connections wait as well.
+const UNREAD: Duration = Duration::from_secs(30);
 
 /// Largest head of a request \[bytes\]; hyper takes no less.
 const MAX_HEAD: usize = 8192;
@@ -86,6 +90,8 @@ impl Server {
 async fn connection(app: Arc<App>, stream: TcpStream, port: u16) -> hyper::Result<()> {
     // Answers are small and waited for: none is held back for a fuller packet.
     let _ = stream.set_nodelay(true);
+    let mut stream = TimeoutStream::new(stream);
+    stream.set_write_timeout(Some(UNREAD));
     let service = service_fn(|request| {
         let app = Arc::clone(&app);
         async move { hyper::Result::Ok(app.answer(request, port).await) }
@@ -94,6 +100,6 @@ async fn connection(app: Arc<App>, stream: TcpStream, port: u16) -> hyper::Resul
         .timer(TokioTimer::new())
         .header_read_timeout(HEAD)
         .max_buf_size(MAX_HEAD)
-        .serve_connection(TokioIo::new(stream), service)
+        .serve_connection(TokioIo::new(Box::pin(stream)), service)
         .await
 }

@@ -12,6 +12,7 @@ use aps_raytrace::scene::Area;
 use aps_raytrace::{Receiver, Scene, TerminalError, TraceConfig, Tracer, Transmitter};
 use aps_report::picture::Outlines;
 use map2aps::aps_model::ModelKind;
+use map2aps::maps::choose;
 use map2aps::training::{Device, LinkModel, Trained};
 use map2aps::{MapSource, PolarViews, SceneSettings};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
@@ -155,6 +156,7 @@ impl Stock {
     pub fn city(&self, question: &CityQuestion) -> Result<Arc<City>, Fault> {
         self.kept.cities.get(question.clone(), || {
             let maps = &self.kept.maps;
+            choose(&maps.ids, &[question.map]).map_err(map2aps::Error::from)?;
             let (footprints, area) = maps.source.footprints(question.map, maps.seed)?;
             let as_read = footprints.len();
             let houses = question.houses.apply(footprints)?;

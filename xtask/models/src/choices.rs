@@ -2,6 +2,7 @@
 
 use aps_model::ModelKind;
 use aps_model::condition::Frame;
+use aps_model::train::Precision;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use map2aps::training::Device;
 
@@ -23,6 +24,21 @@ pub fn models() -> impl TypedValueParser<Value = ModelKind> {
     let value = |kind: ModelKind| PossibleValue::new(kind.name()).help(kind.title());
     let parser = PossibleValuesParser::new(ModelKind::ALL.map(value));
     parser.try_map(|name| name.parse::<ModelKind>())
+}
+
+/// Parser of `--precision`.
+pub fn precisions() -> impl TypedValueParser<Value = Precision> {
+    let value = |precision: Precision| {
+        PossibleValue::new(precision.name()).help(match precision {
+            Precision::Full => "Everything in f32",
+            Precision::Mixed => "Activations and factors of products in bf16, all else in f32",
+        })
+    };
+    let parser = PossibleValuesParser::new(Precision::ALL.map(value));
+    parser.map(|name| match name.as_str() {
+        "mixed" => Precision::Mixed,
+        _ => Precision::Full,
+    })
 }
 
 /// Parser of `--frame`.

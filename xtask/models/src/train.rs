@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::{Error, Result, ensure};
 use aps_data::Dataset;
 use aps_model::condition::{Frame, InputKind};
-use aps_model::train::TrainConfig;
+use aps_model::train::{Precision, TrainConfig};
 use aps_model::{ModelKind, Preset};
 use map2aps::MapError;
 use map2aps::training::{
@@ -18,7 +18,7 @@ use map2aps::training::{
 use xtask::interrupt::interrupt_flag;
 use xtask::{MapsArg, TileArgs};
 
-use crate::choices::{devices, frames, models};
+use crate::choices::{devices, frames, models, precisions};
 use crate::run;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
@@ -98,6 +98,9 @@ pub struct Args {
     /// Device to compute on.
     #[arg(long, value_parser = devices(), default_value_t = Device::Cpu)]
     device: Device,
+    /// Numbers to compute with [default: mixed on a GPU, full on the processor].
+    #[arg(long, value_parser = precisions())]
+    precision: Option<Precision>,
     /// Weight of the absolute error beside the regularizer's score, for ms_areg and adv_mlp
     /// [default: 100, the paper's].
     #[arg(long)]
@@ -179,6 +182,7 @@ impl Args {
                 learning_rate: self.lr.unwrap_or(usual.learning_rate),
                 seed: self.seed,
                 l1_weight: self.l1_weight.unwrap_or(usual.l1_weight),
+                precision: self.precision.unwrap_or(self.device.usual_precision()),
                 ..usual
             },
             development_maps: self.dev_maps.clone().unwrap_or_default(),

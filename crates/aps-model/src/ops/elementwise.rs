@@ -2,6 +2,7 @@
 
 use candle_core::{D, Result, Tensor};
 
+use super::portable::at_least_f32;
 use crate::recording::{int, ints, recorded};
 
 /// x + y.
@@ -78,7 +79,10 @@ pub(crate) fn rms_last(x: &Tensor) -> Result<Tensor> {
             let mean = g.node("ReduceMean", &[square], [ints("axes", [-1])]);
             g.node("Sqrt", &[mean], [])
         },
-        || x.sqr()?.mean_keepdim(D::Minus1)?.sqrt(),
+        || {
+            let mean = at_least_f32(x)?.sqr()?.mean_keepdim(D::Minus1)?;
+            mean.sqrt()?.to_dtype(x.dtype())
+        },
     )
 }
 
@@ -90,6 +94,10 @@ pub(crate) fn centred_last(x: &Tensor) -> Result<Tensor> {
             let mean = g.node("ReduceMean", v, [ints("axes", [-1]), int("keepdims", 1)]);
             g.node("Sub", &[v[0], mean], [])
         },
-        || x.broadcast_sub(&x.mean_keepdim(D::Minus1)?),
+        || {
+            let wide = at_least_f32(x)?;
+            let centred = wide.broadcast_sub(&wide.mean_keepdim(D::Minus1)?)?;
+            centred.to_dtype(x.dtype())
+        },
     )
 }

@@ -3,7 +3,7 @@
 use candle_core::{D, Result, Tensor};
 
 use super::cpu::{apply, are_fast};
-use super::portable;
+use super::portable::{self, at_least_f32};
 use crate::kernels::gated as kernel;
 
 /// [`portable::add_gated`], in one pass forward and one backward.
@@ -31,11 +31,12 @@ pub(crate) fn add_gated(x: &Tensor, y: &Tensor, gate: &Tensor) -> Result<Tensor>
 
 /// The mean over the last dimension, which is dropped.
 pub(crate) fn mean_last(x: &Tensor) -> Result<Tensor> {
+    let portable = || at_least_f32(x)?.mean(D::Minus1)?.to_dtype(x.dtype());
     let Some((&length, rows)) = x.dims().split_last() else {
-        return x.mean(D::Minus1);
+        return portable();
     };
     if !are_fast(&[x]) || x.elem_count() == 0 {
-        return x.mean(D::Minus1);
+        return portable();
     }
     apply(
         "mean_last",

@@ -3,6 +3,7 @@
 mod convolutions;
 mod fast_operations;
 mod gradients;
+mod mixed;
 mod onnx;
 mod operations;
 mod optim;

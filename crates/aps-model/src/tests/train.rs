@@ -57,7 +57,7 @@ fn target(i: usize) -> Vec<f32> {
     (0..ANGLE_BINS).map(|bin| lobe(bin) as f32).collect()
 }
 
-fn samples(n: usize) -> Samples {
+pub fn samples(n: usize) -> Samples {
     Samples::new(
         (0..n).map(link).collect(),
         (0..n).flat_map(target).collect(),
@@ -83,7 +83,7 @@ fn regularizer() -> (Regularizer, VarMap) {
     (regularizer, parameters)
 }
 
-fn regression_config() -> TrainConfig {
+pub fn regression_config() -> TrainConfig {
     TrainConfig {
         epochs: 2,
         batch: 4,
@@ -92,7 +92,7 @@ fn regression_config() -> TrainConfig {
     }
 }
 
-fn adversarial_config() -> TrainConfig {
+pub fn adversarial_config() -> TrainConfig {
     TrainConfig {
         epochs: 2,
         batch: 4,
@@ -108,11 +108,11 @@ fn trainer(
     Trainer::new(model, &parameters, Box::new(input()), examples, config).unwrap()
 }
 
-fn regression(examples: impl Examples + 'static, config: TrainConfig) -> Trainer {
+pub fn regression(examples: impl Examples + 'static, config: TrainConfig) -> Trainer {
     trainer(resnet_mlp(WIDTH), examples, config)
 }
 
-fn adversarial(examples: impl Examples + 'static, config: TrainConfig) -> Trainer {
+pub fn adversarial(examples: impl Examples + 'static, config: TrainConfig) -> Trainer {
     let (regularizer, parameters) = regularizer();
     let trainer = trainer(ms_areg(), examples, config);
     trainer.with_regularizer(regularizer, &parameters).unwrap()

@@ -1,9 +1,46 @@
 //! Settings of a training.
 
+use candle_core::{DType, Tensor};
 use serde::{Deserialize, Serialize};
 
 use super::schedule::{Budget, Schedule};
 use crate::optim::AdamConfig;
+
+/// Numbers that a network is trained with. Weights, normalisations, softmax, losses and the optimizer are in f32 always.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Everything in f32.
+    #[default]
+    Full,
+    /// Inputs, activations and factors of products in bf16, whose sums are f32: what the tensor cores of a GPU multiply several
+    /// times as fast. On a CPU it is slower than [`Full`](Self::Full), and there to be tested.
+    Mixed,
+}
+
+impl Precision {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Full, Self::Mixed];
+
+    /// Name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Full => "full",
+            Self::Mixed => "mixed",
+        }
+    }
+
+    /// Turns an input, in f32, into the type that the network computes it in.
+    ///
+    /// # Errors
+    /// Memory that the device does not have.
+    pub fn of_input(self, input: &Tensor) -> candle_core::Result<Tensor> {
+        match self {
+            Self::Full => Ok(input.clone()),
+            Self::Mixed => input.to_dtype(DType::BF16),
+        }
+    }
+}
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,6 +70,9 @@ pub struct TrainConfig {
     pub largest_loss: f64,
     /// Seed of order and dropout.
     pub seed: u64,
+    /// Numbers of the networks.
+    #[serde(default)]
+    pub precision: Precision,
 }
 
 impl TrainConfig {
@@ -49,6 +89,7 @@ impl TrainConfig {
             l1_weight: 0.0,
             largest_loss: 1e4,
             seed: 42,
+            precision: Precision::Full,
         }
     }
 

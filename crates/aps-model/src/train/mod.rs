@@ -47,6 +47,12 @@
 //! A training ends after [`TrainConfig::epochs`], or after a time, [`TrainConfig::budget_s`]: the learning rate then follows the
 //! share of the time that is spent, and a checkpoint keeps that time, so that a continued training gets what is left.
 //!
+//! # Precision
+//!
+//! [`Precision::Mixed`] computes in bf16 with weights, normalisations, sums, losses and gradients of weights in f32, as PyTorch's
+//! autocast does, and is as far from f32 as that: of small models with random weights 0.2 to 1 % of a spectrum, and 0.8 to 37 % of
+//! the gradients of 16 links (a test holds each model to PyTorch's figure). Development links are scored in f32.
+//!
 //! # The same bytes
 //!
 //! Order of the examples and dropout are functions of seed, epoch and step, so that there is no state of a generator to
@@ -61,7 +67,7 @@ mod predict;
 mod schedule;
 mod trainer;
 
-pub use config::TrainConfig;
+pub use config::{Precision, TrainConfig};
 pub use error::{Quantity, TrainError};
 pub use predict::predict;
 #[cfg(test)]

@@ -215,7 +215,9 @@ impl Trainer {
     /// Trains on a batch: input, forward pass, losses, updates. No weight changes unless every loss and gradient that would
     /// change it is finite.
     fn train_on(&mut self, batch: &Batch, learning_rate: f64) -> Result<StepReport, TrainError> {
-        let input = self.input.batch(&batch.links)?;
+        let precision = self.config.precision;
+        let input = precision.of_input(&self.input.batch(&batch.links)?);
+        let input = input.map_err(crate::Error::from)?;
         let shape = (batch.links.len(), ANGLE_BINS);
         let targets = Tensor::from_slice(&batch.targets, shape, self.input.device());
         let targets = targets.map_err(crate::Error::from)?;
@@ -223,6 +225,7 @@ impl Trainer {
         let predicted = self
             .model
             .forward_t(&input, true)
+            .and_then(|predicted| predicted.to_dtype(DType::F32))
             .map_err(crate::Error::from)?;
         for network in &mut self.networks {
             network.optimizer.set_learning_rate(learning_rate);
@@ -260,9 +263,13 @@ impl Trainer {
         let loss = match self.regularizer.clone() {
             None => error,
             Some(regularizer) => {
+                let score = |encoded: &Tensor, spectra: &Tensor| {
+                    let spectra = spectra.to_dtype(encoded.dtype())?;
+                    regularizer.score(encoded, &spectra)?.to_dtype(DType::F32)
+                };
                 let encoded = regularizer.encode(input, true)?;
-                let real = regularizer.score(&encoded, targets)?;
-                let fake = regularizer.score(&encoded, &predicted.detach())?;
+                let real = score(&encoded, targets)?;
+                let fake = score(&encoded, &predicted.detach())?;
                 let loss = (bce_with_logits(&real, &real.ones_like()?)?
                     + bce_with_logits(&fake, &fake.zeros_like()?)?)?;
                 report.regularizer_loss = Some(self.value(&loss, Quantity::RegularizerLoss)?);
@@ -270,8 +277,8 @@ impl Trainer {
                 report.regularizer_gradient_norm = Some(norm);
                 // The encoding by the updated regularizer is a constant to the predictor.
                 let encoded = regularizer.encode(input, true)?.detach();
-                let score = regularizer.score(&encoded, predicted)?;
-                let adversarial = bce_with_logits(&score, &score.ones_like()?)?;
+                let fake = score(&encoded, predicted)?;
+                let adversarial = bce_with_logits(&fake, &fake.ones_like()?)?;
                 (adversarial + (error * self.config.l1_weight)?)?
             }
         };

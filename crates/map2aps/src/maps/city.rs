@@ -248,13 +248,27 @@ pub fn load_file(
         return Err(MapError::NoFile).at_file(Place::MapFile, file);
     }
     let bytes = std::fs::read(file).at_file(Place::MapFile, file)?;
-    match is_list(&bytes) {
+    load_bytes(&bytes, file, tile, tiles, settings)
+}
+
+/// Does what [`load_file`] does, with the bytes of a file of that name.
+///
+/// # Errors
+/// Bytes that hold no map, or one that makes no scene.
+pub fn load_bytes(
+    bytes: &[u8],
+    file: &Path,
+    tile: Option<u32>,
+    tiles: TileSettings,
+    settings: SceneSettings,
+) -> Result<(Scene, Option<City>)> {
+    match is_list(bytes) {
         true => {
-            let scene = radiomapseer::scene(&bytes, settings);
+            let scene = radiomapseer::scene(bytes, settings);
             Ok((scene.at_file(Place::MapFile, file)?, None))
         }
         false => {
-            let city = City::of_bytes(&bytes, file, tiles)?;
+            let city = City::of_bytes(bytes, file, tiles)?;
             let scene = city.load(tile.unwrap_or(city.ids()[0]), settings)?;
             Ok((scene, Some(city)))
         }

@@ -22,10 +22,11 @@ use serde_json::{Value, json};
 use crate::error::{At, Place, Result};
 
 #[cfg(feature = "geojson")]
-pub use city::{City, TileSettings, load_file};
+pub use city::{City, TileSettings, load_bytes, load_file};
 pub use error::MapError;
 pub use ids::{choose, parse_ids, ranges};
 pub use orientation::{COPY_STRIDE, MAX_ORIENTATIONS, Orientation, split, with_copies};
+pub use radiomapseer::file_of;
 
 /// A map needs a building as large as this [m].
 const MIN_BUILDING_M: f64 = 1.0;
@@ -172,9 +173,7 @@ impl MapSource {
         let (footprints, area) = self.footprints(map, seed)?;
         let scene = settings.scene(&orientation.turn(footprints, area), area);
         match self {
-            Self::Folder(folder) => {
-                scene.at_file(Place::MapFile, &radiomapseer::file_of(folder, map)?)
-            }
+            Self::Folder(folder) => scene.at_file(Place::MapFile, &file_of(folder, map)?),
             #[cfg(feature = "geojson")]
             Self::City(_) => scene.at(Place::Tile(map)),
             Self::Synthetic { .. } => scene,
@@ -188,7 +187,7 @@ impl MapSource {
     pub fn footprints(&self, id: u32, seed: u64) -> Result<(Vec<Footprint>, Area)> {
         match self {
             Self::Folder(folder) => {
-                let file = radiomapseer::file_of(folder, id)?;
+                let file = file_of(folder, id)?;
                 let bytes = std::fs::read(&file).at_file(Place::MapFile, &file)?;
                 let footprints = radiomapseer::footprints(&bytes);
                 Ok((

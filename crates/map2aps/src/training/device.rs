@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use aps_model::candle_core;
+use aps_model::train::Precision;
 use serde::{Deserialize, Serialize};
 
 use super::TrainingError;
@@ -40,6 +41,14 @@ impl Device {
             device: self,
             source,
         })?)
+    }
+
+    /// Numbers that a training on the device computes with unless others are asked for: a GPU multiplies bf16 several times as fast.
+    pub fn usual_precision(self) -> Precision {
+        match self {
+            Self::Cpu => Precision::Full,
+            Self::Cuda | Self::Metal => Precision::Mixed,
+        }
     }
 
     /// Name of the device.

@@ -406,7 +406,7 @@ fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
     let words = |question: &Value| post(port, "/api/file/command", question);
     let command = String::from_utf8(words(&question).body).unwrap();
     assert!(
-        command.contains("--map map-0.json --tile 150 --corner 0,0 --metric"),
+        command.contains("--map map-0.json --map-id 0 --tile 150 --corner 0,0 --metric"),
         "{command}"
     );
     let changed = folder.path().join("map-0.json");
@@ -421,11 +421,44 @@ fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
     let link = LinkEntry::new(tx, rx, &tracer.trace(tx, rx).unwrap().paths);
     let answer = post(port, "/api/link", &question).json();
     assert_eq!(answer["link"], serde_json::to_value(link).unwrap());
+    // A tile that is built over is no map of a city.
+    question["city"]["houses"] = json!({ "drawn": [[[1, 1], [149, 1], [149, 149], [1, 149]]] });
+    assert_eq!(words(&question).kind(), "nothing");
     for corner in [5.3, -60.0] {
         question["city"]["houses"] =
             json!({ "drawn": [[[corner, 90], [corner + 9.0, 90], [corner + 9.0, 95]]] });
         assert_eq!(words(&question).kind(), "nothing");
     }
+}
+
+#[test]
+fn changed_maps_that_no_file_holds_have_no_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let house = json!([[[100, 100], [110, 100], [110, 110], [100, 110]]]);
+    std::fs::write(folder.path().join("007.json"), house.to_string()).unwrap();
+    let port = start_with(MapSource::Folder(folder.path().into()));
+    let mut question = question(port, 7);
+    let words = |question: &Value| post(port, "/api/file/command", question);
+    // A file is named as it is.
+    let command = String::from_utf8(words(&question).body).unwrap();
+    assert!(command.contains("007.json"), "{command}");
+    for drawn in [
+        json!([]),
+        json!([[[60, 100], [60.5, 100], [60.5, 100.5]]]),
+        json!([[[-60, 100], [-50, 100], [-50, 105]]]),
+    ] {
+        question["city"]["houses"] = json!({ "gone": [0], "drawn": drawn });
+        let refused = words(&question);
+        assert_eq!(refused.kind(), "nothing");
+        let told = refused.json()["error"]["message"].to_string();
+        assert!(told.contains("cannot read the changed map"), "{told}");
+    }
+    question["city"]["houses"] = json!({});
+    question["label"]["heading_deg"] = 720.into();
+    assert_eq!(words(&question).kind(), "setting");
+    let unknown = json!({ "map": 8 });
+    assert_eq!(post(port, "/api/map", &unknown).kind(), "library");
+    assert_eq!(post(start(), "/api/map", &unknown).kind(), "library");
 }
 
 #[test]

@@ -315,6 +315,7 @@ impl Config {
             learning_rate: own.learning_rate.unwrap_or(usual.learning_rate),
             warmup_steps: own.warmup_steps.unwrap_or(usual.warmup_steps),
             seed: self.seed,
+            precision: self.device.usual_precision(),
             ..usual
         })
     }

@@ -2,6 +2,8 @@
 
 use candle_core::{D, Result, Tensor};
 
+use super::norm::at_least_f32;
+
 /// max(x, 0). The gradient at 0 is 0, as in PyTorch.
 pub(crate) fn relu(x: &Tensor) -> Result<Tensor> {
     let zeros = x.zeros_like()?;
@@ -28,7 +30,10 @@ pub(crate) fn sigmoid(x: &Tensor) -> Result<Tensor> {
 
 /// `x + gate * y` for `x` and `y` (batch, channels, length) and one gate a channel.
 pub(crate) fn add_gated(x: &Tensor, y: &Tensor, gate: &Tensor) -> Result<Tensor> {
-    x + y.broadcast_mul(&gate.unsqueeze(D::Minus1)?)?
+    // The gate's gradient is a sum over the length.
+    let [wide, y, gate] = [x, y, gate].map(at_least_f32);
+    let sum = (wide? + y?.broadcast_mul(&gate?.unsqueeze(D::Minus1)?)?)?;
+    sum.to_dtype(x.dtype())
 }
 
 /// The largest value along the last dimension, which is kept with length 1. Equal ones share the gradient, as in PyTorch.
@@ -44,6 +49,7 @@ pub(crate) fn max_last(x: &Tensor) -> Result<Tensor> {
 pub(crate) fn softmax_last(x: &Tensor) -> Result<Tensor> {
     // Any constant may be subtracted: it needs no gradient.
     let top = x.detach().max_keepdim(D::Minus1)?;
-    let exp = x.broadcast_sub(&top)?.exp()?;
-    exp.broadcast_div(&exp.sum_keepdim(D::Minus1)?)
+    let exp = at_least_f32(&x.broadcast_sub(&top)?)?.exp()?;
+    let shares = exp.broadcast_div(&exp.sum_keepdim(D::Minus1)?)?;
+    shares.to_dtype(x.dtype())
 }

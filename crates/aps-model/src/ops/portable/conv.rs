@@ -3,6 +3,7 @@
 use candle_core::{Result, Tensor};
 
 use super::correlation::correlate;
+use super::norm::at_least_f32;
 
 /// Windows of images in memory at once [bytes]. In f32 an image takes 0.6 MB in ResNet-18's first stage at 64 px and, the most of
 /// all, 302 MB in RadioUNet's last block at 256 px: a GPU holds it, and has enough to do in one part.
@@ -10,8 +11,8 @@ const WINDOWS_BYTES: usize = 512 << 20;
 
 /// Cross-correlation of `x` (batch, in, height, width) with `weight` (out, in, kernel height, kernel width), zeros around.
 ///
-/// A one-dimensional convolution is one over images of height 1 with a kernel of height 1. Weight and bias take the type
-/// of `x`, so that half-precision inputs are computed in half precision.
+/// A one-dimensional convolution is one over images of height 1 with a kernel of height 1. The weight takes the type of `x`, so
+/// that half-precision inputs are multiplied in half precision; the bias is added in f32.
 pub(crate) fn conv2d(
     x: &Tensor,
     weight: &Tensor,
@@ -35,9 +36,11 @@ fn wrapped(x: &Tensor, pad: usize) -> Result<Tensor> {
 /// Cross-correlation of each channel of `x` (batch, channels, length) with a kernel of its own, `weight` (channels, 1, odd), the
 /// taps `dilation` apart, circular: it keeps the length.
 pub(crate) fn depthwise(x: &Tensor, weight: &Tensor, dilation: usize) -> Result<Tensor> {
-    let weight = weight.to_dtype(x.dtype())?;
+    // The kernel's gradients are sums over the batch.
+    let wide = at_least_f32(x)?;
+    let weight = weight.to_dtype(wide.dtype())?;
     let (taps, length) = (weight.dim(2)?, x.dim(2)?);
-    let padded = wrapped(x, taps / 2 * dilation)?;
+    let padded = wrapped(&wide, taps / 2 * dilation)?;
     let tap = |t: usize| {
         let factor = weight.narrow(2, t, 1)?.transpose(0, 1)?;
         padded
@@ -48,7 +51,7 @@ pub(crate) fn depthwise(x: &Tensor, weight: &Tensor, dilation: usize) -> Result<
     for t in 1..taps {
         sum = (sum + tap(t)?)?;
     }
-    Ok(sum)
+    sum.to_dtype(x.dtype())
 }
 
 /// Transposed convolution with a 2 x 2 kernel and stride 2: every pixel becomes a block of four.
@@ -72,8 +75,10 @@ fn add_bias(y: Tensor, bias: Option<&Tensor>) -> Result<Tensor> {
     match bias {
         None => Ok(y),
         Some(bias) => {
-            let bias = bias.to_dtype(y.dtype())?.reshape((1, (), 1, 1))?;
-            y.broadcast_add(&bias)
+            // Its gradient is a sum over the pixels of a batch.
+            let wide = at_least_f32(&y)?;
+            let bias = bias.to_dtype(wide.dtype())?.reshape((1, (), 1, 1))?;
+            wide.broadcast_add(&bias)?.to_dtype(y.dtype())
         }
     }
 }

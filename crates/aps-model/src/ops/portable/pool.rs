@@ -2,6 +2,8 @@
 
 use candle_core::{Result, Tensor};
 
+use super::norm::at_least_f32;
+
 /// Maximum of 2 x 2 blocks; an odd last row or column is left out, as in PyTorch.
 ///
 /// The gradient goes to one element of each block: of equal ones the first in the order of rows, then of columns.
@@ -58,7 +60,7 @@ fn first_larger(first: &Tensor, second: &Tensor) -> Result<Tensor> {
 pub(crate) fn adaptive_avg_pool(x: &Tensor, out: usize) -> Result<Tensor> {
     let (batch, channels, height, width) = x.dims4()?;
     if out == 1 {
-        return x.mean_keepdim((2, 3));
+        return at_least_f32(x)?.mean_keepdim((2, 3))?.to_dtype(x.dtype());
     }
     let (weights, size) = (averages([height, width], out), (height * width, out * out));
     let weights = Tensor::from_vec(weights, size, x.device())?.to_dtype(x.dtype())?;

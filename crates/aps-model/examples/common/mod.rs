@@ -1,0 +1,162 @@
+//! What the examples that time and compare models have in common: links, targets and input that follow from numbers.
+
+use std::error::Error;
+
+use aps_model::candle_core::{DType, Device, Tensor};
+use aps_model::candle_nn::{VarBuilder, VarMap};
+use aps_model::condition::{
+    ConditionConfig, ConditionImages, InputKind, InputShape, Link, ModelInput, PolarShape, Rasters,
+};
+use aps_model::data::Samples;
+use aps_model::train::{Precision, TrainConfig, Trainer};
+use aps_model::{ANGLE_BINS, LabelFacts, ModelKind, Preset, seeded};
+
+/// Result of an example.
+pub type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// A model under test, with the device that it is on.
+pub struct Case {
+    pub kind: ModelKind,
+    pub preset: Preset,
+    pub image_size: usize,
+    pub device: Device,
+    pub precision: Precision,
+}
+
+/// Ways of a fifth of the kinds along each ray.
+#[derive(Debug)]
+struct SomeWays(PolarShape, Device);
+
+impl ModelInput for SomeWays {
+    fn batch(&self, links: &[Link]) -> aps_model::Result<Tensor> {
+        let PolarShape { features, ways, .. } = self.0;
+        let value = |i: usize| {
+            let (at, way) = (i % self.0.values(), i / features % 5);
+            match (way, at % features) {
+                _ if at >= ways * features => 0.5,
+                (0, 1) => 1.0,
+                (0, _) => (i * 7919 % 1000) as f32 / 1000.0,
+                _ => 0.0,
+            }
+        };
+        let values = (0..links.len() * self.0.directions * self.0.values()).map(value);
+        let shape = (links.len(), self.0.directions, self.0.values());
+        let values = values.collect::<Vec<f32>>();
+        Ok(Tensor::from_vec(values, shape, &self.1)?)
+    }
+
+    fn device(&self) -> &Device {
+        &self.1
+    }
+
+    fn shape(&self) -> InputShape {
+        InputShape::Polar(self.0)
+    }
+
+    fn image_size(&self) -> usize {
+        0
+    }
+}
+
+/// Opens a device by name.
+pub fn device(name: &str) -> Outcome<Device> {
+    Ok(match name {
+        "cpu" => Device::Cpu,
+        "cuda" => Device::new_cuda(0)?,
+        "metal" => Device::new_metal(0)?,
+        other => return Err(format!("'{other}' is none of cpu, cuda, metal").into()),
+    })
+}
+
+/// Links of one map.
+pub fn links(count: usize) -> Vec<Link> {
+    let link = |i: usize| Link {
+        map: 0,
+        tx_m: [(i * 37 % 256) as f64, (i * 11 % 256) as f64],
+        rx_m: [(i * 53 % 256) as f64, (i * 29 % 256) as f64],
+    };
+    (0..count).map(link).collect()
+}
+
+impl Case {
+    /// Makes the input of links.
+    pub fn input(&self) -> Outcome<Box<dyn ModelInput>> {
+        let city: Vec<f32> = (0..256 * 256)
+            .map(|i| f32::from(i / 256 / 30 % 2 == 0))
+            .collect();
+        let rasters = Rasters {
+            pixels: &city,
+            height: 256,
+            width: 256,
+            metres_per_pixel: 1.0,
+        };
+        let config = ConditionConfig {
+            image_size: self.image_size,
+            ..ConditionConfig::default()
+        };
+        let ways = PolarShape {
+            directions: 180,
+            ways: 15,
+            features: 14,
+            numbers: 4,
+        };
+        Ok(match self.kind.input() {
+            InputKind::Images => Box::new(ConditionImages::new(rasters, config, &self.device)?),
+            InputKind::Polar => Box::new(SomeWays(ways, self.device.clone())),
+        })
+    }
+
+    fn builder(&self, parameters: &VarMap, seed: u64) -> VarBuilder<'static> {
+        seeded(parameters, seed, DType::F32, &self.device)
+    }
+
+    /// Draws the weights, the same on every device.
+    pub fn parameters(&self, shape: InputShape) -> Outcome<VarMap> {
+        let parameters = VarMap::new();
+        self.kind
+            .build(self.preset, shape, self.builder(&parameters, 1))?;
+        if let InputShape::Polar(PolarShape { directions, .. }) = shape {
+            let near = |i: usize| f64::from(u8::from(i / directions == i % directions));
+            let facts = LabelFacts {
+                array: (0..ANGLE_BINS * directions).map(near).collect(),
+                mean: 0.1,
+                deviation: 0.3,
+                is_by_link: false,
+            };
+            facts.set(&parameters)?;
+        }
+        Ok(parameters)
+    }
+
+    /// A training with the paper's settings, without end.
+    pub fn trainer(&self, batch: usize) -> Outcome<Trainer> {
+        let links = links(4 * batch);
+        let target = |i: usize| ((i * 7919 % 1000) as f32 - 500.0) / 290.0;
+        let targets = (0..links.len() * ANGLE_BINS).map(target).collect();
+        let config = TrainConfig {
+            epochs: 1_000_000,
+            batch,
+            precision: self.precision,
+            ..self.kind.train_config(self.preset)
+        };
+        let input = self.input()?;
+        let parameters = self.parameters(input.shape())?;
+        let vb = self.builder(&parameters, 1);
+        let model = self.kind.build(self.preset, input.shape(), vb)?;
+        let samples = Samples::new(links, targets)?;
+        let trainer = Trainer::new(model, &parameters, input, samples, config)?;
+        let trainer = trainer.with_loss(self.kind.loss());
+        let of_regularizer = VarMap::new();
+        let vb = self.builder(&of_regularizer, 2);
+        Ok(match self.kind.build_regularizer(self.preset, vb)? {
+            Some(regularizer) => trainer.with_regularizer(regularizer, &of_regularizer)?,
+            None => trainer,
+        })
+    }
+
+    /// Input of the first links in the type that the network computes in.
+    pub fn conditions(&self, count: usize) -> Outcome<Tensor> {
+        let input = self.input()?.batch(&links(count))?;
+        Ok(self.precision.of_input(&input)?)
+    }
+}

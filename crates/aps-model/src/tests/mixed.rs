@@ -1,0 +1,152 @@
+//! Mixed precision: products of bf16 that sum in f32, weights and losses in f32.
+
+use candle_core::{DType, Device, Tensor, Var};
+use candle_nn::VarMap;
+
+use super::train::{adversarial, adversarial_config, regression, regression_config, samples};
+use super::{WAYS, builder, flat};
+use crate::condition::{InputKind, InputShape};
+use crate::parameters::sorted;
+use crate::train::{Precision, TrainConfig, Trainer};
+use crate::{ANGLE_BINS, LabelFacts, Loss, ModelKind, Preset};
+
+const LINKS: usize = 16;
+
+/// Values from 0 to 1 that follow from their place.
+fn pattern(shape: &[usize]) -> Tensor {
+    let count = shape.iter().product::<usize>() as u64;
+    let value = |i: u64| (i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f32 / (1 << 24) as f32;
+    let values: Vec<f32> = (0..count).map(value).collect();
+    Tensor::from_vec(values, shape, &Device::Cpu).unwrap()
+}
+
+fn input(kind: ModelKind) -> (InputShape, Tensor) {
+    match kind.input() {
+        InputKind::Images => (InputShape::Images, pattern(&[LINKS, 3, 64, 64])),
+        InputKind::Polar => {
+            let ways = pattern(&[LINKS, WAYS.directions, WAYS.values()]);
+            (InputShape::Polar(WAYS), ways)
+        }
+    }
+}
+
+/// Spectra in use, and gradients of all weights in training, as one list.
+fn computed(kind: ModelKind, precision: Precision) -> [Vec<f64>; 2] {
+    let parameters = VarMap::new();
+    let (shape, input) = input(kind);
+    let vb = builder(&parameters, DType::F32, 3);
+    let model = kind.build(Preset::Small, shape, vb).unwrap();
+    if kind.input() == InputKind::Polar {
+        let facts = LabelFacts {
+            array: flat(&pattern(&[ANGLE_BINS, WAYS.directions])),
+            mean: 0.1,
+            deviation: 0.2,
+            is_by_link: false,
+        };
+        facts.set(&parameters).unwrap();
+    }
+    let input = precision.of_input(&input).unwrap();
+    let used = model.forward_t(&input, false).unwrap();
+    model.seed_dropout(1, 1);
+    let predicted = model.forward_t(&input, true).unwrap();
+    let predicted = predicted.to_dtype(DType::F32).unwrap();
+    let targets = pattern(&[LINKS, ANGLE_BINS]);
+    let loss = Loss::Squared.error(&predicted, &targets).unwrap();
+    let store = loss.backward().unwrap();
+    let gradient = |var: Var| {
+        store
+            .get(&var)
+            .map(|gradient| (gradient.dtype(), flat(gradient)))
+    };
+    let gradients = sorted(&parameters)
+        .into_iter()
+        .filter_map(|(_, var)| gradient(var));
+    let gradients = gradients.flat_map(|(dtype, values)| {
+        assert_eq!(dtype, DType::F32);
+        values
+    });
+    [flat(&used), gradients.collect()]
+}
+
+/// Distance of two lists over the length of the second.
+fn apart(found: &[f64], expected: &[f64]) -> f64 {
+    let length = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
+    let difference = length(&mut found.iter().zip(expected).map(|(f, e)| f - e));
+    difference / length(&mut expected.iter().copied())
+}
+
+/// PyTorch's own differences, of spectra and of gradients, as `tests/golden/mixed.py` prints them. Gradients of random weights are far
+/// apart where a ReLU of few channels or a maximum decides.
+const PYTORCH_S: [(ModelKind, f64, f64); 8] = [
+    (ModelKind::MsAreg, 2.3e-3, 3.9e-2),
+    (ModelKind::MsMlp, 2.2e-3, 4.7e-2),
+    (ModelKind::AdvMlp, 2.4e-3, 2.3e-1),
+    (ModelKind::ResnetMlp, 2.5e-3, 3.1e-1),
+    (ModelKind::RadioUnet, 2.9e-3, 8.6e-3),
+    (ModelKind::VitReg, 9.3e-3, 7.6e-3),
+    (ModelKind::ResnetConv1d, 2.6e-3, 2.3e-2),
+    (ModelKind::PolarReg, 2.8e-3, 2.9e-1),
+];
+
+#[test]
+fn spectra_and_gradients_are_as_near_those_of_f32_as_pytorch_s() {
+    for (kind, spectra, gradients) in PYTORCH_S {
+        let full = computed(kind, Precision::Full);
+        let mixed = computed(kind, Precision::Mixed);
+        let off = [0, 1].map(|i| apart(&mixed[i], &full[i]));
+        println!(
+            "{kind}: spectra off by {:.1e}, gradients by {:.1e}",
+            off[0], off[1]
+        );
+        // Other weights are drawn there.
+        assert!(
+            off[0] < 3.0 * spectra && off[1] < 2.0 * gradients,
+            "{kind}: {off:?}"
+        );
+    }
+}
+
+/// Losses of all steps.
+fn losses(mut trainer: Trainer) -> Vec<f64> {
+    let mut losses = Vec::new();
+    while let Some(report) = trainer.step().unwrap() {
+        losses.push(report.loss);
+        losses.extend(report.regularizer_loss);
+    }
+    let weights = trainer.parameters().all_vars();
+    assert!(weights.iter().all(|var| var.dtype() != DType::BF16));
+    losses
+}
+
+#[test]
+fn training_goes_the_way_of_f32() {
+    let mixed = |config: TrainConfig| TrainConfig {
+        precision: Precision::Mixed,
+        ..config
+    };
+    for (full, half) in [
+        (
+            losses(regression(samples(16), regression_config())),
+            losses(regression(samples(16), mixed(regression_config()))),
+        ),
+        (
+            losses(adversarial(samples(16), adversarial_config())),
+            losses(adversarial(samples(16), mixed(adversarial_config()))),
+        ),
+    ] {
+        assert!(full != half && full.len() == half.len());
+        let worst = full.iter().zip(&half).map(|(f, h)| (h / f - 1.0).abs());
+        let worst = worst.fold(0.0, f64::max);
+        println!("losses off by {worst:.1e} at most");
+        assert!(worst < 0.05, "{full:?} {half:?}");
+    }
+}
+
+#[test]
+fn settings_of_before_are_of_full_precision() {
+    let mut stored = serde_json::to_value(TrainConfig::regression()).unwrap();
+    assert_eq!(stored["precision"], "full");
+    stored.as_object_mut().unwrap().remove("precision");
+    let read: TrainConfig = serde_json::from_value(stored).unwrap();
+    assert_eq!(read, TrainConfig::regression());
+}

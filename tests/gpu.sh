@@ -1,0 +1,104 @@
+#!/usr/bin/env bash
+# The models on a GPU, in ten minutes at most: parity with the CPU, times beside PyTorch's, and a training for the time that is left.
+#
+#     tests/gpu.sh PROGRAMS OUT [--device cuda] [--minutes 10] [--maps synthetic:51] [--quick]
+#
+# PROGRAMS is a folder of programs built elsewhere, for this needs neither cargo nor a network:
+#
+#     cargo build --release --features cuda -p xtask-models
+#     cargo build --release --features cuda -p aps-model --example step_time --example device_parity
+#     cargo build --release -p xtask
+#     cargo test --release --features cuda -p aps-model --lib --no-run     # its program as unit_tests
+#
+# xtask, xtask-models, step_time, device_parity and, if it is there, unit_tests. OUT gets report.md, which is printed last, the weights and the curves of the training.
+# PyTorch's times need python3 with torch; without it the column is empty. --maps is a folder of RadioMapSeer files; the data set is traced
+# here. --quick takes small sizes: with `--device cpu --quick` the script itself can be tried without a GPU.
+set -euo pipefail
+
+programs=$(realpath "$1") out=$2
+shift 2
+device=cuda minutes=10 maps=synthetic:51 quick=
+while [ $# -gt 0 ]; do
+    case $1 in
+        --device | --minutes | --maps) declare "${1#--}=$2" && shift ;;
+        --quick) quick=yes ;;
+        *) echo "'$1' is none of --device --minutes --maps --quick" >&2 && exit 2 ;;
+    esac
+    shift
+done
+end=$((SECONDS + minutes * 60))
+here=$(realpath "$(dirname "$0")")
+mkdir -p "$out"
+report=$out/report.md failed=
+
+# Sizes: images, links a step, seconds a time, terminals a map, seconds of predictions and metrics at the end.
+pixels="64 128 256" batch=64 seconds=1 terminals="--tx-per-map 100 --rx-per-map 200" closing=40
+models="ms_areg resnet_mlp"
+if [ -n "$quick" ]; then
+    pixels=32 batch=8 seconds=0.2 terminals="--tx-per-map 4 --rx-per-map 20" closing=20 models=resnet_mlp maps=synthetic:6
+fi
+
+section() { printf '\n## %s\n\n' "$1" | tee -a "$report"; }
+# What a step prints is kept; one that fails does not end the others.
+step() { "$@" 2>>"$out/log" | tee -a "$report" || { failed+=" $1" && echo "FAIL: $1, see log" | tee -a "$report"; }; }
+
+{
+    echo "# Models on $device"
+    echo
+    date -u +%Y-%m-%d
+    nproc
+    nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader 2>/dev/null || true
+} >"$report"
+
+section "Parity with the CPU"
+parity() { "$programs/device_parity" "$device" 64; }
+step parity
+
+if [ -x "$programs/unit_tests" ]; then
+    section "Convolutions against candle's own and the CPU's loops"
+    convolutions() { "$programs/unit_tests" --quiet convolutions | grep 'test result'; }
+    step convolutions
+fi
+
+section "Times"
+cases=()
+for model in $models; do
+    for size in $pixels; do
+        cases+=("$model-train-$size-$batch" "$model-infer-$size-$batch")
+    done
+done
+times() {
+    if python3 -c 'import torch, torchvision' 2>/dev/null; then
+        python3 "$here/golden/models_speed.py" --program "$programs/step_time" --device "$device" --precision full mixed --rounds 1 \
+            --seconds "$seconds" --threads "$(nproc)" "${cases[@]}"
+        return
+    fi
+    printf 'ms a step, without PyTorch\n\n| case | precision | aps-model |\n|---|---|---|\n'
+    for case in "${cases[@]}"; do
+        for precision in full mixed; do
+            echo "| $case | $precision | $("$programs/step_time" "$case" "$device" "$precision" "$seconds") |"
+        done
+    done
+}
+step times
+
+section "MS-AReg at 64 px"
+data=$out/data
+train() {
+    # shellcheck disable=SC2086
+    "$programs/xtask" dataset --maps "$maps" --protocol paper $terminals --out "$data" >&2 || return 1
+    local left=$((end - SECONDS - closing))
+    echo "device $device, $left s of training, maps $maps"
+    "$programs/xtask-models" train --data "$data" --model ms_areg --preset small --image-size 64 --mirror --device "$device" \
+        --budget "${left}s" --batch "$batch" --dev-limit 2000 --out "$out/ms_areg" >&2 || return 1
+    "$programs/xtask-models" predict --data "$data" --weights "$out/ms_areg/best.safetensors" --device "$device" --batch 256 \
+        --out "$out/predicted.npy" >&2 || return 1
+    printf '\n'
+    "$programs/xtask" metrics --truth "$data" --split test --prediction "$out/predicted.npy" --format markdown
+}
+step train
+rm -rf "$data" "$out/predicted.npy" "$out/predicted.links.csv" "$out/ms_areg/last.safetensors"
+
+printf '\n%s s of %s\n' "$SECONDS" $((minutes * 60)) >>"$report"
+printf '\n' && cat "$report"
+[ -z "$failed" ] || { echo "failed:$failed" >&2 && exit 1; }
