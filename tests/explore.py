@@ -374,6 +374,29 @@ def choose(page, key, value):
       input.value = '{value}'; input.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"""))
 
 
+def check_effects(page, url):
+    """A change is told with its own effect too when nothing was compared before it, when a terminal moves behind it, and after a refusal."""
+    effects = "[...document.querySelectorAll('#effects li')].slice(1).map(li => li.textContent)"
+    change = """(key, value) => { const input = document.getElementById('set-' + key);
+      input.value = value; input.dispatchEvent(new Event('input', { bubbles: true })); }"""
+    page.call("Page.navigate", url="about:blank")
+    page.call("Page.navigate", url=url + f"#map={page.state()['map']}")
+    page.wait("window.explorer?.drawn > 0")
+    page.eval(f"({change})('reflections', 3)")
+    page.wait(f"{effects}.length > 0", 60)
+    must(page.eval(effects)[0].startswith("Reflections 2 → 3: error"), f"a change before the first comparison is told: {page.eval(effects)}")
+    page.eval(f"({change})('reflections', 1); document.getElementById('rx').dispatchEvent(new KeyboardEvent('keydown', {{ key: 'ArrowRight', bubbles: true }}))")
+    page.wait(f"{effects}.length > 1", 60)
+    must(page.eval(effects)[0].startswith("Reflections 3 → 1: error"), f"so is one before a terminal moves: {page.eval(effects)}")
+    choose(page, "diffractions", 2)
+    choose(page, "range", page.eval("document.getElementById('set-range').max"))
+    page.eval(f"({change})('diffractions', 3)")
+    page.wait("!document.getElementById('fault').hidden")
+    choose(page, "range", 30)
+    told = page.eval(effects)[0].split(":")[0]
+    must("Diffractions 2 → 3" in told and "Dynamic range" in told, f"a refused change is told with the one that makes it work: {told}")
+
+
 def check_endless(page):
     """Three diffractions without a dynamic range are refused in words, and with one they are shown."""
     choose(page, "diffractions", 2)
@@ -761,6 +784,8 @@ def main():
             check_hover(page)
             check_slopes(page, args.xtask, folder)
             check_endless(page)
+            check_effects(page, url)
+            page.open(url + f"#map={page.state()['map']}")
             check_overlays(page)
             check_files(page, folder)
             check_maps(page)

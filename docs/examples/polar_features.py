@@ -106,13 +106,13 @@ def main():
     parser.add_argument("--steps", type=int, default=1440)
     parser.add_argument("--batch", type=int, default=32, help="links a step, a multiple of 16")
     parser.add_argument("--rate", type=float, default=6e-3, help="highest learning rate")
-    parser.add_argument("--test", type=int, default=3000, help="links of the test maps to score")
-    parser.add_argument("--seed", type=int, default=1, help="of the batches and the test links")
+    parser.add_argument("--links", type=int, default=3000, help="links of the development maps to score")
+    parser.add_argument("--seed", type=int, default=1, help="of the batches")
     args = parser.parse_args()
     of = {"condition": "polar", "maps": args.maps}
-    train, test = ApsDataset(args.data, "train", **of), ApsDataset(args.data, "test", **of)
-    numbers = np.linspace(0, len(test) - 1, args.test).astype(int)
-    (_, truth), (_, power) = (ApsDataset(args.data, "test", domain=domain).batch(numbers) for domain in ("normalised", "linear"))
+    train, develop = ApsDataset(args.data, "train", **of), ApsDataset(args.data, "develop", **of)
+    numbers = np.linspace(0, len(develop) - 1, args.links).astype(int)
+    (_, truth), (_, power) = (ApsDataset(args.data, "develop", domain=domain).batch(numbers) for domain in ("normalised", "linear"))
     deviation = float(power.std() / truth.std())
     statistics = float(power.mean()) - deviation * float(truth.mean()), deviation
 
@@ -133,11 +133,11 @@ def main():
             optimizer.step()
             schedule.step()
 
-    print(f"{args.steps} steps of {args.batch} links, {args.test} test links\n\n| without | CosSim | MAE |\n|---|---|---|")
+    print(f"{args.steps} steps of {args.batch} links, {args.links} links of development maps\n\n| without | CosSim | MAE |\n|---|---|---|")
     for name, factor, _, model, *_ in variants:
         model.eval()
         with torch.no_grad():
-            found = torch.cat([model(test.batch(some)[0] * factor) for some in np.array_split(numbers, max(1, args.test // 250))])
+            found = torch.cat([model(develop.batch(some)[0] * factor) for some in np.array_split(numbers, max(1, args.links // 250))])
         scores = map2aps.metrics(truth.numpy(), found.numpy(), "paper").summary
         print(f"| {name} | {scores['cosine']:.3f} | {scores['mae']:.3f} |")
 

@@ -142,6 +142,19 @@ fn training_goes_the_way_of_f32() {
     }
 }
 
+/// Only the rounding of the targets to half precision differs.
+#[test]
+fn targets_on_the_device_are_those_of_the_host() {
+    let host = losses(regression(samples(16), regression_config()));
+    let device = regression(samples(16), regression_config()).hold_targets();
+    let device = losses(device.unwrap());
+    assert!(host != device && host.len() == device.len());
+    // Of the first step, before weights differ.
+    assert!((device[0] / host[0] - 1.0).abs() < 1e-3);
+    let worst = host.iter().zip(&device).map(|(h, d)| (d / h - 1.0).abs());
+    assert!(worst.fold(0.0, f64::max) < 0.02, "{host:?} {device:?}");
+}
+
 #[test]
 fn settings_of_before_are_of_full_precision() {
     let mut stored = serde_json::to_value(TrainConfig::regression()).unwrap();

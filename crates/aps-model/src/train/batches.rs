@@ -1,6 +1,7 @@
 //! Batches of examples: in the order of the seed, put together ahead of time.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
@@ -125,7 +126,7 @@ impl Order {
 pub(super) struct Batch {
     pub examples: Vec<u32>,
     pub links: Vec<Link>,
-    /// Shape (links, bins).
+    /// Shape (links, bins); empty where they lie on the device.
     pub targets: Vec<f32>,
 }
 
@@ -137,18 +138,18 @@ pub(super) struct Prefetch {
 }
 
 impl Prefetch {
-    /// Starts the thread, with step `first`; it ends before step `end`.
+    /// Starts the thread, which makes the batches of some steps, with or without targets.
     pub fn start(
         examples: Arc<dyn Examples>,
         input: Arc<dyn ModelInput>,
         mut order: Order,
-        first: u64,
-        end: u64,
+        steps: Range<u64>,
+        needs_targets: bool,
     ) -> Self {
         let (sender, batches) = sync_channel(AHEAD);
         let work = move || {
-            for step in first..end {
-                let batch = assemble(&*examples, order.of_step(step));
+            for step in steps {
+                let batch = assemble(&*examples, order.of_step(step), needs_targets);
                 // Whoever asks for the batch finds the same error.
                 let _ = input.prepare(&batch.links);
                 // Nobody waits any more: the training was dropped.
@@ -188,8 +189,9 @@ impl Drop for Prefetch {
     }
 }
 
-fn assemble(examples: &dyn Examples, numbers: &[u32]) -> Batch {
-    let mut targets = vec![0.0; numbers.len() * ANGLE_BINS];
+fn assemble(examples: &dyn Examples, numbers: &[u32], needs_targets: bool) -> Batch {
+    let count = if needs_targets { numbers.len() } else { 0 };
+    let mut targets = vec![0.0; count * ANGLE_BINS];
     for (target, &number) in targets.chunks_exact_mut(ANGLE_BINS).zip(numbers) {
         examples.write_target(number as usize, target);
     }

@@ -63,6 +63,7 @@ mod batches;
 mod checkpoint;
 mod config;
 mod error;
+mod held;
 mod predict;
 mod schedule;
 mod trainer;

@@ -10,6 +10,7 @@ use candle_nn::{Optimizer, VarMap};
 
 use super::batches::{Batch, Order, Prefetch};
 use super::checkpoint::{self, Header, Optimized};
+use super::held::HeldTargets;
 use super::schedule::{Budget, Schedule};
 use super::{Quantity, TrainConfig, TrainError};
 use crate::condition::ModelInput;
@@ -29,6 +30,8 @@ pub struct Trainer {
     networks: Vec<Optimized>,
     input: Arc<dyn ModelInput>,
     examples: Arc<dyn Examples>,
+    /// Targets of the examples, if they lie on the device.
+    held: Option<HeldTargets>,
     config: TrainConfig,
     order: Order,
     schedule: Schedule,
@@ -143,6 +146,7 @@ impl Trainer {
             schedule: config.schedule(examples.len()),
             input: Arc::from(input),
             examples: Arc::new(examples),
+            held: None,
             config,
             steps: 0,
             clock: Clock::new(),
@@ -150,6 +154,17 @@ impl Trainer {
             checkpoint: None,
             failed: false,
         })
+    }
+
+    /// Puts the targets of all examples onto the device, in half precision: 360 bytes an example, if that is not more than 8 GiB.
+    /// Of a batch the numbers of its examples are sent then. For GPUs; on a CPU it saves nothing.
+    ///
+    /// # Errors
+    /// [`TrainError::Model`] for memory that the device does not have.
+    pub fn hold_targets(mut self) -> Result<Self, TrainError> {
+        let held = HeldTargets::new(&*self.examples, self.input.device());
+        self.held = held.map_err(crate::Error::from)?;
+        Ok(self)
     }
 
     /// Trains by another loss.
@@ -202,7 +217,14 @@ impl Trainer {
         let (step, end) = (self.steps, self.steps_total().unwrap_or(u64::MAX));
         let start = || {
             let (examples, input) = (Arc::clone(&self.examples), Arc::clone(&self.input));
-            Prefetch::start(examples, input, self.order.clone(), step, end)
+            let needs_targets = self.held.is_none();
+            Prefetch::start(
+                examples,
+                input,
+                self.order.clone(),
+                step..end,
+                needs_targets,
+            )
         };
         let batch = self.prefetch.get_or_insert_with(start).next();
         let report = self.train_on(&batch, self.schedule.at(step, seconds));
@@ -219,7 +241,10 @@ impl Trainer {
         let input = precision.of_input(&self.input.batch(&batch.links)?);
         let input = input.map_err(crate::Error::from)?;
         let shape = (batch.links.len(), ANGLE_BINS);
-        let targets = Tensor::from_slice(&batch.targets, shape, self.input.device());
+        let targets = match &self.held {
+            Some(held) => held.of(&batch.examples),
+            None => Tensor::from_slice(&batch.targets, shape, self.input.device()),
+        };
         let targets = targets.map_err(crate::Error::from)?;
         self.model.seed_dropout(self.config.seed, self.steps);
         let predicted = self

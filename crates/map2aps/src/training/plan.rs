@@ -183,6 +183,9 @@ impl Training {
         let (model, parameters) = networks.model;
         let mut trainer = Trainer::new(model, &parameters, input, train, self.config.clone())?
             .with_loss(self.model.loss());
+        if !device.is_cpu() {
+            trainer = trainer.hold_targets()?;
+        }
         if let Some((regularizer, parameters)) = networks.regularizer {
             trainer = trainer.with_regularizer(regularizer, &parameters)?;
         }
