@@ -53,6 +53,24 @@ class Map:
         """
         return list(self._files)
 
+    def __iter__(self) -> Iterator[str]:
+        """The names."""
+        return iter(self._files)
+
+    def __contains__(self, name: object) -> bool:
+        """Tells if the map has an array of this name.
+
+        Parameters
+        ----------
+        name : object
+            The name.
+
+        Returns
+        -------
+        bool
+        """
+        return name in self._files
+
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         """Opens an array.
 
@@ -138,6 +156,20 @@ class Dataset:
     def __iter__(self) -> Iterator[Map]:
         """The maps, by ascending id."""
         return (self[i] for i in self._entries)
+
+    def __contains__(self, of: object) -> bool:
+        """Tells if the data set has a map.
+
+        Parameters
+        ----------
+        of : object
+            Its id, or the map as a loop gives it.
+
+        Returns
+        -------
+        bool
+        """
+        return (of.id if isinstance(of, Map) else of) in self._entries
 
     def __getitem__(self, map_id: int) -> Map:
         """Opens a map.

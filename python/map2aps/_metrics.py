@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,7 @@ from ._arrays import USUAL_PROTOCOL, Protocol
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Scores of a prediction.
+    """Scores of a prediction: as a dict, each metric of each scored sample; beside it, what they come to.
 
     Attributes
     ----------
@@ -39,6 +40,38 @@ class Scores:
     def summary(self) -> dict[str, float]:
         """Mean of each metric over the scored samples, by its name."""
         return {str(of["metric"]): float(of["mean"]) for of in self.report["overall"]["metrics"]}
+
+    def keys(self) -> list[str]:
+        """Tells which metrics there are.
+
+        Returns
+        -------
+        list of str
+            Their names.
+        """
+        return list(self.values)
+
+    def __iter__(self) -> Iterator[str]:
+        """The names."""
+        return iter(self.values)
+
+    def __len__(self) -> int:
+        """Number of metrics."""
+        return len(self.values)
+
+    def __contains__(self, metric: object) -> bool:
+        """Tells if there is a metric of this name.
+
+        Parameters
+        ----------
+        metric : object
+            The name.
+
+        Returns
+        -------
+        bool
+        """
+        return metric in self.values
 
     def __getitem__(self, metric: str) -> npt.NDArray[np.float64]:
         """Takes a metric of each scored sample.

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -24,8 +26,8 @@ class OnnxModel:
     ----------
     file : path-like
         File of ``cargo xtask export-onnx``.
-    providers : list of str, optional
-        Execution providers of ONNX Runtime in order of preference; "CPUExecutionProvider" by default.
+    providers : sequence of str
+        Execution providers of ONNX Runtime in order of preference.
 
     Attributes
     ----------
@@ -40,23 +42,39 @@ class OnnxModel:
     Raises
     ------
     ValueError
-        For a file of ONNX that another program wrote.
+        For a file that ONNX Runtime does not read or another program wrote, and a provider that it does not have.
+
+    Warns
+    -----
+    UserWarning
+        For a model of images drawn about the receiver (``--frame receiver``), which this package does not draw.
     """
 
-    def __init__(self, file: str | os.PathLike[str], providers: list[str] | None = None) -> None:
+    def __init__(self, file: str | os.PathLike[str], providers: Sequence[str] = ("CPUExecutionProvider",)) -> None:
         import onnxruntime
 
-        self._session: Any = onnxruntime.InferenceSession(os.fspath(file), providers=providers or ["CPUExecutionProvider"])
-        facts = dict(self._session.get_modelmeta().custom_metadata_map)
-        if not {"model", "preset"} <= facts.keys():
-            raise ValueError(f"{os.fspath(file)}: its metadata name no model; was it written by 'cargo xtask export-onnx'?")
-        self.name: str = facts.pop("model")
-        self.preset: str = facts.pop("preset")
-        size = facts.pop("image_size", None)
-        self.image_size: int | None = None if size is None else int(size)
-        self.settings: dict[str, Any] = {
-            name: text if name in ("protocol", "frame") else json.loads(text) for name, text in facts.items()
-        }
+        name = os.fsdecode(file)
+        available = onnxruntime.get_available_providers()
+        missing = [providers] if isinstance(providers, str) else [one for one in providers if one not in available]
+        if missing:
+            raise ValueError(f"providers: expected a list of names out of {', '.join(available)}, got {missing[0]!r}")
+        # A file that is not there is told as every other.
+        with open(name, "rb"):
+            pass
+        try:
+            self._session: Any = onnxruntime.InferenceSession(name, providers=list(providers))
+            facts = dict(self._session.get_modelmeta().custom_metadata_map)
+            self.name: str = facts["model"]
+            self.preset: str = facts["preset"]
+            size = facts.get("image_size")
+            self.image_size: int | None = None if size is None else int(size)
+            self.settings: dict[str, Any] = {fact: facts[fact] for fact in ("protocol", "frame") if fact in facts}
+            self.settings.update({fact: json.loads(facts[fact]) for fact in ("sigma_px", "training_statistics", "label") if fact in facts})
+        except Exception as error:
+            told = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
+            raise ValueError(f"{name}: no model of 'cargo xtask export-onnx': {told}") from error
+        if self.settings.get("frame", "map") != "map":
+            warnings.warn(f"{name}: it takes images about the receiver, and ApsDataset draws those of the map", stacklevel=2)
 
     def predict(
         self, conditions: npt.ArrayLike, domain: Literal["normalised", "linear"] = "normalised"
@@ -68,8 +86,8 @@ class OnnxModel:
         conditions : array_like, shape (n, 3, image_size, image_size) or (n, 180, 214)
             Condition images, or the input of Polar-Reg, as `map2aps.torch.ApsDataset` and `map2aps.PolarView` make them.
         domain : {"normalised", "linear"}
-            Spectra as the model learnt them, or power relative to the link's maximum, which for labels of the protocol "paper" is the
-            same for models of any training.
+            Spectra as the model learnt them, or power relative to the link's maximum, of a model of the protocol "paper" alone: labels
+            of "released" are normalised by their own deviation as well.
 
         Returns
         -------
@@ -78,25 +96,35 @@ class OnnxModel:
         Raises
         ------
         ValueError
-            For conditions of another shape, numbers that are not finite, and power of a model that does not tell its statistics.
+            For conditions of another shape or type, numbers that are not finite, and power of a model that does not tell how.
         """
         if domain not in ("normalised", "linear"):
             raise ValueError(f"domain: '{domain}' is neither 'normalised' nor 'linear'")
+        statistics = self.settings.get("training_statistics", {})
+        if domain == "linear" and not (self.settings.get("protocol") == "paper" and {"mean", "std"} <= statistics.keys()):
+            raise ValueError(
+                "domain: only spectra that were normalised as by the protocol 'paper', with statistics that the file tells, are taken back to "
+                f"power; this model's protocol is {self.settings.get('protocol')!r}: export weights beside their config.json"
+            )
         (takes,) = self._session.get_inputs()
+        try:
+            array = np.asarray(conditions)
+        except (RuntimeError, TypeError, ValueError) as error:
+            raise ValueError(f"conditions: expected numbers, got {type(conditions).__name__}: {error}") from error
+        shape = tuple(takes.shape[1:])
+        if array.dtype.kind not in "fiu" or array.ndim != len(shape) + 1 or array.shape[1:] != shape:
+            wanted = ", ".join(map(str, ("n", *shape)))
+            raise ValueError(f"conditions: expected numbers of shape ({wanted}), got {array.dtype} of shape {array.shape}")
         # Numbers beyond single precision are found below.
         with np.errstate(over="ignore"):
-            given = np.asarray(conditions, dtype=np.float32)
-        shape = tuple(takes.shape[1:])
-        if given.ndim != len(shape) + 1 or given.shape[1:] != shape:
-            wanted = ", ".join(map(str, ("n", *shape)))
-            raise ValueError(f"conditions: expected shape ({wanted}), got {given.shape}")
+            given = array.astype(np.float32, copy=False)
         if not np.isfinite(given).all():
             raise ValueError("conditions: a number is not finite")
         spectra: npt.NDArray[np.float32]
         (spectra,) = self._session.run(None, {takes.name: given})
+        if not np.isfinite(spectra).all():
+            raise ValueError("conditions: the model gives numbers for them that are not finite")
         if domain == "normalised":
             return spectra
-        statistics = self.settings.get("training_statistics")
-        if statistics is None:
-            raise ValueError("domain: the file does not tell the statistics that normalise its spectra; export weights beside their config.json")
-        return (spectra * np.float64(statistics["std"]) + np.float64(statistics["mean"])).astype(np.float32)
+        std, mean = (np.float64(statistics[of]) for of in ("std", "mean"))
+        return (spectra * std + mean).astype(np.float32)

@@ -195,3 +195,9 @@ def test_a_batch_beyond_all_memory_is_refused_before_any_is_taken(data: Path) ->
     # 51.5 GB.
     with pytest.raises(MemoryError, match="indices: 256 of 50331648 values each"):
         examples.batch([0] * 256)
+
+
+def test_maps_and_arrays_are_found_by_name(data: Path) -> None:
+    dataset = map2aps.Dataset(data)
+    assert 0 in dataset and 99 not in dataset and all(one in dataset for one in dataset)
+    assert "tx" in dataset[0] and "none" not in dataset[0] and list(dataset[0]) == dataset[0].keys()

@@ -84,3 +84,10 @@ def test_views_and_precisions_give_the_same_scores(spectra: tuple[np.ndarray, np
     wide = np.repeat(truth, 2, axis=1)[:, ::2]
     for t, p in [(truth.astype(np.float64), prediction), (wide, prediction), (np.asfortranarray(truth), prediction.astype(np.float64))]:
         assert np.array_equal(map2aps.metrics(t, p)["ple_deg"], expected)
+
+
+def test_scores_are_a_dict_of_metrics() -> None:
+    truth = np.random.default_rng(1).random((3, 180))
+    scores = map2aps.metrics(truth, truth[::-1])
+    assert "mae" in scores and "none" not in scores and len(scores) == len(list(scores))
+    assert dict(scores).keys() == scores.values.keys()

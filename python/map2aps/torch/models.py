@@ -721,7 +721,7 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
     Raises
     ------
     ValueError
-        For labels of another protocol or array, and a model without ``settings``.
+        For labels of another protocol or array, a model without ``settings``, and one of images about the receiver.
 
     Warns
     -----
@@ -734,6 +734,8 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
     if settings is None:
         raise ValueError("model: it has no settings that tell which labels it learnt")
     learnt, found = (json.dumps(of) for of in (settings["data_configuration"], Dataset(data).manifest["configuration"]))
+    if settings.get("frame", "map") != "map":
+        raise ValueError("model: it takes images about the receiver, and ApsDataset draws those of the map")
     differences = _native.label_differences(settings["protocol"], learnt, found)
     for is_of_meaning, difference in differences:
         if is_of_meaning:

@@ -1,7 +1,9 @@
 """`map2aps.onnx`: exported models, opened and asked."""
 
 import json
+import os
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -48,12 +50,16 @@ def test_shipped_weights_predict_what_they_do_in_pytorch(polar: OnnxModel, scene
 def test_bad_conditions_are_told(polar: OnnxModel) -> None:
     good = np.zeros((2, 180, 214), np.float32)
     for conditions, domain, told in [
-        (good[0], "linear", r"expected shape \(n, 180, 214\), got \(180, 214\)"),
-        (np.zeros((1, 3, 64, 64)), "linear", r"got \(1, 3, 64, 64\)"),
+        (good[0], "linear", r"shape \(n, 180, 214\), got float32 of shape \(180, 214\)"),
+        (np.zeros((1, 3, 64, 64)), "linear", r"got float64 of shape \(1, 3, 64, 64\)"),
         (np.full_like(good, np.nan), "linear", "not finite"),
         (np.full(good.shape, 1e300), "linear", "not finite"),
         (good, "db", "'db' is neither"),
-        ([["a"]], "linear", "could not convert"),
+        ([["a"]], "linear", r"got <U1 of shape \(1, 1\)"),
+        (good > 0, "linear", "got bool of shape"),
+        (good.astype(complex), "linear", "got complex64 of shape|got complex128 of shape"),
+        ([good[0], good[0, :2]], "linear", "got list"),
+        (torch.zeros(2, 180, 214, requires_grad=True), "linear", "got Tensor"),
     ]:
         with pytest.raises(ValueError, match=told):
             polar.predict(conditions, domain=domain)
@@ -74,13 +80,56 @@ def test_weights_without_their_settings_predict_normalised_spectra_alone(tmp_pat
         exported.predict(images, domain="linear")
 
 
+def test_models_that_predict_something_else_say_so(tmp_path: Path) -> None:
+    file, weights = tmp_path / "model.onnx", tmp_path / "weights.safetensors"
+    models.save(models.build("ms_mlp", "small"), weights)
+    export("--weights", weights, "--out", file, "--image-size", 32)
+    model = onnx.load(file)
+
+    def told(**facts: str) -> Path:
+        changed = tmp_path / f"{'-'.join(facts)}.onnx"
+        known = {one.key: one.value for one in model.metadata_props}
+        onnx.helper.set_model_props(model, {**known, **facts})
+        onnx.save(model, changed)
+        onnx.helper.set_model_props(model, known)
+        return changed
+
+    images = np.zeros((1, 3, 32, 32))
+    statistics = json.dumps({"mean": 0.1, "std": 0.3})
+    with pytest.raises(ValueError, match="protocol is 'released'"):
+        OnnxModel(told(protocol="released", training_statistics=statistics)).predict(images, domain="linear")
+    with pytest.raises(ValueError, match="statistics that the file tells"):
+        OnnxModel(told(protocol="paper", training_statistics="{}")).predict(images, domain="linear")
+    assert OnnxModel(told(author="somebody")).predict(images).shape == (1, 180)
+    with pytest.warns(UserWarning, match="images about the receiver"):
+        OnnxModel(told(frame="receiver"))
+    for name, text in (("image_size", "abc"), ("label", "{")):
+        with pytest.raises(ValueError, match="no model of 'cargo xtask export-onnx'"):
+            OnnxModel(told(**{name: text}))
+
+
+def test_one_model_answers_threads(polar: OnnxModel) -> None:
+    ways = np.random.default_rng(1).random((4, 180, 214), dtype=np.float32)
+    expected = polar.predict(ways)
+    with ThreadPoolExecutor(4) as threads:
+        assert all(np.array_equal(found, expected) for found in threads.map(lambda _: polar.predict(ways), range(8)))
+
+
 def test_files_of_others_are_refused(polar: OnnxModel, tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="nothing.onnx"):
+        OnnxModel(tmp_path / "nothing.onnx")
+    (tmp_path / "junk.onnx").write_bytes(b"junk")
+    with pytest.raises(ValueError, match="junk.onnx: no model"):
+        OnnxModel(os.fsencode(tmp_path / "junk.onnx"))
+    for providers in ("CPUExecutionProvider", ["NoSuchProvider"]):
+        with pytest.raises(ValueError, match="providers: .*CPUExecutionProvider"):
+            OnnxModel(tmp_path / "junk.onnx", providers=providers)
     value = onnx.helper.make_tensor_value_info("x", onnx.TensorProto.FLOAT, [1])
     node = onnx.helper.make_node("Identity", ["x"], ["y"])
     graph = onnx.helper.make_graph([node], "g", [value], [onnx.helper.make_tensor_value_info("y", onnx.TensorProto.FLOAT, [1])])
     model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 17)], ir_version=8)
     onnx.save(model, tmp_path / "foreign.onnx")
-    with pytest.raises(ValueError, match="foreign.onnx: its metadata name no model"):
+    with pytest.raises(ValueError, match="foreign.onnx: no model .* it lacks 'model'"):
         OnnxModel(tmp_path / "foreign.onnx")
     assert json.loads(json.dumps(polar.settings)) == polar.settings
 

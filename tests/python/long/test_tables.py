@@ -104,3 +104,12 @@ def test_the_card_is_one_that_hubs_read(data: Path, tables: Path) -> None:
     for title in ("Splits", "Columns", "How it was made", "Licence", "Citation"):
         assert f"\n## {title}\n" in card.text
     assert "```bibtex\n@misc{" in card.text and "| `metres_per_pixel` | float64 | m |" in card.text
+
+
+def test_an_export_of_some_links_loads_too(data: Path, tmp_path: Path) -> None:
+    out = tmp_path / "some"
+    command = ["cargo", "run", "--quiet", "--package", "xtask", "--", "export", str(data), "--layout", "parquet", "--out", str(out), "--limit", "20"]
+    subprocess.run(command, cwd=ROOT, check=True)
+    folder = datasets.load_dataset(str(out), cache_dir=str(tmp_path / "cache"))
+    assert sum(part.num_rows for part in folder.values()) == 20
+    mlcroissant.Dataset(jsonld=str(out / "croissant.json"))

@@ -106,9 +106,7 @@ fn export_within(
                 format!("-{number}")
             };
             let name = format!("{folder}/map_{id:04}{suffix}.parquet");
-            // One of no rows, so that a file without rows has the columns.
-            let first = std::iter::once(rows.start);
-            let firsts = first.chain(rows.clone().step_by(GROUP_ROWS).skip(1));
+            let firsts = rows.clone().step_by(GROUP_ROWS);
             let groups = firsts.map(|first| table.columns(first..rows.end.min(first + GROUP_ROWS)));
             let make = || file::bytes("link", groups);
             let file = Written::make(out, name, part, rows.len(), make)?;
@@ -235,7 +233,9 @@ impl Table {
             }
             bytes += row_bytes;
         }
-        portions.push(first..rows);
+        if first < rows {
+            portions.push(first..rows);
+        }
         portions
     }
 

@@ -261,8 +261,7 @@ fn a_map_beyond_the_bound_of_a_file_goes_into_several() {
         );
     }
     assert_eq!(table.portions(10, 1).len(), 10);
-    let none = table.portions(0, 1);
-    assert_eq!((none.len(), none[0].len()), (1, 0));
+    assert!(table.portions(0, 1).is_empty());
 
     create_folder(&out).unwrap();
     let (ids, control) = ([0, 1, 2, 3], Control::default());
@@ -336,7 +335,7 @@ fn tables_that_a_larger_export_of_a_map_left_are_removed() {
 }
 
 #[test]
-fn a_limit_leaves_links_out_and_maps_with_none_have_an_empty_table() {
+fn a_limit_leaves_links_out_and_maps_with_none_have_no_table() {
     let root = tempfile::tempdir().unwrap();
     let (data, out) = (root.path().join("data"), root.path().join("out"));
     let dataset = dataset(&data);
@@ -344,7 +343,8 @@ fn a_limit_leaves_links_out_and_maps_with_none_have_an_empty_table() {
         let part = dataset.manifest().split.part_of(id);
         let folder = super::columns::folder_of(part);
         let path = out.join(format!("data/{folder}/map_{id:04}.parquet"));
-        SerializedFileReader::new(File::open(path).unwrap()).unwrap()
+        let file = File::open(path).ok()?;
+        Some(SerializedFileReader::new(file).unwrap())
     };
     // A file of another limit is made anew.
     for (limit, expected) in [(Some(13), 13), (None, 40), (Some(0), 0)] {
@@ -356,12 +356,21 @@ fn a_limit_leaves_links_out_and_maps_with_none_have_an_empty_table() {
         assert_eq!(exported.links, expected);
         let (mut rows, mut columns) = (0, Vec::new());
         for entry in &dataset.manifest().maps {
-            let file = table(entry.id);
+            // Readers of a folder take no file without rows.
+            let Some(file) = table(entry.id) else {
+                continue;
+            };
             let metadata = file.metadata().file_metadata();
+            assert!(metadata.num_rows() > 0);
             rows += metadata.num_rows();
             columns.push(metadata.schema_descr().num_columns());
         }
         assert_eq!(rows, expected as i64);
-        assert!(columns[0] > 10 && columns.iter().all(|&count| count == columns[0]));
+        assert!(
+            columns
+                .iter()
+                .all(|&count| count > 10 && count == columns[0])
+        );
+        assert_eq!(columns.is_empty(), expected == 0);
     }
 }
