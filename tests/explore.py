@@ -379,8 +379,9 @@ def check_effects(page, url):
     effects = "[...document.querySelectorAll('#effects li')].slice(1).map(li => li.textContent)"
     change = """(key, value) => { const input = document.getElementById('set-' + key);
       input.value = value; input.dispatchEvent(new Event('input', { bubbles: true })); }"""
+    address = url + f"#map={page.state()['map']}"
     page.call("Page.navigate", url="about:blank")
-    page.call("Page.navigate", url=url + f"#map={page.state()['map']}")
+    page.call("Page.navigate", url=address)
     page.wait("window.explorer?.drawn > 0")
     page.eval(f"({change})('reflections', 3)")
     page.wait(f"{effects}.length > 0", 60)

@@ -1,3 +1,5 @@
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -6,7 +8,7 @@ import torch
 import map2aps.torch
 from docstrings import gaps
 from map2aps.torch import models
-from pages import blocks
+from pages import ROOT, blocks
 
 
 def test_the_torch_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -25,3 +27,10 @@ def test_the_parts_of_models_say_what_they_are() -> None:
     assert len(modules) == 15
     silent += [f"{of.__qualname__}.forward" for of in modules if not vars(of)["forward"].__doc__]
     assert silent == []
+
+
+def test_the_example_that_takes_features_away_prints_its_table(data: Path) -> None:
+    command = [sys.executable, str(ROOT / "docs" / "examples" / "polar_features.py"), str(data), "--steps", "2", "--batch", "16", "--links", "12"]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    rows = [line for line in printed.splitlines() if line.startswith("| ")]
+    assert len(rows) == 17 and "| nothing |" in printed and "nan" not in printed
