@@ -98,7 +98,7 @@ pub enum GeoJsonError {
     },
     /// The buildings are too far apart for one plane.
     #[error(
-        "feature {feature}: ({x}, {y}) is {distance_deg:.1} degrees from the origin of the plane, at most {limit_deg} fit one plane; cut the file, unless its numbers are metres"
+        "feature {feature}: ({x}, {y}) is {distance_deg:.1} degrees from the origin, the middle of all buildings unless another is given; at most {limit_deg} fit one plane; cut the file, unless its numbers are metres"
     )]
     TooLarge {
         /// Index of the feature.
