@@ -74,7 +74,7 @@ fn differences(kind: ModelKind, image_size: usize, device: &Device) -> Outcome<[
     let mean = expected.iter().sum::<f64>() / expected.len() as f64;
     let deviation = length(expected.iter().map(|v| v - mean)) / (expected.len() as f64).sqrt();
     let mut found = [0.0; 4];
-    for (n, precision) in [Precision::Full, Precision::Mixed].into_iter().enumerate() {
+    for (n, precision) in Precision::ALL.into_iter().enumerate() {
         let case = case(device, precision);
         let apart: Vec<f64> = spectra(&case)?
             .iter()

@@ -9,7 +9,6 @@ mod common;
 
 use std::time::{Duration, Instant};
 
-use aps_model::train::Precision;
 use aps_model::{Preset, frozen};
 use common::{Case, Outcome};
 
@@ -26,11 +25,7 @@ fn main() -> Outcome<()> {
         return Err("expected MODEL-WHAT-PIXELS-BATCH".into());
     };
     let device = common::device(&word("cpu"))?;
-    let precision = match word("full").as_str() {
-        "full" => Precision::Full,
-        "mixed" => Precision::Mixed,
-        other => return Err(format!("'{other}' is neither full nor mixed").into()),
-    };
+    let precision = word("full").parse()?;
     let seconds = Duration::from_secs_f64(word("3").parse()?);
     let case = Case {
         kind: model.parse()?,

@@ -211,7 +211,8 @@ impl FromStr for Preset {
     }
 }
 
-fn find<T: Copy + fmt::Display>(what: &'static str, name: &str, all: &[T]) -> Result<T> {
+/// Finds the one of a name.
+pub(crate) fn find<T: Copy + fmt::Display>(what: &'static str, name: &str, all: &[T]) -> Result<T> {
     let found = all.iter().find(|one| one.to_string() == name);
     found.copied().ok_or_else(|| Error::UnknownName {
         what,

@@ -6,7 +6,7 @@ use std::path::Path;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
 use aps_report::explain::{Explained, Explanation};
-use aps_report::link::from_heading;
+use aps_report::link::heading_words;
 use hyper::StatusCode;
 use map2aps::MapSource;
 use map2aps::error::chain;
@@ -47,7 +47,7 @@ pub fn make(
 ) -> Result<Reply, Fault> {
     let text = |media_type, text: String| Ok(whole(StatusCode::OK, media_type, text));
     match name {
-        "file/map" => text(JSON, map(&*stock.city(&question.city)?)?.to_string()),
+        "file/map" => text(JSON, map(&*stock.city(&question.city)?).to_string()),
         "file/command" => text("text/plain; charset=utf-8", command(stock, question)?),
         "file/paths" => {
             let traced = Traced::new(stock, question, ticket)?;
@@ -84,7 +84,7 @@ fn title(question: &LinkQuestion) -> String {
         "Map {}, from ({a}, {b}) m to ({c}, {d}) m",
         question.city.map
     );
-    title + &from_heading(question.label.heading_deg)
+    title + &heading_words(question.label.heading_deg)
 }
 
 /// Returns true for a map that RadioMapSeer's format holds: polygons without holes in its square.
@@ -94,12 +94,16 @@ fn is_plain(city: &City) -> bool {
 
 /// The houses as they were given: polygons of RadioMapSeer, or GeoJSON in metres where there are courtyards or the square is
 /// another.
-fn map(city: &City) -> Result<Value, Fault> {
-    let ring =
-        |ring: &Vec<DVec2>| -> Vec<[f64; 2]> { closed(ring).map(|p| p.to_array()).collect() };
+fn map(city: &City) -> Value {
+    let ring = |ring: &Vec<DVec2>| -> Vec<[f64; 2]> {
+        let is_closed = ring.first() == ring.last();
+        let again = ring.first().filter(|_| !is_closed);
+        let closed = ring.iter().chain(again);
+        closed.map(|p| p.to_array()).collect()
+    };
     if is_plain(city) {
         let rings = city.houses.iter().map(|h| ring(&h.footprint.outer));
-        return Ok(rings.collect());
+        return rings.collect();
     }
     let features = city.houses.iter().map(|house| {
         let rings = std::iter::once(&house.footprint.outer).chain(&house.footprint.holes);
@@ -111,13 +115,7 @@ fn map(city: &City) -> Result<Value, Fault> {
         })
     });
     let features: Vec<Value> = features.collect();
-    Ok(json!({ "type": "FeatureCollection", "features": features }))
-}
-
-/// The vertices of a ring, the first again last.
-fn closed(ring: &[DVec2]) -> impl Iterator<Item = &DVec2> {
-    let is_closed = ring.first() == ring.last();
-    ring.iter().chain(ring.first().filter(|_| !is_closed))
+    json!({ "type": "FeatureCollection", "features": features })
 }
 
 /// Makes sure that the command line reads a changed map as it is here.
@@ -127,7 +125,7 @@ fn must_be_read_back(
     id: u32,
     tiles: TileSettings,
 ) -> Result<(), Fault> {
-    let (text, file) = (map(city)?.to_string(), map_name(id));
+    let (text, file) = (map(city).to_string(), map_name(id));
     let read = load_bytes(
         text.as_bytes(),
         Path::new(&file),

@@ -35,10 +35,7 @@ pub fn precisions() -> impl TypedValueParser<Value = Precision> {
         })
     };
     let parser = PossibleValuesParser::new(Precision::ALL.map(value));
-    parser.map(|name| match name.as_str() {
-        "mixed" => Precision::Mixed,
-        _ => Precision::Full,
-    })
+    parser.try_map(|name| name.parse::<Precision>())
 }
 
 /// Parser of `--frame`.

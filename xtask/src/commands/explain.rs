@@ -7,7 +7,7 @@ use aps_label::{LabelConfig, Protocol};
 use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
 use aps_report::explain::{Explained, Explanation};
-use aps_report::link::{LinkView, from_heading};
+use aps_report::link::{LinkView, heading_words};
 use aps_report::picture::Outlines;
 
 use map2aps::is_near;
@@ -74,7 +74,7 @@ impl Args {
             _ => bail!("--out '{}': name a file .html or .svg", self.out.display()),
         };
         let mut subject = self.subject()?;
-        subject.title += &from_heading(self.heading);
+        subject.title += &heading_words(self.heading);
         subject.link = subject.link.from_heading(self.heading);
         let explanation = Explanation::of(&subject.link, self.protocol, &subject.label)?
             .with_context(|| {

@@ -1,4 +1,4 @@
-//! What the examples that time and compare models have in common: links, targets and input that follow from numbers.
+//! Links, targets and input that follow from numbers, for the examples that time and compare models.
 
 use std::error::Error;
 

@@ -164,6 +164,13 @@ fn of_models(pixels: [usize; 2], share: usize) -> Vec<Case> {
     cases
 }
 
+#[track_caller]
+fn agrees_with_candle_s_own(case: Case) {
+    let found = found(case, DType::F64, portable(case));
+    let expected = expected(case, DType::F64, candle_s(case));
+    assert_close(case, &found, &expected, 1e-13);
+}
+
 #[test]
 fn of_the_models_agree_with_candle_s_own() {
     // f64: rounding alone. Odd sizes leave remainders of the strides, one of rows and another of columns.
@@ -174,13 +181,7 @@ fn of_the_models_agree_with_candle_s_own() {
             if !fits(0) || !fits(1) {
                 continue;
             }
-            let found = found(case, DType::F64, portable(case));
-            assert_close(
-                case,
-                &found,
-                &expected(case, DType::F64, candle_s(case)),
-                1e-13,
-            );
+            agrees_with_candle_s_own(case);
         }
     }
 }
@@ -249,13 +250,7 @@ fn of_images_whose_sides_leave_different_remainders_have_their_gradients() {
     // candle 0.11 takes the remainder of the rows for that of the columns.
     for size in [[6, 7], [7, 6], [8, 5]] {
         let case = square(2, [2, 3], size, 3, 2);
-        let found = found(case, DType::F64, portable(case));
-        assert_close(
-            case,
-            &found,
-            &expected(case, DType::F64, candle_s(case)),
-            1e-13,
-        );
+        agrees_with_candle_s_own(case);
     }
 }
 

@@ -1,10 +1,15 @@
 //! Settings of a training.
 
+use std::fmt;
+use std::str::FromStr;
+
 use candle_core::{DType, Tensor};
 use serde::{Deserialize, Serialize};
 
 use super::schedule::{Budget, Schedule};
+use crate::kind::find;
 use crate::optim::AdamConfig;
+use crate::{Error, Result};
 
 /// Numbers that a network is trained with. Weights, normalisations, softmax, losses and the optimizer are in f32 always.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -39,6 +44,20 @@ impl Precision {
             Self::Full => Ok(input.clone()),
             Self::Mixed => input.to_dtype(DType::BF16),
         }
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Precision {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        find("precision", name, &Self::ALL)
     }
 }
 

@@ -157,7 +157,7 @@ impl Trainer {
     }
 
     /// Puts the targets of all examples onto the device, in half precision: 360 bytes an example, if that is not more than 8 GiB.
-    /// Of a batch the numbers of its examples are sent then. For GPUs; on a CPU it saves nothing.
+    /// Batches then send the numbers of their examples instead of targets. On a CPU it saves nothing.
     ///
     /// # Errors
     /// [`TrainError::Model`] for memory that the device does not have.

@@ -8,10 +8,11 @@
 //! - For each link: [`gather()`]. For each ray, and each kind of way, the geometry of one way that arrives along it: lengths,
 //!   angles, cosines of incidence ([`PolarLink`]). None of this need be stored.
 //!
-//! No field strength, power, loss or delay is computed, and nothing is said of materials or the carrier. Paths are not searched for:
-//! ways from the transmitter to corners are found by its images, and met along the rays of a fan, so that what lies between two rays
-//! is missed, and of ways of one kind along one ray all but one are left out, by a power law of turns and lengths. With the default fan 1 to 4 % of the paths of up to two reflections and one diffraction that no other way of
-//! their kind hides are missed, on dense maps one in ten of the strongest of a link: seen through slits, or by small walls.
+//! No field strength, power, loss or delay is computed, and nothing is said of materials or the carrier. Paths are not searched
+//! for: ways from the transmitter to corners are found by its images, and met along the rays of a fan, so that what lies
+//! between two rays is missed, and of ways of one kind along one ray all but one are left out, by a power law of turns and
+//! lengths. With the default fan 1 to 4 % of the paths of up to two reflections and one diffraction that no other way of their
+//! kind hides are missed, on dense maps one in ten of the strongest of a link: seen through slits, or by small walls.
 //!
 //! ```
 //! use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap, gather};

@@ -6,4 +6,4 @@ mod view;
 
 pub use lobes::{Fate, Lobe, fate, has_mirrors, lobes};
 pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg};
-pub use view::{Bend, LinkView, PathView, from_heading};
+pub use view::{Bend, LinkView, PathView, heading_words};

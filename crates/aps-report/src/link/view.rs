@@ -41,7 +41,7 @@ pub struct LinkView {
 }
 
 /// Words for a title that say where angles are counted from; none at a heading of 0.
-pub fn from_heading(heading_deg: f64) -> String {
+pub fn heading_words(heading_deg: f64) -> String {
     if heading_deg == 0.0 {
         return String::new();
     }

@@ -1,4 +1,4 @@
-//! What the server refuses, and what it survives.
+//! Refusals of the server, and requests that it survives.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;

@@ -196,7 +196,18 @@ impl Profile {
     }
 
     fn table(self) -> Table {
-        self.files().1.parse().expect("profiles are TOML")
+        let own = |profile: Self| -> Table {
+            let (_, text) = profile.files();
+            text.parse().expect("profiles are TOML")
+        };
+        let mut table = own(self);
+        // Settings of models that were searched for an hour stand for its neighbours, until one has its own.
+        if matches!(self, Self::Quick | Self::Night)
+            && let Some(models) = own(Self::Hour).remove("model")
+        {
+            table.entry("model").or_insert(models);
+        }
+        table
     }
 }
 

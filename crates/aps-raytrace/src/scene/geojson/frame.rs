@@ -56,12 +56,15 @@ impl Frame {
         polygons: &[Polygon],
         origin: Option<[f64; 2]>,
     ) -> Result<Self, GeoJsonError> {
-        let (min, max) = bounds(polygons, DVec2::from);
-        let middle = ((min + max) / 2.0).floor();
-        let origin = origin.map_or(middle, DVec2::from);
-        match origin.abs().max_element() <= MAX_METRES || middle == origin {
-            true => Ok(Self::Shift(origin)),
-            false => Err(GeoJsonError::Origin(origin.to_array())),
+        match origin {
+            None => {
+                let (min, max) = bounds(polygons, DVec2::from);
+                Ok(Self::Shift(((min + max) / 2.0).floor()))
+            }
+            Some(origin) if origin.iter().all(|x| x.abs() <= MAX_METRES) => {
+                Ok(Self::Shift(origin.into()))
+            }
+            Some(origin) => Err(GeoJsonError::Origin(origin)),
         }
     }
 
