@@ -398,6 +398,15 @@ mod tests {
     }
 
     #[test]
+    fn settings_searched_for_an_hour_stand_for_its_neighbours() {
+        let models = |profile| Config::resolve(profile, None, Table::new()).unwrap().model;
+        let hour = models(Profile::Hour);
+        assert_eq!(hour.len(), ModelKind::ALL.len());
+        assert!(models(Profile::Quick) == hour && models(Profile::Night) == hour);
+        assert!(models(Profile::Smoke).is_empty() && models(Profile::Paper).is_empty());
+    }
+
+    #[test]
     fn profiles_are_valid_and_give_every_model_the_same_time() {
         for (profile, budget_s) in [
             (Profile::Smoke, Some(3.0)),
