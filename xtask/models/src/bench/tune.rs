@@ -45,6 +45,9 @@ fn times(rate: Option<f64>, factor: f64) -> Option<f64> {
     format!("{:.1e}", rate? * factor).parse().ok()
 }
 
+/// Development links whose score is taken while a setting is trained: with all of a long budget's, a short training would do little else.
+const LINKS_WHILE_TRAINING: usize = 200;
+
 /// Factors of the rate that the grid found, tried again with more time: a few steps forgive a rate that a whole training does not.
 const RATES_AGAIN: [f64; 3] = [1.0, 1.0 / 3.0, 0.1];
 
@@ -155,6 +158,8 @@ impl Bench {
         let mut config = self.config.clone();
         config.model.insert(kind.name().into(), settings);
         config.training.budget = Some(format!("{}ms", (seconds * 1e3).round()));
+        let develop_links = config.training.develop_links.unwrap_or(usize::MAX);
+        config.training.develop_links = Some(develop_links.min(LINKS_WHILE_TRAINING));
         let plan = model::plan(&config, kind, Some(&context.plan.maps))?;
         let mut name = kind.name().to_owned();
         for number in [
@@ -218,7 +223,8 @@ fn longer(share: f64) -> Option<f64> {
     (longer > share).then_some(longer)
 }
 
-/// Searches the grid at the first share, then the rate at the second, if there is one. `score` gives the score of settings at a share,
+/// Searches the grid at the first share, then the rate and the usual image size at the second, if there is one: few steps favour high
+/// rates and small images. `score` gives the score of settings at a share,
 /// minus infinity where there is none. Returns the best settings with the score of the last stage.
 fn choose(
     usual: ModelConfig,
@@ -234,10 +240,7 @@ fn choose(
             if settings.image_size != before.image_size && usual.image_size.is_none() {
                 continue;
             }
-            let cosine = score(settings, share)?;
-            if cosine > best.1 {
-                best = (settings, cosine);
-            }
+            best = better(best, settings, score(settings, share)?);
         }
     }
     let Some(share) = longer else {
@@ -250,12 +253,23 @@ fn choose(
             learning_rate: times(found.learning_rate, factor),
             ..found
         };
-        let cosine = score(settings, share)?;
-        if cosine > best.1 {
-            best = (settings, cosine);
-        }
+        best = better(best, settings, score(settings, share)?);
+    }
+    if found.image_size != usual.image_size {
+        let settings = ModelConfig {
+            image_size: usual.image_size,
+            ..best.0
+        };
+        best = better(best, settings, score(settings, share)?);
     }
     Ok(best)
+}
+
+fn better(best: (ModelConfig, f64), other: ModelConfig, cosine: f64) -> (ModelConfig, f64) {
+    match cosine > best.1 {
+        true => (other, cosine),
+        false => best,
+    }
 }
 
 fn row(kind: ModelKind, settings: ModelConfig, share: f64) -> String {
