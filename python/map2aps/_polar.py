@@ -37,9 +37,9 @@ class PolarView:
 
         Returns
         -------
-        ndarray of float32, shape (m * n, 180, 214)
+        ndarray of float32, shape (m * n, 180, 210)
             By link, in the order of `Tracer.trace`, and direction at the receiver, 2 degrees apart, the first a degree from x: 14
-            features of each of 15 ways (straight, and over corners by how they are lit; each after 0, 1 and 2 reflections), then 4
-            numbers of the link. Rust's documentation of ``aps_raytrace::polar::PolarLink`` defines them; all are without unit.
+            features of each of 15 ways (straight, and over corners by how they are lit; each after 0, 1 and 2 reflections). Rust's
+            documentation of ``aps_raytrace::polar::PolarLink`` defines them; all are without unit.
         """
         return self._view.input(tx, rx)

@@ -83,7 +83,7 @@ class OnnxModel:
 
         Parameters
         ----------
-        conditions : array_like, shape (n, 3, image_size, image_size) or (n, 180, 214)
+        conditions : array_like, shape (n, 3, image_size, image_size) or (n, 180, 210)
             Condition images, or the input of Polar-Reg, as `map2aps.torch.ApsDataset` and `map2aps.PolarView` make them.
         domain : {"normalised", "linear"}
             Spectra as the model learnt them, or power relative to the link's maximum, of a model of the protocol "paper" alone: labels

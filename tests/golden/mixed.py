@@ -16,7 +16,7 @@ LINKS = 16
 
 def main() -> None:
     generator = torch.Generator().manual_seed(1)
-    drawn = {"polar_reg": torch.rand(LINKS, 180, 214, generator=generator)}
+    drawn = {"polar_reg": torch.rand(LINKS, 180, 210, generator=generator)}
     images, targets = (torch.rand(LINKS, *shape, generator=generator) for shape in ((3, 64, 64), (180,)))
     for name in models.MODELS:
         torch.manual_seed(3)

@@ -336,13 +336,11 @@ def link(tx, rx):
     rows = []
     for direction in ROWS:
         angle = (direction + 0.5) * BEAM
-        bearing = np.arctan2(*(tx.at - rx)[::-1])
-        numbers = [np.cos(angle - bearing), np.sin(angle - bearing), np.log(d) / 3 - 1, np.log(geodesic) / 3 - 1]
         ways = []
         for bounces, segment in enumerate(segments(rx, angle)):
             for kind, values in features(tx, rx, segment, bounces).items():
                 ways.append([kind, bounces, values and [rounded(values.get(f, 0)) for f in range(14)]])
-        rows.append({"direction": direction, "numbers": [rounded(v) for v in numbers], "ways": ways})
+        rows.append({"direction": direction, "ways": ways})
     return {"tx": tx.at.tolist(), "rx": rx.tolist(), "geodesic_m": round(float(geodesic), 9), "rows": rows}
 
 

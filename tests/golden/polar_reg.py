@@ -7,26 +7,17 @@ those of models.py do, so none is stored.
 
 # The model
 
-A link is, for each of 180 directions around the receiver, 14 features of each of 15 ways (5 kinds, 0 to 2 bounces) and 4 numbers
-(aps_raytrace::polar). A perceptron, given the features of a way and a unit vector for its kind and bounces, makes the logarithm of
-the way's strength and 8 further values. The strengths of a direction's ways are added, each times the share of the ray that the way
-arrives along. The further values of all ways, the numbers and the logarithm of the sum are features of the direction; residual
-blocks of depthwise circular convolutions, dilated by 1, 2 and 4, mix the directions and add a correction to the logarithm. A
-softmax over directions is the share of the power that arrives from each; the array's response, a matrix that is not learnt, makes a
+A link is, for each of 180 directions around the receiver, 14 features of each of 15 ways (5 kinds, 0 to 2 bounces;
+aps_raytrace::polar). A perceptron, given the features of a way and a unit vector for its kind and bounces, makes the logarithm of
+the way's strength. The strengths of a direction's ways are added, each times the share of the ray that the way arrives along; the sum
+over that of all directions is the share of the power that arrives from each. The array's response, a matrix that is not learnt, makes a
 spectrum of it, which is divided by its maximum and standardised by the mean and the deviation of the labels it is trained on.
 
 | tensor | shape |
 |---|---|
 | ways.embed.weight, .bias | (48, 29): features, then kinds; then GELU by the error function |
 | ways.hidden.weight, .bias | (48, 48); then GELU |
-| ways.out.weight, .bias | (9, 48): a sixth of the logarithm of the strength, then the further values; 0 where there is no way |
-| project.weight, .bias | (64, 125): further values of all ways, numbers, logarithm of the sum |
-| norm.* | batch normalisation over links and directions, then ReLU |
-| blocks.N.depthwise.weight | (64, 1, 7) |
-| blocks.N.norm.* | batch normalisation |
-| blocks.N.expand.*, .contract.* | (128, 64, 1), then GELU; (64, 128, 1) |
-| blocks.N.gate.* | (64, 64): of the mean over directions of what the block was given, then the logistic function |
-| head.weight, .bias | (1, 64, 1) |
+| ways.out.weight, .bias | (1, 48): a sixth of the logarithm of the strength |
 
 # The arrays of the file
 
@@ -54,7 +45,7 @@ from models import BATCH, BINS, OUT, definitions, gradients, row, save, set_weig
 
 package = definitions()
 WAYS, FEATURES = package.POLAR_WAYS, package.POLAR_FEATURES
-NUMBERS, DIRECTIONS = package.POLAR_NUMBERS, package.POLAR_DIRECTIONS
+DIRECTIONS = package.POLAR_DIRECTIONS
 MEAN, DEVIATION = 0.125, 0.25
 
 
@@ -77,13 +68,12 @@ def loss_of(y, a):
 
 
 def inputs():
-    """Numbers between -1 and 1; features between 0 and 1, half of the ways not there and all 0, feature 1 being 1 elsewhere."""
+    """Features between 0 and 1, half of the ways not there and all 0, feature 1 being 1 elsewhere."""
     ways = values("ways", BATCH * DIRECTIONS * WAYS * FEATURES).reshape(BATCH, DIRECTIONS, WAYS, FEATURES)
-    numbers = values("numbers", BATCH * DIRECTIONS * NUMBERS).reshape(BATCH, DIRECTIONS, NUMBERS)
     is_there = ways[..., 1:2] > 0
     ways = np.where(is_there, np.abs(ways), 0.0)
     ways[..., 1:2] = is_there
-    return torch.from_numpy(np.concatenate([ways.reshape(BATCH, DIRECTIONS, -1), numbers], 2))
+    return torch.from_numpy(ways.reshape(BATCH, DIRECTIONS, -1))
 
 
 def targets():

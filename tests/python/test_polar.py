@@ -7,7 +7,7 @@ import pytest
 import map2aps
 from shapes import HOUSE
 
-FEATURES, NUMBERS = 14, 4
+FEATURES = 14
 
 
 def test_every_way_is_that_of_the_script_that_tries_all_walls() -> None:
@@ -16,14 +16,13 @@ def test_every_way_is_that_of_the_script_that_tries_all_walls() -> None:
     ways = 0
     for link in golden["links"]:
         found = view.input(link["tx"], link["rx"])
-        assert found.dtype == np.float32 and found.shape == (1, 180, 15 * FEATURES + NUMBERS)
+        assert found.dtype == np.float32 and found.shape == (1, 180, 15 * FEATURES)
         for row in link["rows"]:
-            expected = np.zeros(15 * FEATURES + NUMBERS)
+            expected = np.zeros(15 * FEATURES)
             for kind, bounces, features in row["ways"]:
                 first = (kind * 3 + bounces) * FEATURES
                 expected[first : first + FEATURES] = features
                 ways += 1
-            expected[-NUMBERS:] = row["numbers"]
             assert np.abs(found[0, row["direction"]] - expected).max() < 1e-5
     assert ways > 400
 
@@ -32,13 +31,13 @@ def test_links_of_many_ends_are_those_of_each_pair(scene: map2aps.Scene, outdoor
     view = map2aps.PolarView(scene)
     tx, rx = outdoors[:2], outdoors[10:14]
     links = view.input(tx, rx)
-    assert links.shape == (8, 180, 214) and np.isfinite(links).all()
+    assert links.shape == (8, 180, 210) and np.isfinite(links).all()
     for link, (t, r) in enumerate((t, r) for t in tx for r in rx):
         assert np.array_equal(view.input(t, r)[0], links[link])
     for same in [rx.astype(np.float32), np.repeat(rx, 2, axis=0)[::2], np.asfortranarray(rx), rx.tolist()]:
         assert np.array_equal(view.input(tx, same), links)
     for ends in ((tx, np.zeros((0, 2))), (np.zeros((0, 2)), rx), (np.zeros((0, 2)), np.zeros((0, 2)))):
-        assert view.input(*ends).shape == (0, 180, 214)
+        assert view.input(*ends).shape == (0, 180, 210)
     assert view.scene is scene
 
 

@@ -180,7 +180,7 @@ pub enum Preset {
     /// | radiounet | 1,969,428 |
     /// | vit_reg | 2,791,092 |
     ///
-    /// Polar-Reg is the same in both: 76,426.
+    /// Polar-Reg is the same in both: 3,841.
     Small,
 }
 

@@ -120,9 +120,9 @@ fn input(shape: InputShape, image_size: usize) -> (&'static str, Vec<usize>, Str
             "ways",
             vec![shape.directions, shape.values()],
             format!(
-                "(batch, direction, value): {} features of each of {} kinds of ways that arrive along rays around the receiver, \
-                 then {} numbers of the direction. Feature 1 is 1 where there is such a way, else 0 as all others.",
-                shape.features, shape.ways, shape.numbers
+                "(batch, direction, value): {} features of each of {} kinds of ways that arrive along rays around the receiver. \
+                 Feature 1 is 1 where there is such a way, else 0 as all others.",
+                shape.features, shape.ways
             ),
         ),
     }

@@ -18,7 +18,6 @@ fn every_model_answers_in_half_precision() {
         directions: 60,
         ways: 5,
         features: 7,
-        numbers: 3,
     };
     // An array that sees a direction and its neighbours.
     let near = |i: usize| f64::from(i / 60 / 3 == i % 60);
@@ -41,8 +40,11 @@ fn every_model_answers_in_half_precision() {
             if kind == ModelKind::PolarReg {
                 // Drawn weights share the power out evenly: of spectra that are all maximum only rounding would be compared.
                 let all = trainable(&parameters);
-                let (_, head) = all.iter().find(|(name, _)| name == "head.weight").unwrap();
-                head.set(&(head.as_detached_tensor() * 16.0).unwrap())
+                let (_, out) = all
+                    .iter()
+                    .find(|(name, _)| name == "ways.out.weight")
+                    .unwrap();
+                out.set(&(out.as_detached_tensor() * 16.0).unwrap())
                     .unwrap();
             }
             let model = kind.build(Preset::Small, shape, frozen(&parameters).unwrap());

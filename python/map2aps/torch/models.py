@@ -41,9 +41,8 @@ __all__ = [
 
 BINS = 180
 DROPOUT = 0.1
-# Polar-Reg: directions; ways a direction (5 kinds, 0 to 2 bounces), their features, and numbers beside them; sizes of its layers.
-POLAR_DIRECTIONS, POLAR_WAYS, POLAR_FEATURES, POLAR_NUMBERS = 180, 15, 14, 4
-POLAR_HIDDEN, POLAR_FURTHER, POLAR_WIDTH, POLAR_DILATIONS, POLAR_TAPS = 48, 8, 64, (1, 2, 4), 7
+# Polar-Reg: directions; ways a direction (5 kinds, 0 to 2 bounces) and their features; width of its layers.
+POLAR_DIRECTIONS, POLAR_WAYS, POLAR_FEATURES, POLAR_HIDDEN = 180, 15, 14, 48
 Preset: TypeAlias = Literal["paper", "small"]
 
 
@@ -460,39 +459,19 @@ class ResnetConv1d(nn.Module):
 
 
 class PolarWays(nn.Module):
-    """Logarithm of the strength and further values of each way: (..., way, feature) to (..., way, 1 + POLAR_FURTHER)."""
+    """A sixth of the logarithm of each way's strength: (..., way, feature) to (..., way)."""
 
     def __init__(self) -> None:
         super().__init__()
         self.embed = nn.Linear(POLAR_FEATURES + POLAR_WAYS, POLAR_HIDDEN)
         self.hidden = nn.Linear(POLAR_HIDDEN, POLAR_HIDDEN)
-        self.out = nn.Linear(POLAR_HIDDEN, 1 + POLAR_FURTHER)
+        self.out = nn.Linear(POLAR_HIDDEN, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Values (..., way, 1 + POLAR_FURTHER) of ways (..., way, feature)."""
+        """Values (..., way) of ways (..., way, feature)."""
         kinds = torch.eye(POLAR_WAYS, dtype=x.dtype, device=x.device).expand(*x.shape[:-1], POLAR_WAYS)
         x = F.gelu(self.embed(torch.cat([x, kinds], -1)))
-        out: Tensor = self.out(F.gelu(self.hidden(x)))
-        return out
-
-
-class PolarBlock(nn.Module):
-    """Mixes directions: (link, channel, direction), the shape is kept."""
-
-    def __init__(self, dilation: int) -> None:
-        super().__init__()
-        self.reach = dilation * (POLAR_TAPS // 2)
-        self.depthwise = nn.Conv1d(POLAR_WIDTH, POLAR_WIDTH, POLAR_TAPS, dilation=dilation, groups=POLAR_WIDTH, bias=False)
-        self.norm = nn.BatchNorm1d(POLAR_WIDTH)
-        self.expand = nn.Conv1d(POLAR_WIDTH, 2 * POLAR_WIDTH, 1)
-        self.contract = nn.Conv1d(2 * POLAR_WIDTH, POLAR_WIDTH, 1)
-        self.gate = nn.Linear(POLAR_WIDTH, POLAR_WIDTH)
-
-    def forward(self, x: Tensor) -> Tensor:
-        """Features of the same shape (link, channel, direction)."""
-        y = self.norm(self.depthwise(F.pad(x, (self.reach, self.reach), mode="circular")))
-        y = self.contract(F.gelu(self.expand(y)))
-        out: Tensor = x + y * torch.sigmoid(self.gate(x.mean(2)))[:, :, None]
+        out: Tensor = self.out(F.gelu(self.hidden(x)))[..., 0]
         return out
 
 
@@ -527,10 +506,6 @@ class PolarReg(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         self.ways = PolarWays()
-        self.project = nn.Linear(POLAR_WAYS * POLAR_FURTHER + POLAR_NUMBERS + 1, POLAR_WIDTH)
-        self.norm = nn.BatchNorm1d(POLAR_WIDTH)
-        self.blocks = nn.ModuleList([PolarBlock(dilation) for dilation in POLAR_DILATIONS])
-        self.head = nn.Conv1d(POLAR_WIDTH, 1, 1)
         self.fixed = PolarSpectrum()
 
     def power(self, x: Tensor) -> Tensor:
@@ -538,7 +513,7 @@ class PolarReg(nn.Module):
 
         Parameters
         ----------
-        x : Tensor, shape (batch, 180, 214)
+        x : Tensor, shape (batch, 180, 210)
             Geometry of the links, as of `map2aps.PolarView.input`.
 
         Returns
@@ -546,25 +521,17 @@ class PolarReg(nn.Module):
         Tensor, shape (batch, 180)
             Share of the power by direction: the sum over all is 1.
         """
-        split = POLAR_WAYS * POLAR_FEATURES
-        ways = x[..., :split].reshape(*x.shape[:2], POLAR_WAYS, POLAR_FEATURES)
-        numbers = x[..., split:]
-        found, is_there = self.ways(ways), ways[..., 1:2]
-        log = torch.clamp(6 * found[..., 0] + torch.log(ways[..., 0] + 0.01), max=60)
-        strength = torch.log((torch.exp(log) * is_there[..., 0]).sum(2, keepdim=True) + 1e-6)
-        further = (found[..., 1:] * is_there).flatten(2)
-        y = self.project(torch.cat([further, numbers, strength], 2)).transpose(1, 2)
-        y = F.relu(self.norm(y))
-        for block in self.blocks:
-            y = block(y)
-        return torch.softmax(strength[..., 0] + self.head(y)[:, 0], 1)
+        ways = x.reshape(*x.shape[:2], POLAR_WAYS, POLAR_FEATURES)
+        log = torch.clamp(6 * self.ways(ways) + torch.log(ways[..., 0] + 0.01), max=60)
+        strength = (torch.exp(log) * ways[..., 1]).sum(2)
+        return torch.softmax(torch.log(strength + 1e-6), 1)
 
     def forward(self, x: Tensor) -> Tensor:
         """Predicts spectra.
 
         Parameters
         ----------
-        x : Tensor, shape (batch, 180, 214)
+        x : Tensor, shape (batch, 180, 210)
             Geometry of the links, as of `map2aps.PolarView.input`.
 
         Returns

@@ -48,9 +48,9 @@ def test_shipped_weights_predict_what_they_do_in_pytorch(polar: OnnxModel, scene
 
 
 def test_bad_conditions_are_told(polar: OnnxModel) -> None:
-    good = np.zeros((2, 180, 214), np.float32)
+    good = np.zeros((2, 180, 210), np.float32)
     for conditions, domain, told in [
-        (good[0], "linear", r"shape \(n, 180, 214\), got float32 of shape \(180, 214\)"),
+        (good[0], "linear", r"shape \(n, 180, 210\), got float32 of shape \(180, 210\)"),
         (np.zeros((1, 3, 64, 64)), "linear", r"got float64 of shape \(1, 3, 64, 64\)"),
         (np.full_like(good, np.nan), "linear", "not finite"),
         (np.full(good.shape, 1e300), "linear", "not finite"),
@@ -59,7 +59,7 @@ def test_bad_conditions_are_told(polar: OnnxModel) -> None:
         (good > 0, "linear", "got bool of shape"),
         (good.astype(complex), "linear", "got complex64 of shape|got complex128 of shape"),
         ([good[0], good[0, :2]], "linear", "got list"),
-        (torch.zeros(2, 180, 214, requires_grad=True), "linear", "got Tensor"),
+        (torch.zeros(2, 180, 210, requires_grad=True), "linear", "got Tensor"),
     ]:
         with pytest.raises(ValueError, match=told):
             polar.predict(conditions, domain=domain)
@@ -109,7 +109,7 @@ def test_models_that_predict_something_else_say_so(tmp_path: Path) -> None:
 
 
 def test_one_model_answers_threads(polar: OnnxModel) -> None:
-    ways = np.random.default_rng(1).random((4, 180, 214), dtype=np.float32)
+    ways = np.random.default_rng(1).random((4, 180, 210), dtype=np.float32)
     expected = polar.predict(ways)
     with ThreadPoolExecutor(4) as threads:
         assert all(np.array_equal(found, expected) for found in threads.map(lambda _: polar.predict(ways), range(8)))

@@ -98,7 +98,6 @@ impl Case {
             directions: 180,
             ways: 15,
             features: 14,
-            numbers: 4,
         };
         Ok(match self.kind.input() {
             InputKind::Images => Box::new(ConditionImages::new(rasters, config, &self.device)?),

@@ -21,7 +21,7 @@ pub enum InputShape {
 }
 
 /// Shape of ways along rays: (links, directions, [`values`](Self::values)), the values of a direction being the features of each
-/// way, one way after another, and then its numbers.
+/// way, one way after another.
 ///
 /// Feature 0 is the share of the ray that the way arrives along, in \[0, 1\]; feature 1 is 1 where there is such a way, and 0, as
 /// all others, where there is none.
@@ -33,14 +33,12 @@ pub struct PolarShape {
     pub ways: usize,
     /// Features of a way, two at least.
     pub features: usize,
-    /// Numbers of a direction beside its ways.
-    pub numbers: usize,
 }
 
 impl PolarShape {
     /// Returns the number of values of a direction.
     pub fn values(&self) -> usize {
-        self.ways * self.features + self.numbers
+        self.ways * self.features
     }
 }
 

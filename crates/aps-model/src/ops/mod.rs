@@ -8,9 +8,7 @@ mod activation;
 mod attention;
 mod conv2d;
 mod cpu;
-mod depthwise;
 mod elementwise;
-mod gated;
 mod linear;
 mod nodes;
 mod norm;
@@ -19,14 +17,14 @@ mod pool;
 pub(crate) mod portable;
 mod shape;
 
+pub(crate) use self::cpu::with_slices;
 pub(crate) use self::elementwise::{
     add, at_most, centred_last, div, exp, log, mul, rms_last, scale, shift, sub,
 };
 pub(crate) use self::nodes::{
-    adaptive_avg_pool, add_gated, add_relu, batch_norm, batch_norm_relu, conv_transpose2x2, conv1d,
-    conv2d, depthwise, gelu, layer_norm, leaky_relu, linear, max_last, max_pool_2x2,
-    max_pool_3x3_s2_p1, mean_last, project, relu, resize_bilinear, self_attention, sigmoid,
-    softmax, upsample_nearest_2x,
+    adaptive_avg_pool, add_relu, batch_norm, batch_norm_relu, conv_transpose2x2, conv1d, conv2d,
+    gelu, layer_norm, leaky_relu, linear, max_last, max_pool_2x2, max_pool_3x3_s2_p1, project,
+    relu, resize_bilinear, self_attention, softmax, upsample_nearest_2x,
 };
 pub(crate) use self::normed_conv::{After, ConvTensors, normed_conv2d};
 pub(crate) use self::portable::{BatchNormTensors, at_least_f32};

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use candle_core::{Result, Tensor};
 
 use super::portable::{self, BatchNormTensors, EPSILON};
-use super::{activation, attention, conv2d as convolution, gated, linear as affine, norm, pool};
+use super::{activation, attention, conv2d as convolution, linear as affine, norm, pool};
 use crate::recording::{Graph, Value, float, int, ints, recorded, word};
 
 /// Computes [`affine::linear`].
@@ -69,24 +69,6 @@ pub(crate) fn conv_transpose2x2(x: &Tensor, weight: &Tensor, bias: &Tensor) -> R
         |g, v| g.node("ConvTranspose", v, [ints("strides", [2, 2])]),
         || convolution::conv_transpose2x2(x, weight, bias),
     )
-}
-
-/// Computes [`super::depthwise::depthwise`].
-pub(crate) fn depthwise(x: &Tensor, weight: &Tensor, dilation: usize) -> Result<Tensor> {
-    let (channels, length) = (x.dim(1)?, x.dim(2)?);
-    let nodes = |g: &mut Graph, v: &[Value]| {
-        let pad = weight.dims()[2] / 2 * dilation;
-        let left = g.slice(v[0], 2, [length - pad, length]);
-        let right = g.slice(v[0], 2, [0, pad]);
-        let around = g.node("Concat", &[left, v[0], right], [int("axis", 2)]);
-        let settings = [
-            int("group", channels as i64),
-            ints("dilations", [dilation as i64]),
-        ];
-        g.node("Conv", &[around, v[1]], settings)
-    };
-    let compute = || super::depthwise::depthwise(x, weight, dilation);
-    recorded(&[x, weight], nodes, compute)
 }
 
 /// Computes [`norm::batch_norm`].
@@ -193,37 +175,10 @@ pub(crate) fn add_relu(x: &Tensor, y: &Tensor) -> Result<Tensor> {
     recorded(&[x, y], nodes, || activation::add_relu(x, y))
 }
 
-/// Computes [`portable::sigmoid`].
-pub(crate) fn sigmoid(x: &Tensor) -> Result<Tensor> {
-    let compute = || portable::sigmoid(x);
-    recorded(&[x], |g, v| g.node("Sigmoid", v, []), compute)
-}
-
 /// Computes [`portable::softmax_last`].
 pub(crate) fn softmax(x: &Tensor) -> Result<Tensor> {
     let nodes = |g: &mut Graph, v: &[Value]| g.node("Softmax", v, [int("axis", -1)]);
     recorded(&[x], nodes, || portable::softmax_last(x))
-}
-
-/// Computes [`gated::add_gated`].
-pub(crate) fn add_gated(x: &Tensor, y: &Tensor, gate: &Tensor) -> Result<Tensor> {
-    let nodes = |g: &mut Graph, v: &[Value]| {
-        let last = g.whole(&[-1]);
-        let gate = g.node("Unsqueeze", &[v[2], last], []);
-        let product = g.node("Mul", &[v[1], gate], []);
-        g.node("Add", &[v[0], product], [])
-    };
-    let compute = || gated::add_gated(x, y, gate);
-    recorded(&[x, y, gate], nodes, compute)
-}
-
-/// Computes [`gated::mean_last`].
-pub(crate) fn mean_last(x: &Tensor) -> Result<Tensor> {
-    let nodes = |g: &mut Graph, v: &[Value]| {
-        let settings = [ints("axes", [-1]), int("keepdims", 0)];
-        g.node("ReduceMean", v, settings)
-    };
-    recorded(&[x], nodes, || gated::mean_last(x))
 }
 
 /// Computes [`portable::max_last`].

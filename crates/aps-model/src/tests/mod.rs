@@ -22,7 +22,6 @@ const WAYS: PolarShape = PolarShape {
     directions: 180,
     ways: 15,
     features: 14,
-    numbers: 4,
 };
 
 /// Returns a builder of tensors on the CPU.

@@ -68,7 +68,7 @@ fn a_file_tells_its_model_and_takes_any_number_of_links() {
         };
         let expected: (_, &[&str]) = match kind.input() {
             InputKind::Images => ("condition", &["batch", "3", "64", "64"]),
-            InputKind::Polar => ("ways", &["batch", "180", "214"]),
+            InputKind::Polar => ("ways", &["batch", "180", "210"]),
         };
         assert_eq!(
             (&*input.name, &shape(input)[..]),

@@ -1,17 +1,14 @@
 //! A link as its receiver sees it: for each ray, the geometry of ways that arrive along it.
 
-use glam::{DVec2, Vec2};
+use glam::Vec2;
 use rayon::prelude::*;
 
 use super::error::PolarError;
 use super::map::PolarMap;
 use super::mirror::Mirror;
 use super::rays::{Passed, ReceiverRays, Segment};
-use super::shape::{FEATURES, KINDS, NUMBERS, Shape};
+use super::shape::{FEATURES, KINDS, Shape};
 use super::ways::{TO_CORNER, TransmitterWays, Way};
-
-/// Farthest shortest way that is told apart \[m\].
-const FARTHEST_M: f64 = 1200.0;
 
 /// Added to a chord in the rank of a way: without it a way that goes straight on would come first, however long.
 const LEAST_TURN: f32 = 0.05;
@@ -44,10 +41,6 @@ const NEAREST_M: f32 = 0.1;
 /// A straight way has 0 for 4 to 7, 10, 12 and 13. Of several ways of a kind, the one that is kept has the least (c + 0.05)^2 s1 s2
 /// (s1 + s2) e^(2 t + i), c the chord of the last turn, t the sum of the turns before, i feature 10: ways that turn little are kept
 /// rather than short ones.
-///
-/// # Numbers
-/// For each direction: cosine and sine of the angle from the transmitter's bearing to it, ln(d) / 3 - 1, ln(g) / 3 - 1, g the length
-/// of the shortest way around the buildings, at least 1 m. Both d and g count as 1200 m at most, as does g without any way.
 #[derive(Debug, Clone, Copy)]
 pub struct PolarLink<'a> {
     /// The map that made both.
@@ -104,24 +97,16 @@ impl PolarLink<'_> {
 
     fn fill(&self, out: &mut [f32]) {
         let (fan, shape) = (self.map.fan(), self.map.shape());
-        let ahead = self.transmitter.place - self.receiver.place;
-        let length_m = ahead.length();
-        let bearing = ahead.try_normalize().unwrap_or(DVec2::X);
-        let log = |length_m: f64| (length_m.clamp(1.0, FARTHEST_M).ln() / 3.0 - 1.0) as f32;
-        let logs = [log(length_m), log(self.geodesic_m())];
+        let length_m = self.transmitter.place.distance(self.receiver.place);
         let seen = Seen {
             link: self,
             beam_rad: fan.step_rad() as f32,
             distance_m: length_m.max(1.0) as f32,
         };
-        for (i, out) in out.chunks_exact_mut(shape.per_direction()).enumerate() {
+        for (i, ways) in out.chunks_exact_mut(shape.per_direction()).enumerate() {
             // Most values stay zero: direction by direction, while the cache has them.
-            out.iter_mut().for_each(|value| *value = 0.0);
+            ways.iter_mut().for_each(|value| *value = 0.0);
             let direction = self.mirror.direction(i, fan.directions);
-            let (ways, numbers) = out.split_at_mut(shape.per_direction() - NUMBERS);
-            let unit = self.receiver.segments[direction].unit;
-            let sin = bearing.perp_dot(unit) * self.mirror.turn();
-            numbers.copy_from_slice(&[bearing.dot(unit) as f32, sin as f32, logs[0], logs[1]]);
             for bounces in 0..=fan.max_bounces {
                 let segment = bounces * fan.directions + direction;
                 let way = |kind: usize| (kind * (fan.max_bounces + 1) + bounces) * FEATURES;

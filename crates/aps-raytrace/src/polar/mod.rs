@@ -49,5 +49,5 @@ pub use link::{PolarLink, gather};
 pub use map::PolarMap;
 pub use mirror::Mirror;
 pub use rays::ReceiverRays;
-pub use shape::{FEATURES, KINDS, NUMBERS, Shape};
+pub use shape::{FEATURES, KINDS, Shape};
 pub use ways::TransmitterWays;

@@ -7,11 +7,8 @@ pub const KINDS: usize = 5;
 /// Features of a way: see [`PolarLink`](super::PolarLink).
 pub const FEATURES: usize = 14;
 
-/// Numbers of a direction beside its ways: see [`PolarLink`](super::PolarLink).
-pub const NUMBERS: usize = 4;
-
 /// Number of values of a link, in the order (direction, value): for each kind of way and each number of bounces, in this order,
-/// the features; then the numbers.
+/// the features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Shape {
     /// Number of directions.
@@ -30,7 +27,7 @@ impl Shape {
     /// Number of values a direction.
     #[must_use]
     pub fn per_direction(self) -> usize {
-        self.ways() * FEATURES + NUMBERS
+        self.ways() * FEATURES
     }
 
     /// Number of values a link.

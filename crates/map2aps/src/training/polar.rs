@@ -15,7 +15,6 @@ pub(super) fn shape() -> PolarShape {
         directions: shape.directions,
         ways: shape.ways(),
         features: polar::FEATURES,
-        numbers: polar::NUMBERS,
     }
 }
 
@@ -174,7 +173,6 @@ mod tests {
         let upright = &values(&ways, &[link])[0];
         let PolarShape {
             directions,
-            ways: kinds,
             features,
             ..
         } = shape();
@@ -185,9 +183,8 @@ mod tests {
             for (direction, found) in found.iter().enumerate() {
                 let upright = &upright[mirror.direction(direction, directions)];
                 for (at, (found, upright)) in found.iter().zip(upright).enumerate() {
-                    // Angles beside a ray, and the bearing's sine, change signs.
-                    let is_signed =
-                        at == kinds * features + 1 || at < kinds * features && at % features == 2;
+                    // Angles beside a ray change signs.
+                    let is_signed = at % features == 2;
                     let upright = if is_signed { upright.abs() } else { *upright };
                     let found = if is_signed { found.abs() } else { *found };
                     assert_eq!(found, upright, "image {image}, direction {direction}, {at}");

@@ -23,19 +23,6 @@ pub(crate) fn gelu(x: &Tensor) -> Result<Tensor> {
     (x * 0.5)? * twice_phi
 }
 
-/// 1 / (1 + exp(-x)), with the gradient y (1 - y).
-pub(crate) fn sigmoid(x: &Tensor) -> Result<Tensor> {
-    candle_nn::ops::sigmoid(x)
-}
-
-/// `x + gate * y` for `x` and `y` (batch, channels, length) and one gate a channel.
-pub(crate) fn add_gated(x: &Tensor, y: &Tensor, gate: &Tensor) -> Result<Tensor> {
-    // The gate's gradient is a sum over the length.
-    let [wide, y, gate] = [x, y, gate].map(at_least_f32);
-    let sum = (wide? + y?.broadcast_mul(&gate?.unsqueeze(D::Minus1)?)?)?;
-    sum.to_dtype(x.dtype())
-}
-
 /// The largest value along the last dimension, which is kept with length 1. Equal ones share the gradient, as in PyTorch.
 pub(crate) fn max_last(x: &Tensor) -> Result<Tensor> {
     // candle's own gives each of them the whole gradient.

@@ -25,35 +25,6 @@ pub(crate) fn conv2d(
     add_bias(y, bias)
 }
 
-/// Puts the other end of each row, so many values, to its left and right.
-fn wrapped(x: &Tensor, pad: usize) -> Result<Tensor> {
-    let dim = x.rank() - 1;
-    let width = x.dim(dim)?;
-    let (left, right) = (x.narrow(dim, width - pad, pad)?, x.narrow(dim, 0, pad)?);
-    Tensor::cat(&[&left, x, &right], dim)
-}
-
-/// Cross-correlation of each channel of `x` (batch, channels, length) with a kernel of its own, `weight` (channels, 1, odd), the
-/// taps `dilation` apart, circular: it keeps the length.
-pub(crate) fn depthwise(x: &Tensor, weight: &Tensor, dilation: usize) -> Result<Tensor> {
-    // The kernel's gradients are sums over the batch.
-    let wide = at_least_f32(x)?;
-    let weight = weight.to_dtype(wide.dtype())?;
-    let (taps, length) = (weight.dim(2)?, x.dim(2)?);
-    let padded = wrapped(&wide, taps / 2 * dilation)?;
-    let tap = |t: usize| {
-        let factor = weight.narrow(2, t, 1)?.transpose(0, 1)?;
-        padded
-            .narrow(2, t * dilation, length)?
-            .broadcast_mul(&factor)
-    };
-    let mut sum = tap(0)?;
-    for t in 1..taps {
-        sum = (sum + tap(t)?)?;
-    }
-    sum.to_dtype(x.dtype())
-}
-
 /// Transposed convolution with a 2 x 2 kernel and stride 2: every pixel becomes a block of four.
 ///
 /// `x` (batch, in, height, width), `weight` (in, out, 2, 2), `bias` (out). Blocks do not overlap, so that it is one matrix

@@ -16,9 +16,9 @@ mod pool;
 mod resize;
 mod unfold;
 
-pub(crate) use activation::{add_gated, gelu, leaky_relu, max_last, relu, sigmoid, softmax_last};
+pub(crate) use activation::{gelu, leaky_relu, max_last, relu, softmax_last};
 pub(crate) use attention::self_attention;
-pub(crate) use conv::{conv_transpose2x2, conv2d, depthwise};
+pub(crate) use conv::{conv_transpose2x2, conv2d};
 #[cfg(test)]
 pub(crate) use correlation::correlate;
 pub(crate) use linear::linear;
