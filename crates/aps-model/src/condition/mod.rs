@@ -101,7 +101,7 @@ pub trait ModelInput: Debug + Send + Sync {
         None
     }
 
-    /// Returns the device that the input is made on.
+    /// Returns the device that the input is for: it is made there, or on the CPU for a model that sends what it needs of it.
     fn device(&self) -> &Device;
 
     /// Returns the shape of a link's input, which a model must be built for.

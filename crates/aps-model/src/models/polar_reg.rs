@@ -43,10 +43,11 @@ const LEAST_SHARE: f64 = 0.01;
 const LEAST_STRENGTH: f64 = 1e-6;
 
 /// The strength of each way (`ways`), added to a share of the power of each direction, and from that a spectrum (`fixed`). It maps
-/// (links, directions, values) of a [`PolarShape`] to (links, bins).
+/// (links, directions, values) of a [`PolarShape`], on the CPU or on the device of its parameters, to (links, bins) there.
 #[derive(Debug, Clone)]
 pub(crate) struct PolarReg {
     shape: PolarShape,
+    device: Device,
     ways: Ways,
     spectrum: Spectrum,
 }
@@ -85,8 +86,9 @@ struct Found {
 }
 
 impl Found {
-    /// Picks them out of (links, directions, values), which are taken in f32, as they are made.
-    fn of(input: &Tensor, shape: &PolarShape) -> Result<Self> {
+    /// Picks them out of (links, directions, values), which are taken in f32, as they are made, and sends them to a device: most
+    /// values of an input are of ways that are not there.
+    fn of(input: &Tensor, shape: &PolarShape, device: &Device) -> Result<Self> {
         let &PolarShape { ways, features, .. } = shape;
         let host = input.detach().to_device(&Device::Cpu)?;
         let host = host.to_dtype(DType::F32)?.contiguous()?;
@@ -96,7 +98,7 @@ impl Found {
             directions.push(0);
             rows.resize(features + ways, 0.0);
         }
-        let (count, device) = (directions.len(), input.device());
+        let count = directions.len();
         let rows = Tensor::from_vec(rows, (count, features + ways), device)?;
         Ok(Self {
             rows: recorded(
@@ -214,6 +216,7 @@ impl PolarReg {
     pub fn new(shape: PolarShape, vb: VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
             shape,
+            device: vb.device().clone(),
             ways: Ways::new(&shape, vb.pp("ways"))?,
             spectrum: Spectrum::new(shape.directions, vb.pp(FIXED))?,
         })
@@ -231,7 +234,7 @@ impl PolarReg {
                 self.shape.values()
             ),
         };
-        let found = Found::of(input, &self.shape)?;
+        let found = Found::of(input, &self.shape, &self.device)?;
         let column = |n: usize| ops::narrow(&found.rows, 1, n, 1);
         let share = ops::at_least_f32(&column(0)?)?;
         let share = ops::log(&ops::shift(&share, LEAST_SHARE)?)?;

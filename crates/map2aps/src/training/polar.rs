@@ -103,7 +103,7 @@ impl ModelInput for PolarWays {
         let written = self.views.write(&links, &mut values);
         written.map_err(|error| aps_model::Error::Input(error.into()))?;
         let shape = (links.len(), shape.directions, shape.values());
-        Ok(Tensor::from_vec(values, shape, &self.device)?)
+        Ok(Tensor::from_vec(values, shape, &Device::Cpu)?)
     }
 
     fn prepare(&self, links: &[Link]) -> ModelResult<()> {
