@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use maud::{Markup, PreEscaped, Render};
-use svg::node::element::{Group, Rectangle, SVG, Style};
+use svg::node::element::path::Data;
+use svg::node::element::{Circle, Group, Line, Rectangle, SVG, Style, Text};
 
 use crate::{ReportError, theme};
 
@@ -89,6 +90,64 @@ pub fn at(x: f64, y: f64, content: Group) -> Group {
     Group::new()
         .set("transform", format!("translate({} {})", px(x), px(y)))
         .add(content)
+}
+
+/// A line from one place to another \[px\].
+pub(crate) fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
+    Line::new()
+        .set("x1", px(x1))
+        .set("y1", px(y1))
+        .set("x2", px(x2))
+        .set("y2", px(y2))
+        .set("class", class)
+}
+
+/// A rectangle by its upper left corner and its size \[px\].
+pub(crate) fn rectangle([x, y]: [f64; 2], [width, height]: [f64; 2]) -> Rectangle {
+    Rectangle::new()
+        .set("x", px(x))
+        .set("y", px(y))
+        .set("width", px(width))
+        .set("height", px(height))
+}
+
+/// A circle around a place \[px\].
+pub(crate) fn circle(x: f64, y: f64, radius: f64) -> Circle {
+    Circle::new()
+        .set("cx", px(x))
+        .set("cy", px(y))
+        .set("r", radius)
+}
+
+/// A text on a base line that begins at a place \[px\].
+pub(crate) fn words(text: &str, x: f64, y: f64) -> Text {
+    Text::new(plain(text)).set("x", px(x)).set("y", px(y))
+}
+
+/// A text on a base line of which a place \[px\] is the anchor: `start`, `middle` or `end`.
+pub(crate) fn anchored(text: &str, x: f64, y: f64, anchor: &str) -> Text {
+    words(text, x, y).set("text-anchor", anchor)
+}
+
+/// Goes on with a path through places, broken where there is none.
+pub(crate) fn through(data: Data, places: impl IntoIterator<Item = Option<(f64, f64)>>) -> Data {
+    let mut is_drawing = false;
+    places.into_iter().fold(data, |data, place| {
+        let was_drawing = std::mem::replace(&mut is_drawing, place.is_some());
+        match place {
+            Some(place) if was_drawing => data.line_to(place),
+            Some(place) => data.move_to(place),
+            None => data,
+        }
+    })
+}
+
+/// A group linked to elements of other pictures: all that have the same `data-path` light up together.
+pub(crate) fn linked(group: Group, link: Option<&str>) -> Group {
+    match link {
+        Some(link) => group.set("data-path", link),
+        None => group,
+    }
 }
 
 /// Text without the control characters that no XML may hold.

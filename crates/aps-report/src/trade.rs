@@ -62,11 +62,7 @@ impl Trade {
     /// `yes` for a setting on the front, else nothing: the cell of a table.
     pub fn on_front(&self, name: &str) -> String {
         let is_there = self.front().iter().any(|choice| choice.name == name);
-        if is_there {
-            "yes".into()
-        } else {
-            String::new()
-        }
+        if is_there { "yes" } else { "" }.into()
     }
 
     /// A setting by its name.
@@ -82,12 +78,10 @@ impl Trade {
         let mut steps: Vec<[f64; 2]> = front.iter().map(|choice| at(choice)).collect();
         let slowest = self.choices.iter().map(|c| c.time).fold(0.0, f64::max);
         steps.extend(steps.last().map(|last| [slowest, last[1]]));
-        let mut chart = Chart::new(Axis::log(time), Axis::log(error)).sized(640.0, 440.0);
-        chart = chart.with(Series::new(
-            "front",
-            Colour::Soft,
-            Mark::Steps { points: steps },
-        ));
+        let front_line = Series::new("front", Colour::Soft, Mark::Steps { points: steps });
+        let mut chart = Chart::new(Axis::log(time), Axis::log(error))
+            .sized(640.0, 440.0)
+            .with(front_line);
         let mut groups: Vec<&str> = Vec::new();
         for choice in &self.choices {
             if !groups.contains(&&*choice.group) {
@@ -104,11 +98,8 @@ impl Trade {
                 ..Spot::default()
             };
             let members = self.choices.iter().filter(|c| c.group == group);
-            chart = chart.with(Series::new(
-                group,
-                Colour::Series(i),
-                Mark::Spots(members.map(spot).collect()),
-            ));
+            let spots = Mark::Spots(members.map(spot).collect());
+            chart = chart.with(Series::new(group, Colour::Series(i), spots));
         }
         chart
     }
@@ -141,10 +132,8 @@ mod tests {
 
     #[test]
     fn an_error_of_zero_is_drawn() {
-        let text = trade()
-            .chart("time", "error", 1e-3, Marked::Only(&[]))
-            .draw()
-            .to_file_text();
+        let chart = trade().chart("time", "error", 1e-3, Marked::Only(&[]));
+        let text = chart.draw().to_file_text();
         assert!(text.contains(">e<"), "{text}");
     }
 }

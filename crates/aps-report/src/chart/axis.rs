@@ -1,5 +1,7 @@
 //! Axes: from values to a part of their length, and the ticks along them.
 
+use crate::numbers::fixed;
+
 /// The layout of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
@@ -111,20 +113,16 @@ impl Fitted {
 
     /// The end where bars and stems stand: 0 if the axis has it, else the first.
     pub fn base(&self) -> f64 {
-        if self.scale == Scale::Linear && self.contains(0.0) {
-            0.0
-        } else {
-            self.first
+        match self.scale {
+            Scale::Linear if self.contains(0.0) => 0.0,
+            _ => self.first,
         }
     }
 }
 
 fn fit_linear(first: f64, last: f64, axis: &Axis, ticks: usize) -> Fitted {
-    let (mut first, mut last) = if first.is_finite() && last.is_finite() {
-        (first, last)
-    } else {
-        (0.0, 1.0)
-    };
+    let is_sound = first.is_finite() && last.is_finite();
+    let (mut first, mut last) = if is_sound { (first, last) } else { (0.0, 1.0) };
     if first == last {
         let room = 0.5 * first.abs().max(1.0);
         (first, last) = (first - room, last + room);
@@ -144,16 +142,12 @@ fn fit_linear(first: f64, last: f64, axis: &Axis, ticks: usize) -> Fitted {
     let decimals = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
     // 2.5 needs one more than 2.
     let decimals = decimals + usize::from((step * 10_f64.powi(decimals as i32)).fract() > 1e-6);
-    let text =
-        |v: f64| format!("{:.decimals$}", if v == 0.0 { 0.0 } else { v }).replace('-', "\u{2212}");
+    let values = (from..=to.min(from + 200)).map(|i| i as f64 * step);
     Fitted {
         scale: Scale::Linear,
         first,
         last,
-        ticks: (from..=to.min(from + 200))
-            .map(|i| i as f64 * step)
-            .map(|v| (v, text(v)))
-            .collect(),
+        ticks: values.map(|v| (v, fixed(v, decimals))).collect(),
     }
 }
 
@@ -187,15 +181,12 @@ fn fit_log(first: f64, last: f64, is_given: bool) -> Fitted {
     ticks.retain(|&t| t >= low / slack && t <= high * slack);
     // No more than some eight decades get a text.
     let every = ticks.len().div_ceil(9).max(1);
+    let ticks = ticks.into_iter().step_by(every);
     Fitted {
         scale: Scale::Log10,
         first,
         last,
-        ticks: ticks
-            .into_iter()
-            .step_by(every)
-            .map(|t| (t, power_text(t)))
-            .collect(),
+        ticks: ticks.map(|t| (t, power_text(t))).collect(),
     }
 }
 

@@ -1,9 +1,9 @@
 //! The plot area: axes, grid and ticks around it, and where a value lies in it.
 
-use svg::node::element::{Group, Line, Rectangle, Text};
+use svg::node::element::Group;
 
 use super::axis::{Axis, Fitted};
-use crate::drawing::{plain, px, text_width};
+use crate::drawing::{anchored, line, px, rectangle, text_width};
 
 /// Margins around the plot area \[px\].
 #[derive(Debug, Clone, Copy)]
@@ -63,14 +63,11 @@ impl Frame {
             let at = self.down(*value);
             group = group
                 .add(line(self.left, at, self.left + self.width, at, "grid"))
-                .add(words(text, self.left - 6.0, at + 4.5, "end"));
+                .add(anchored(text, self.left - 6.0, at + 4.5, "end"));
         }
         let (left, middle) = (13.0, self.top + self.height / 2.0);
-        let title = words(&y.label, 0.0, 0.0, "middle").set(
-            "transform",
-            format!("translate({left} {}) rotate(-90)", px(middle)),
-        );
-        group.add(title)
+        let turn = format!("translate({left} {}) rotate(-90)", px(middle));
+        group.add(anchored(&y.label, 0.0, 0.0, "middle").set("transform", turn))
     }
 
     /// Grid lines and ticks of the x axis, and the border.
@@ -84,20 +81,14 @@ impl Frame {
             group = group.add(line(at, self.top, at, self.bottom(), "grid"));
             let half = text_width(text) / 2.0;
             if at - half >= free_from {
-                group = group.add(words(text, at, below, "middle"));
+                group = group.add(anchored(text, at, below, "middle"));
                 free_from = at + half + 6.0;
             }
         }
-        let border = Rectangle::new()
-            .set("x", px(self.left))
-            .set("y", px(self.top))
-            .set("width", px(self.width))
-            .set("height", px(self.height))
-            .set("class", "frame");
+        let border = rectangle([self.left, self.top], [self.width, self.height]);
         let middle = self.left + self.width / 2.0;
-        group
-            .add(border)
-            .add(words(&x.label, middle, self.bottom() + 38.0, "middle"))
+        let title = anchored(&x.label, middle, self.bottom() + 38.0, "middle");
+        group.add(border.set("class", "frame")).add(title)
     }
 }
 
@@ -105,20 +96,4 @@ impl Frame {
 pub(super) fn tick_width(fitted: &Fitted) -> f64 {
     let widths = fitted.ticks.iter().map(|(_, text)| text_width(text));
     widths.fold(0.0, f64::max)
-}
-
-pub(super) fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
-    Line::new()
-        .set("x1", px(x1))
-        .set("y1", px(y1))
-        .set("x2", px(x2))
-        .set("y2", px(y2))
-        .set("class", class)
-}
-
-pub(super) fn words(text: &str, x: f64, y: f64, anchor: &str) -> Text {
-    Text::new(plain(text))
-        .set("x", px(x))
-        .set("y", px(y))
-        .set("text-anchor", anchor)
 }

@@ -1,10 +1,9 @@
 //! The key: the names of the series above the plot.
 
-use svg::node::element::{Group, Rectangle};
+use svg::node::element::Group;
 
-use super::frame::{line, words};
 use super::series::{Mark, Series};
-use crate::drawing::{plain, px, text_width};
+use crate::drawing::{anchored, line, rectangle, text_width};
 
 /// The named series in rows that fit into `width` px.
 pub fn rows(series: &[Series], width: f64) -> Vec<Vec<&Series>> {
@@ -34,31 +33,19 @@ pub fn draw(row: &[&Series], left: f64, top: f64) -> Group {
     let mut group = Group::new();
     let mut x = left;
     for series in row {
-        let class = format!("line {}", series.colour.stroke());
-        let sample: Box<dyn svg::Node> = match &series.mark {
-            Mark::Line { dashed: true, .. } | Mark::Stems { dashed: true, .. } => Box::new(line(
-                x,
-                top + 6.0,
-                x + 18.0,
-                top + 6.0,
-                &format!("{class} dashed"),
-            )),
-            Mark::Line { .. } | Mark::Steps { .. } | Mark::Stems { .. } => {
-                Box::new(line(x, top + 6.0, x + 18.0, top + 6.0, &class))
-            }
-            _ => Box::new(
-                Rectangle::new()
-                    .set("x", px(x + 4.0))
-                    .set("y", px(top + 1.0))
-                    .set("width", 10)
-                    .set("height", 10)
-                    .set("rx", 2)
-                    .set("class", series.colour.fill()),
-            ),
+        let dashed = match series.mark {
+            Mark::Line { dashed, .. } | Mark::Stems { dashed, .. } => Some(dashed),
+            Mark::Steps { .. } => Some(false),
+            _ => None,
         };
-        group = group
-            .add(sample)
-            .add(words(&plain(&series.name), x + 23.0, top + 10.5, "start"));
+        group = match dashed.map(|dashed| series.line_class(dashed)) {
+            Some(class) => group.add(line(x, top + 6.0, x + 18.0, top + 6.0, &class)),
+            None => {
+                let square = rectangle([x + 4.0, top + 1.0], [10.0; 2]).set("rx", 2);
+                group.add(square.set("class", series.colour.fill()))
+            }
+        };
+        group = group.add(anchored(&series.name, x + 23.0, top + 10.5, "start"));
         x += width_of(series);
     }
     group

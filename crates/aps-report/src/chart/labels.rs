@@ -58,12 +58,8 @@ impl Labels {
             (x - 6.0, y + 19.0, "end", x - 6.0 - w),
         ];
         // Lines further away, where dots crowd.
-        let far = (2..8).flat_map(|line| {
-            [
-                y + 4.5 + 14.0 * f64::from(line),
-                y + 4.5 - 14.0 * f64::from(line),
-            ]
-        });
+        let far = (2..8).map(|line| 14.0 * f64::from(line));
+        let far = far.flat_map(|away| [y + 4.5 + away, y + 4.5 - away]);
         let far = far.flat_map(|base| {
             [
                 (x + 14.0, base, "start", x + 14.0),
@@ -80,23 +76,18 @@ impl Labels {
 
     /// The height of a free place for a badge above a point.
     pub fn above(&mut self, x: f64, y: f64) -> f64 {
-        let area = |up: f64| [x - BADGE, up - BADGE, x + BADGE, up + BADGE];
-        let ups = || (0..12).map(|i| y - 14.0 - 7.0 * f64::from(i));
-        let up = ups().find(|&up| self.is_free(area(up))).unwrap_or(y - 14.0);
-        self.taken.push(area(up));
-        up
+        let places: Vec<_> = (0..12)
+            .map(|i| (x, y - 14.0 - 7.0 * f64::from(i)))
+            .collect();
+        self.among(&places).1
     }
 
-    /// The first of some places for a badge where it covers no other, else the first of all.
-    pub fn among(
-        &mut self,
-        places: impl Iterator<Item = (f64, f64)> + Clone,
-    ) -> Option<(f64, f64)> {
-        let area = |(x, y): (f64, f64)| [x - BADGE, y - BADGE, x + BADGE, y + BADGE];
-        let first = places.clone().next()?;
-        let place = { places }.find(|&p| self.is_free(area(p))).unwrap_or(first);
-        self.taken.push(area(place));
-        Some(place)
+    /// The first of some places for a badge where it covers no other, else the first of all. There is one at least.
+    pub fn among(&mut self, places: &[(f64, f64)]) -> (f64, f64) {
+        let is_free = |&&place: &&(f64, f64)| self.is_free(badge(place));
+        let place = *places.iter().find(is_free).unwrap_or(&places[0]);
+        self.taken.push(badge(place));
+        place
     }
 
     fn is_free(&self, [left, top, right, bottom]: Area) -> bool {
@@ -107,6 +98,11 @@ impl Labels {
             .iter()
             .all(|&[l, t, r, b]| right <= l || left >= r || bottom <= t || top >= b)
     }
+}
+
+/// The area of a badge.
+fn badge((x, y): (f64, f64)) -> Area {
+    [x - BADGE, y - BADGE, x + BADGE, y + BADGE]
 }
 
 #[cfg(test)]

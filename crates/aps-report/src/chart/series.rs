@@ -3,9 +3,9 @@
 use svg::node::element::path::Data;
 use svg::node::element::{Circle, Group, Path, Rectangle, Title};
 
-use super::frame::{Frame, line, words};
+use super::frame::Frame;
 use super::labels::Labels;
-use crate::drawing::{plain, px};
+use crate::drawing::{anchored, circle, line, linked, plain, rectangle, through};
 use crate::theme::Colour;
 
 /// A named set of values in one colour.
@@ -120,6 +120,23 @@ impl Series {
         }
     }
 
+    /// A line through points: solid in ink, the colour of the main thing, and dashed in others.
+    pub(crate) fn curve_in(name: impl Into<String>, colour: Colour, points: Vec<[f64; 2]>) -> Self {
+        let dashed = colour != Colour::Ink;
+        Self::new(name, colour, Mark::Line { points, dashed })
+    }
+
+    /// A vertical line up to a point.
+    pub(crate) fn stem(colour: Colour, tip: [f64; 2], dashed: bool) -> Self {
+        let points = vec![tip];
+        Self::new("", colour, Mark::Stems { points, dashed })
+    }
+
+    /// The same, linked to elements of other pictures.
+    pub(crate) fn linked(self, link: Option<String>) -> Self {
+        Self { link, ..self }
+    }
+
     /// Draws the series; `shown` tells what the axes can show, `labels` keeps texts apart.
     pub(super) fn draw(
         &self,
@@ -127,18 +144,11 @@ impl Series {
         shown: &dyn Fn([f64; 2]) -> bool,
         labels: &mut Labels,
     ) -> Group {
-        let mut group = Group::new();
-        if let Some(link) = &self.link {
-            group = group.set("data-path", link.as_str());
-        }
-        let stroke = |dashed: bool| {
-            let dashes = if dashed { " dashed" } else { "" };
-            format!("line {}{dashes}", self.colour.stroke())
-        };
+        let mut group = linked(Group::new(), self.link.as_deref());
         match &self.mark {
             Mark::Line { points, dashed } => {
-                let data = polyline(points.iter().map(|&p| shown(p).then(|| frame.place(p))));
-                group.add(curve(data, &stroke(*dashed)))
+                let places = points.iter().map(|&p| shown(p).then(|| frame.place(p)));
+                group.add(self.curve(places, *dashed))
             }
             Mark::Steps { points } => {
                 let mut corners = Vec::new();
@@ -149,7 +159,7 @@ impl Series {
                     corners.push(Some((x, y)));
                     level = Some(y);
                 }
-                group.add(curve(polyline(corners.into_iter()), &stroke(false)))
+                group.add(self.curve(corners, false))
             }
             Mark::Spots(spots) => {
                 let seen = |s: &&Spot| {
@@ -175,7 +185,7 @@ impl Series {
                 };
                 for &p in points.iter().filter(seen) {
                     let (x, y) = frame.place(p);
-                    group = group.add(line(x, frame.bottom(), x, y, &stroke(*dashed)));
+                    group = group.add(line(x, frame.bottom(), x, y, &self.line_class(*dashed)));
                 }
                 group
             }
@@ -203,38 +213,44 @@ impl Series {
                     true => (-5.0, "end"),
                     false => (5.0, "start"),
                 };
+                let name = anchored(&self.name, at + side, frame.top + 14.0, anchor);
+                let class = self.line_class(true);
                 group
-                    .add(line(at, frame.top, at, frame.bottom(), &stroke(true)))
-                    .add(
-                        words(&self.name, at + side, frame.top + 14.0, anchor)
-                            .set("class", "small halo"),
-                    )
+                    .add(line(at, frame.top, at, frame.bottom(), &class))
+                    .add(name.set("class", "small halo"))
             }
         }
     }
 
-    fn spot(&self, group: Group, spot: &Spot, frame: &Frame, labels: &mut Labels) -> Group {
+    /// The class of its lines.
+    pub(super) fn line_class(&self, dashed: bool) -> String {
+        let dashes = if dashed { " dashed" } else { "" };
+        format!("line {}{dashes}", self.colour.stroke())
+    }
+
+    /// A line through places, broken where there is none.
+    fn curve(&self, places: impl IntoIterator<Item = Option<(f64, f64)>>, dashed: bool) -> Path {
+        Path::new()
+            .set("d", through(Data::new(), places))
+            .set("class", self.line_class(dashed))
+    }
+
+    fn spot(&self, mut group: Group, spot: &Spot, frame: &Frame, labels: &mut Labels) -> Group {
         let (x, y) = frame.place(spot.at);
-        let mut group = group;
         if let Some([low, high]) = spot.interval {
-            let class = format!("line {}", self.colour.stroke());
+            let class = self.line_class(false);
             group = group.add(line(x, frame.down(low), x, frame.down(high), &class));
         }
-        let mut dot = Circle::new().set("cx", x).set("cy", y).set("r", 4.5);
-        dot = filled(dot, self.colour, spot.hollow);
-        if !spot.label.is_empty() {
-            dot = dot.add(Title::new(plain(&spot.label)));
+        let dot = filled(circle(x, y, 4.5), self.colour, spot.hollow);
+        if spot.label.is_empty() {
+            return group.add(dot);
         }
-        group = group.add(dot);
-        if !spot.label.is_empty() {
-            let dot = (x, y);
-            let (x, y, anchor) = labels.beside(x, y, &spot.label);
-            if (y - 4.5 - dot.1).abs() > 20.0 {
-                group = group.add(line(dot.0, dot.1, x, y - 4.5, "frame"));
-            }
-            group = group.add(words(&spot.label, x, y, anchor).set("class", "halo"));
+        group = group.add(dot.add(Title::new(plain(&spot.label))));
+        let (left, base, anchor) = labels.beside(x, y, &spot.label);
+        if (base - 4.5 - y).abs() > 20.0 {
+            group = group.add(line(x, y, left, base - 4.5, "frame"));
         }
-        group
+        group.add(anchored(&spot.label, left, base, anchor).set("class", "halo"))
     }
 
     fn bin(&self, [from, to]: [f64; 2], height: f64, frame: &Frame) -> Rectangle {
@@ -242,28 +258,19 @@ impl Series {
         let (base, top) = (frame.down(frame.y.base()), frame.down(height));
         // A gap of one pixel, if there is room for it.
         let gap = if right - left > 4.0 { 1.0 } else { 0.0 };
-        Rectangle::new()
-            .set("x", px(left + gap / 2.0))
-            .set("y", px(top.min(base)))
-            .set("width", px((right - left - gap).max(0.2)))
-            .set("height", px((base - top).abs()))
-            .set("class", self.colour.fill())
+        let size = [(right - left - gap).max(0.2), (base - top).abs()];
+        rectangle([left + gap / 2.0, top.min(base)], size).set("class", self.colour.fill())
     }
 }
 
 /// A number in a circle.
 pub(crate) fn badge(x: f64, y: f64, text: &str, colour: Colour, hollow: bool) -> Group {
-    let circle = Circle::new()
-        .set("cx", px(x))
-        .set("cy", px(y))
-        .set("r", 8.5);
-    let circle = filled(circle, colour, hollow);
-    let number = words(text, x, y + 4.0, "middle").set("class", "number");
-    let group = Group::new().add(circle).add(number);
-    if hollow {
-        group.set("class", "hollow")
-    } else {
-        group
+    let disc = filled(circle(x, y, 8.5), colour, hollow);
+    let number = anchored(text, x, y + 4.0, "middle").set("class", "number");
+    let group = Group::new().add(disc).add(number);
+    match hollow {
+        true => group.set("class", "hollow"),
+        false => group,
     }
 }
 
@@ -275,23 +282,4 @@ fn filled(circle: Circle, colour: Colour, hollow: bool) -> Circle {
             .set("stroke-width", 2),
         false => circle.set("class", colour.fill()),
     }
-}
-
-/// A path through places, broken where there is none.
-fn polyline(places: impl Iterator<Item = Option<(f64, f64)>>) -> Data {
-    let mut data = Data::new();
-    let mut is_drawing = false;
-    for place in places {
-        data = match (place, is_drawing) {
-            (Some(place), false) => data.move_to(place),
-            (Some(place), true) => data.line_to(place),
-            (None, _) => data,
-        };
-        is_drawing = place.is_some();
-    }
-    data
-}
-
-fn curve(data: Data, class: &str) -> Path {
-    Path::new().set("d", data).set("class", class)
 }

@@ -1,11 +1,11 @@
 //! The explanation as a page, or as one picture.
 
-use svg::node::element::{Group, Text};
+use svg::node::element::Group;
 
 use super::{Explanation, LOBE_COLUMNS, Listed, PATH_COLUMNS, badge_text};
 use crate::chart::{Chart, Mark, Series, badge};
 use crate::document::{Block, Document, Figure, Layout, RowMark, Section, Table};
-use crate::drawing::{Drawing, at, plain, px, text_width};
+use crate::drawing::{Drawing, at, text_width, words};
 use crate::link::{PathView, angle_deg, mirror_deg};
 use crate::picture::{self, Outlines, Ray};
 use crate::theme::Colour;
@@ -76,28 +76,15 @@ impl Explained<'_> {
         let map = self.map(side);
         let chart = self.spectrum(560.0, side + 24.0).draw();
         let (paths, lobes) = (self.explanation.path_rows(), self.explanation.lobe_rows());
-        let lobe_table = table(
-            &LOBE_COLUMNS,
-            lobes
-                .into_iter()
-                .map(|(cells, l)| (cells, l.map_or(Colour::Soft, |l| l.colour))),
-        );
-        let path_table = table(
-            &PATH_COLUMNS,
-            paths.into_iter().map(|(cells, l)| (cells, l.colour)),
-        );
-        let title = Text::new(plain(self.title))
-            .set("x", 12)
-            .set("y", 24)
-            .set("class", "title");
-        let summary = Text::new(plain(&self.summary()))
-            .set("x", 12)
-            .set("y", 44)
-            .set("class", "small");
+        let of_lobe = |(cells, cause): (_, Option<&Listed<'_>>)| (cells, colour_of(cause));
+        let of_path = |(cells, path): (_, &Listed<'_>)| (cells, path.colour);
+        let lobe_table = table(&LOBE_COLUMNS, lobes.into_iter().map(of_lobe));
+        let path_table = table(&PATH_COLUMNS, paths.into_iter().map(of_path));
+        let summary = self.summary();
         let mut y = 60.0;
         let mut group = Group::new()
-            .add(title)
-            .add(summary)
+            .add(words(self.title, 12.0, 24.0).set("class", "title"))
+            .add(words(&summary, 12.0, 44.0).set("class", "small"))
             .add(at(12.0, y, map.into_content()))
             .add(at(side + 20.0, y - 12.0, chart.into_content()));
         y += side + 40.0;
@@ -105,22 +92,17 @@ impl Explained<'_> {
             group = group.add(at(12.0, y, content));
             y += height + 18.0;
         }
-        Drawing::new(
-            group,
-            side + 592.0,
-            y,
-            format!("{}: {}", self.title, self.summary()),
-        )
+        let label = format!("{}: {summary}", self.title);
+        Drawing::new(group, side + 592.0, y, label)
     }
 
     fn summary(&self) -> String {
         let e = self.explanation;
         let explained = e.lobes.iter().filter(|l| l.cause().is_some()).count();
         let (lobes, paths) = (e.lobes.len(), e.link.paths.len());
-        let sight = if e.link.has_line_of_sight() {
-            "in"
-        } else {
-            "out of"
+        let sight = match e.link.has_line_of_sight() {
+            true => "in",
+            false => "out of",
         };
         format!(
             "protocol {}: {:.0} m, {sight} sight, paths: {paths}, dominant lobes: {lobes}, made by one path: {explained}",
@@ -132,18 +114,14 @@ impl Explained<'_> {
     fn map(&self, side: f64) -> Drawing {
         let e = self.explanation;
         let is_listed = |path: &PathView| e.listed.iter().any(|l| std::ptr::eq(l.path, path));
-        let rest = e
-            .link
-            .paths
-            .iter()
-            .filter(|path| !is_listed(path))
-            .map(|path| Ray {
-                path,
-                colour: Colour::Soft,
-                width: 0.5,
-                number: None,
-                link: Some(REST.into()),
-            });
+        let rest = e.link.paths.iter().filter(|path| !is_listed(path));
+        let rest = rest.map(|path| Ray {
+            path,
+            colour: Colour::Soft,
+            width: 0.5,
+            number: None,
+            link: Some(REST.into()),
+        });
         let listed = e.listed.iter().rev().map(|l| Ray {
             path: l.path,
             colour: l.colour,
@@ -163,26 +141,16 @@ impl Explained<'_> {
         let mut chart = picture::axes(protocol, e.spectrum.top_db(), true).sized(width, height);
         for l in e.listed.iter().rev() {
             let own = angle_deg(l.path.arrival_azimuth_rad, protocol);
-            let mut stem = |angle: f64, dashed: bool| {
-                let mark = Mark::Stems {
-                    points: vec![[angle, l.path.gain_db]],
-                    dashed,
-                };
-                chart.series.push(series("", l.colour, mark, Some(link(l))));
-            };
-            if is_coloured(l) && e.has_mirrors {
-                stem(mirror_deg(own), true);
+            let mirror = (is_coloured(l) && e.has_mirrors).then(|| (mirror_deg(own), true));
+            for (angle, dashed) in mirror.into_iter().chain([(own, false)]) {
+                let stem = Series::stem(l.colour, [angle, l.path.gain_db], dashed);
+                chart = chart.with(stem.linked(Some(link(l))));
             }
-            stem(own, false);
         }
         if let Some(other) = &e.other {
-            chart
-                .series
-                .push(picture::curve(other, protocol, Colour::Soft));
+            chart = chart.with(picture::curve(other, protocol, Colour::Soft));
         }
-        chart
-            .series
-            .push(picture::curve(&e.spectrum, protocol, Colour::Ink));
+        chart = chart.with(picture::curve(&e.spectrum, protocol, Colour::Ink));
         for lobe in &e.lobes {
             let cause = lobe.cause().and_then(|i| e.listed(i));
             let mark = Mark::Badges {
@@ -190,20 +158,16 @@ impl Explained<'_> {
                 text: cause.map_or("?".into(), |l| badge_text(l.number, lobe.is_mirror)),
                 hollow: lobe.is_mirror && cause.is_some(),
             };
-            let colour = cause.map_or(Colour::Soft, |l| l.colour);
-            chart.series.push(series("", colour, mark, cause.map(link)));
+            let badge = Series::new("", colour_of(cause), mark);
+            chart = chart.with(badge.linked(cause.map(link)));
         }
         chart
     }
 }
 
-fn series(name: &str, colour: Colour, mark: Mark, link: Option<String>) -> Series {
-    Series {
-        name: name.into(),
-        colour,
-        mark,
-        link,
-    }
+/// The colour of a lobe: that of the path that makes it.
+fn colour_of(cause: Option<&Listed<'_>>) -> Colour {
+    cause.map_or(Colour::Soft, |l| l.colour)
 }
 
 fn link(listed: &Listed<'_>) -> String {
@@ -222,18 +186,12 @@ fn table(columns: &[&str], rows: impl Iterator<Item = (Vec<String>, Colour)>) ->
     for (i, title) in columns.iter().enumerate() {
         let texts = rows.iter().map(|(cells, _)| text_width(&cells[i]));
         let width = texts.fold(text_width(title), f64::max);
-        let words = |text: &str, y: f64, class: &str| {
-            Text::new(plain(text))
-                .set("x", px(left))
-                .set("y", y)
-                .set("class", class)
-        };
-        group = group.add(words(title, 12.0, "small"));
+        group = group.add(words(title, left, 12.0).set("class", "small"));
         for (j, (cells, colour)) in rows.iter().enumerate() {
             let y = 34.0 + 21.0 * j as f64;
             group = match i {
                 0 => group.add(badge(left + 9.0, y - 4.5, &cells[0], *colour, false)),
-                _ => group.add(words(&cells[i], y, "")),
+                _ => group.add(words(&cells[i], left, y).set("class", "")),
             };
         }
         left += width + 16.0;

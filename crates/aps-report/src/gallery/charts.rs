@@ -7,9 +7,10 @@ use crate::drawing::Drawing;
 const HEIGHT: f64 = 250.0;
 const BINS: usize = 30;
 
-fn share(x: &str) -> Chart {
+fn share(x: &str, histogram: &Histogram) -> Chart {
     let y = Axis::linear("share of the links [%]");
-    Chart::new(Axis::linear(x), y).sized(480.0, HEIGHT)
+    let chart = Chart::new(Axis::linear(x), y).sized(480.0, HEIGHT);
+    chart.histogram("", histogram)
 }
 
 /// Number of dominant peaks, with the mean here and the paper's.
@@ -17,7 +18,7 @@ pub fn dominant_peaks(peaks: &[u64]) -> Option<Drawing> {
     let histogram = Histogram::counts(peaks.iter().copied());
     let last = histogram.edges.last().copied()?;
     let mean = peaks.iter().sum::<u64>() as f64 / peaks.len().max(1) as f64;
-    let mut chart = share("dominant peaks").histogram("", &histogram);
+    let mut chart = share("dominant peaks", &histogram);
     chart.x = chart.x.over(histogram.edges[0], last).every(1.0);
     // The names of two lines at almost one place would cover each other.
     let name = format!("mean {mean:.2}, paper {PAPER_MEAN_PEAKS}");
@@ -26,9 +27,7 @@ pub fn dominant_peaks(peaks: &[u64]) -> Option<Drawing> {
 
 /// Distances \[m\].
 pub fn distance(values: &[f64]) -> Drawing {
-    share("distance [m]")
-        .histogram("", &Histogram::around(values, BINS))
-        .draw()
+    share("distance [m]", &Histogram::around(values, BINS)).draw()
 }
 
 /// Numbers of paths.
@@ -41,14 +40,12 @@ pub fn paths(counts: &[u64]) -> Drawing {
             Histogram::around(&values, BINS)
         }
     };
-    share("paths").histogram("", &histogram).draw()
+    share("paths", &histogram).draw()
 }
 
 /// Path losses \[dB\].
 pub fn path_loss(values: &[f64]) -> Drawing {
-    share("path loss [dB]")
-        .histogram("", &Histogram::around(values, BINS))
-        .draw()
+    share("path loss [dB]", &Histogram::around(values, BINS)).draw()
 }
 
 /// Delay spreads \[ns\], up to that of all but one link in a hundred.
@@ -60,5 +57,5 @@ pub fn delay_spread(values: &[f64]) -> Drawing {
     let round = Histogram::around(&sorted, BINS);
     let (first, last) = (round.edges[0], round.edges[round.edges.len() - 1]);
     let all = Histogram::of(values.iter().copied(), first, last, round.counts.len());
-    share("delay spread [ns]").histogram("", &all).draw()
+    share("delay spread [ns]", &all).draw()
 }

@@ -3,11 +3,11 @@
 use aps_label::{LabelConfig, Labeler, Protocol};
 
 use crate::ReportError;
-use crate::chart::{Mark, Series};
+use crate::chart::Series;
 use crate::document::{Block, Figure, Layout, Section};
 use crate::drawing::Drawing;
 use crate::link::{LinkView, Spectrum};
-use crate::picture::{self, GainScale, Outlines};
+use crate::picture::{self, GainScale, Outlines, Ray};
 use crate::theme::Colour;
 
 /// Both protocols, each in its colour; the first lies below.
@@ -59,29 +59,21 @@ impl Exhibit<'_> {
         let scale = GainScale::over(&link.paths);
         let rays = picture::rays_by_gain(link, &scale);
         let city = picture::map(self.outlines, link, &rays, 480.0);
-        let (caption, (aps, pdp)) = match link.paths.is_empty() {
-            true => (
-                String::new(),
-                self.stored.as_ref().map_or((None, None), stored),
-            ),
-            false => (
-                format!(
-                    "The strongest path has a gain of {:.1} dB.",
-                    scale.strongest_db()
-                ),
-                labelled(self.label, link, &scale)?,
-            ),
+        let (caption, [aps, pdp]) = match (link.paths.is_empty(), &self.stored) {
+            (false, _) => {
+                let strongest_db = scale.strongest_db();
+                let caption = format!("The strongest path has a gain of {strongest_db:.1} dB.");
+                (caption, labelled(self.label, link, &scale)?)
+            }
+            (true, Some(spectrum)) => (String::new(), stored(spectrum)),
+            (true, None) => (String::new(), [None, None]),
         };
-        let spectra = [
-            ("Angle power spectrum.", aps),
-            ("Power delay profile.", pdp),
-        ];
-        let spectra = spectra
-            .into_iter()
-            .filter_map(|(caption, drawing)| Some(Block::Figure(Figure::shown(caption, drawing?))));
+        let figure = |caption: &str, drawing| Block::Figure(Figure::shown(caption, drawing));
+        let aps = aps.map(|drawing| figure("Angle power spectrum.", drawing));
+        let pdp = pdp.map(|drawing| figure("Power delay profile.", drawing));
         let blocks = vec![
-            Block::Figure(Figure::shown(caption, city)),
-            Block::Group(Layout::Stack, spectra.collect()),
+            figure(&caption, city),
+            Block::Group(Layout::Stack, aps.into_iter().chain(pdp).collect()),
         ];
         section.blocks.push(Block::Group(Layout::Beside, blocks));
         Ok(())
@@ -121,7 +113,7 @@ fn labelled(
     label: &LabelConfig,
     link: &LinkView,
     scale: &GainScale,
-) -> Result<(Option<Drawing>, Option<Drawing>), ReportError> {
+) -> Result<[Option<Drawing>; 2], ReportError> {
     let samples = link.samples();
     let mut spectra = Vec::new();
     for (protocol, colour) in PROTOCOLS {
@@ -142,42 +134,31 @@ fn labelled(
     for (spectrum, colour) in &spectra {
         aps = aps.with(picture::curve(spectrum, sense, *colour));
     }
-    let profiles: Vec<(String, Colour, Vec<[f64; 2]>)> = spectra
-        .into_iter()
-        .map(|(s, colour)| (s.protocol.to_string(), colour, s.pdp))
-        .collect();
     // Paths that come later than the profiles reach are to be seen, unless nobody would see them.
     let weakest_db = top_db - 45.0;
     let delays = link.paths.iter().filter(|p| p.gain_db > weakest_db);
     let latest_ns = delays.map(|p| p.delay_s * 1e9).fold(PROFILE_NS, f64::max);
     let last_ns = (latest_ns / 100.0).ceil() * 100.0;
-    let mut pdp = picture::delay_chart(last_ns, &profiles).sized(480.0, 250.0);
-    let stems = picture::rays_by_gain(link, scale).into_iter().map(|ray| {
-        Series::new(
-            "",
-            ray.colour,
-            Mark::Stems {
-                points: vec![[ray.path.delay_s * 1e9, ray.path.gain_db]],
-                dashed: false,
-            },
-        )
-    });
+    let mut pdp = picture::delay_chart(last_ns, &spectra).sized(480.0, 250.0);
+    let stem = |ray: Ray<'_>| {
+        let tip = [ray.path.delay_s * 1e9, ray.path.gain_db];
+        Series::stem(ray.colour, tip, false)
+    };
+    let stems = picture::rays_by_gain(link, scale).into_iter().map(stem);
     pdp.series.splice(0..0, stems);
-    Ok((Some(aps.draw()), Some(pdp.draw())))
+    Ok([Some(aps.draw()), Some(pdp.draw())])
 }
 
 /// As stored, where there are no paths.
-fn stored(spectrum: &Spectrum) -> (Option<Drawing>, Option<Drawing>) {
+fn stored(spectrum: &Spectrum) -> [Option<Drawing>; 2] {
     let aps = (!spectrum.aps_db.is_empty()).then(|| {
         let axes = picture::axes(Protocol::Paper, spectrum.top_db(), false).sized(480.0, 270.0);
         axes.with(picture::curve(spectrum, Protocol::Paper, Colour::Ink))
             .draw()
     });
     let pdp = (!spectrum.pdp.is_empty()).then(|| {
-        let name = spectrum.protocol.to_string();
-        let profiles = [(name, Colour::Ink, spectrum.pdp.clone())];
-        let chart = picture::delay_chart(PROFILE_NS, &profiles);
+        let chart = picture::delay_chart(PROFILE_NS, &[(spectrum.clone(), Colour::Ink)]);
         chart.sized(480.0, 250.0).draw()
     });
-    (aps, pdp)
+    [aps, pdp]
 }

@@ -4,11 +4,11 @@ use aps_data::InteractionKind;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
 use svg::node::element::path::Data;
-use svg::node::element::{Circle, Group, Line, Path, Rectangle, Text, Title};
+use svg::node::element::{Group, Path, Rectangle, Title};
 
 use super::Outlines;
 use crate::chart::{Labels, badge};
-use crate::drawing::{Drawing, plain, px};
+use crate::drawing::{Drawing, anchored, circle, line, linked, plain, px, through, words};
 use crate::link::{LinkView, PathView};
 use crate::theme::Colour;
 
@@ -42,20 +42,12 @@ pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -
         .add(terminal("Rx", Colour::Series(0), rx, tx, side, &mut labels));
     let mut badges = Group::new();
     for ray in rays {
-        let mut drawn = draw_ray(link, ray, &frame);
-        if let Some(name) = &ray.link {
-            drawn = drawn.set("data-path", name.as_str());
-        }
-        group = group.add(drawn);
         let way = places(link, ray.path, &frame);
-        if let Some(number) = &ray.number
-            && let Some((x, y)) = labels.among(along(way))
-        {
-            let mut badge = badge(x, y, number, ray.colour, false);
-            if let Some(name) = &ray.link {
-                badge = badge.set("data-path", name.as_str());
-            }
-            badges = badges.add(badge);
+        group = group.add(linked(draw_ray(ray, &way), ray.link.as_deref()));
+        if let Some(number) = &ray.number {
+            let (x, y) = labels.among(&along(&way));
+            let badge = badge(x, y, number, ray.colour, false);
+            badges = badges.add(linked(badge, ray.link.as_deref()));
         }
     }
     let group = group.add(badges).add(terminals).add(ruler(&frame));
@@ -104,18 +96,9 @@ impl Frame {
 }
 
 fn buildings(outlines: &Outlines, frame: &Frame) -> Path {
-    let mut data = Data::new();
-    for ring in &outlines.rings {
-        for (i, &p) in ring.iter().enumerate() {
-            let place = frame.place(p);
-            data = if i == 0 {
-                data.move_to(place)
-            } else {
-                data.line_to(place)
-            };
-        }
-        data = data.close();
-    }
+    let data = outlines.rings.iter().fold(Data::new(), |data, ring| {
+        through(data, ring.iter().map(|&p| Some(frame.place(p)))).close()
+    });
     Path::new().set("d", data).set("class", "house")
 }
 
@@ -126,12 +109,8 @@ fn places(link: &LinkView, path: &PathView, frame: &Frame) -> Vec<(f64, f64)> {
     points.map(|p| frame.place(p)).collect()
 }
 
-fn draw_ray(link: &LinkView, ray: &Ray<'_>, frame: &Frame) -> Group {
-    let places = places(link, ray.path, frame);
-    let mut data = Data::new().move_to(places[0]);
-    for &place in &places[1..] {
-        data = data.line_to(place);
-    }
+fn draw_ray(ray: &Ray<'_>, places: &[(f64, f64)]) -> Group {
+    let data = through(Data::new(), places.iter().copied().map(Some));
     let title = format!(
         "{}, {:.1} dB, {:.1} m",
         ray.path.name(),
@@ -149,18 +128,13 @@ fn draw_ray(link: &LinkView, ray: &Ray<'_>, frame: &Frame) -> Group {
             InteractionKind::Reflection => "reflection",
             InteractionKind::Diffraction | InteractionKind::Other(_) => "diffraction",
         };
-        let dot = Circle::new()
-            .set("cx", x)
-            .set("cy", y)
-            .set("r", 2)
-            .set("class", format!("bend {kind}"));
-        group = group.add(dot);
+        group = group.add(circle(x, y, 2.0).set("class", format!("bend {kind}")));
     }
     group
 }
 
 /// Places along a way from its end on, near the end first.
-fn along(way: Vec<(f64, f64)>) -> impl Iterator<Item = (f64, f64)> + Clone {
+fn along(way: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     let mut next = 30.0;
     let mut walked = 0.0;
@@ -178,48 +152,32 @@ fn along(way: Vec<(f64, f64)>) -> impl Iterator<Item = (f64, f64)> + Clone {
         let ((x0, y0), (x1, y1)) = (way[way.len() - 1], way[way.len() - 2]);
         found.push(((x0 + x1) / 2.0, (y0 + y1) / 2.0));
     }
-    found.into_iter()
+    found
 }
 
 /// The name stands on the side away from the other end.
 fn terminal(
     name: &str,
     colour: Colour,
-    at: (f64, f64),
+    (x, y): (f64, f64),
     other: (f64, f64),
     side: f64,
     labels: &mut Labels,
 ) -> Group {
-    let (x, y) = at;
     let is_left = (x < other.0 && x > 30.0) || x > side - 30.0;
-    let (dx, anchor) = if is_left {
-        (-9.0, "end")
-    } else {
-        (9.0, "start")
+    let is_above = (y < other.1 && y > 24.0) || y > side - 12.0;
+    let (dx, anchor) = match is_left {
+        true => (-9.0, "end"),
+        false => (9.0, "start"),
     };
-    let dy = if y < other.1 && y > 24.0 || y > side - 12.0 {
-        -7.0
-    } else {
-        17.0
-    };
-    let dot = Circle::new()
-        .set("cx", x)
-        .set("cy", y)
-        .set("r", 5.5)
-        .set("class", colour.fill());
-    let ring = Circle::new()
-        .set("cx", x)
-        .set("cy", y)
-        .set("r", 7)
-        .set("class", "paper");
+    let dy = if is_above { -7.0 } else { 17.0 };
     labels.dot(x, y);
     labels.text(x + dx, y + dy, name, anchor);
-    let text = Text::new(name)
-        .set("x", px(x + dx))
-        .set("y", px(y + dy))
-        .set("text-anchor", anchor)
-        .set("class", format!("title halo {}", colour.fill()));
-    Group::new().add(ring).add(dot).add(text)
+    let text = anchored(name, x + dx, y + dy, anchor);
+    Group::new()
+        .add(circle(x, y, 7.0).set("class", "paper"))
+        .add(circle(x, y, 5.5).set("class", colour.fill()))
+        .add(text.set("class", format!("title halo {}", colour.fill())))
 }
 
 fn ruler(frame: &Frame) -> Group {
@@ -231,16 +189,9 @@ fn ruler(frame: &Frame) -> Group {
         .into_iter()
         .find(|&l| l <= fifth);
     let length = length.unwrap_or(power);
-    let y = frame.side - 12.0;
-    let line = Line::new()
-        .set("x1", 12)
-        .set("x2", px(12.0 + length * frame.pixels_per_metre))
-        .set("y1", y)
-        .set("y2", y)
-        .set("class", "line stroke-ink");
-    let text = Text::new(format!("{length} m"))
-        .set("x", 13)
-        .set("y", y - 6.0)
-        .set("class", "small halo");
-    Group::new().add(line).add(text)
+    let (y, end) = (frame.side - 12.0, 12.0 + length * frame.pixels_per_metre);
+    let text = words(&format!("{length} m"), 13.0, y - 6.0);
+    Group::new()
+        .add(line(12.0, y, end, y, "line stroke-ink"))
+        .add(text.set("class", "small halo"))
 }

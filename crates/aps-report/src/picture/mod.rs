@@ -13,10 +13,9 @@ pub use outline::Outlines;
 pub use spectrum::{axes, azimuth, curve, delay_chart};
 pub use strength::GainScale;
 
-use crate::chart::{Chart, Mark, Series};
+use crate::chart::{Chart, Series};
 use crate::drawing::{Drawing, at};
-use crate::link::LinkView;
-use crate::link::{Spectrum, angle_deg};
+use crate::link::{LinkView, Spectrum, angle_deg};
 use crate::theme::Colour;
 
 /// Side of the map in a picture \[px\].
@@ -24,38 +23,26 @@ const SIDE: f64 = 520.0;
 
 /// Makes rays of all paths of a link, coloured by their gain, weak ones below.
 pub fn rays_by_gain<'a>(link: &'a LinkView, scale: &GainScale) -> Vec<Ray<'a>> {
-    let mut rays: Vec<Ray<'a>> = link
-        .paths
-        .iter()
-        .map(|path| Ray {
-            path,
-            colour: scale.colour(path.gain_db),
-            width: scale.width(path.gain_db),
-            number: None,
-            link: None,
-        })
-        .collect();
+    let ray = |path| Ray {
+        path,
+        colour: scale.colour(path.gain_db),
+        width: scale.width(path.gain_db),
+        number: None,
+        link: None,
+    };
+    let mut rays: Vec<Ray<'a>> = link.paths.iter().map(ray).collect();
     rays.sort_by(|p, q| p.path.gain_db.total_cmp(&q.path.gain_db));
     rays
 }
 
 /// Adds to a spectrum a stem for each path, as high as its gain.
 pub fn stems_by_gain(chart: Chart, link: &LinkView, scale: &GainScale, sense: Protocol) -> Chart {
-    let rays = rays_by_gain(link, scale);
-    rays.iter().fold(chart, |chart, ray| {
-        let tip = [
-            angle_deg(ray.path.arrival_azimuth_rad, sense),
-            ray.path.gain_db,
-        ];
-        chart.with(Series::new(
-            "",
-            ray.colour,
-            Mark::Stems {
-                points: vec![tip],
-                dashed: false,
-            },
-        ))
-    })
+    let stem = |ray: Ray<'_>| {
+        let angle = angle_deg(ray.path.arrival_azimuth_rad, sense);
+        Series::stem(ray.colour, [angle, ray.path.gain_db], false)
+    };
+    let rays = rays_by_gain(link, scale).into_iter();
+    rays.map(stem).fold(chart, Chart::with)
 }
 
 /// Map and paths to the left, APS to the right; none for a link without label.

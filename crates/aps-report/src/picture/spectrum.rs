@@ -2,7 +2,7 @@
 
 use aps_label::Protocol;
 
-use crate::chart::{Axis, Chart, Mark, Series};
+use crate::chart::{Axis, Chart, Series};
 use crate::link::Spectrum;
 use crate::theme::Colour;
 
@@ -28,34 +28,20 @@ pub fn azimuth(protocol: Protocol) -> Axis {
 
 /// A curve over these axes, in the sense of `protocol`.
 pub fn curve(spectrum: &Spectrum, protocol: Protocol, colour: Colour) -> Series {
-    Series::new(
-        spectrum.protocol.to_string(),
-        colour,
-        Mark::Line {
-            points: spectrum.points(protocol),
-            dashed: colour != Colour::Ink,
-        },
-    )
+    let name = spectrum.protocol.to_string();
+    Series::curve_in(name, colour, spectrum.points(protocol))
 }
 
-/// Power over delay up to `last_ns`, `[delay in ns, dB]`, for each name and colour.
-pub fn delay_chart(last_ns: f64, profiles: &[(String, Colour, Vec<[f64; 2]>)]) -> Chart {
-    let levels = profiles.iter().flat_map(|p| &p.2).map(|p| p[1]);
+/// Power over delay up to `last_ns` of some spectra, each in its colour.
+pub fn delay_chart(last_ns: f64, spectra: &[(Spectrum, Colour)]) -> Chart {
+    let levels = spectra.iter().flat_map(|(s, _)| &s.pdp).map(|p| p[1]);
     let top_db = levels.fold(f64::NEG_INFINITY, f64::max);
     let x = Axis::linear("delay [ns]").over(0.0, last_ns);
     let chart = Chart::new(x, level_axis(top_db, false));
-    profiles
-        .iter()
-        .fold(chart, |chart, (name, colour, points)| {
-            chart.with(Series::new(
-                name.clone(),
-                *colour,
-                Mark::Line {
-                    points: points.clone(),
-                    dashed: *colour != Colour::Ink,
-                },
-            ))
-        })
+    let curve = |(s, colour): &(Spectrum, Colour)| {
+        Series::curve_in(s.protocol.to_string(), *colour, s.pdp.clone())
+    };
+    spectra.iter().map(curve).fold(chart, Chart::with)
 }
 
 /// The part of a power axis that matters.

@@ -1,8 +1,8 @@
 //! Colours for gains: the stronger the path, the further it stands out.
 
-use svg::node::element::{Group, Rectangle, Text};
+use svg::node::element::Group;
 
-use crate::drawing::px;
+use crate::drawing::{anchored, rectangle};
 use crate::link::PathView;
 use crate::theme::{Colour, STRENGTH_STEPS};
 
@@ -59,35 +59,17 @@ impl GainScale {
         if !self.strongest_db.is_finite() {
             return group;
         }
-        let text = |x: f64, anchor: &str, words: String| {
-            Text::new(words)
-                .set("x", px(x))
-                .set("y", px(y + 9.0))
-                .set("text-anchor", anchor)
-                .set("class", "small")
-        };
         let step = 14.0;
         let left = right - 78.0 - step * STRENGTH_STEPS as f64;
         for i in 0..STRENGTH_STEPS {
-            let part = Rectangle::new()
-                .set("x", px(left + step * i as f64))
-                .set("y", px(y))
-                .set("width", step)
-                .set("height", 10)
-                .set("class", Colour::Strength(i).fill());
-            group = group.add(part);
+            let part = rectangle([left + step * i as f64, y], [step, 10.0]);
+            group = group.add(part.set("class", Colour::Strength(i).fill()));
         }
         let end = left + step * STRENGTH_STEPS as f64;
+        let weakest = format!("path gain {:.0}", self.weakest_db);
+        let strongest = format!("{:.0} dB", self.strongest_db);
         group
-            .add(text(
-                left - 5.0,
-                "end",
-                format!("path gain {:.0}", self.weakest_db),
-            ))
-            .add(text(
-                end + 5.0,
-                "start",
-                format!("{:.0} dB", self.strongest_db),
-            ))
+            .add(anchored(&weakest, left - 5.0, y + 9.0, "end").set("class", "small"))
+            .add(anchored(&strongest, end + 5.0, y + 9.0, "start").set("class", "small"))
     }
 }
