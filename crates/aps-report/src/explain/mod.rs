@@ -8,8 +8,8 @@ pub use render::Explained;
 
 use crate::ReportError;
 use crate::link::{
-    Fate, LinkView, Lobe, PathView, Spectrum, angle_deg, apart_deg, fate, has_mirrors, lobes,
-    mirror_deg,
+    Fate, LinkView, Lobe, PathView, Spectrum, angle_deg, fate, has_mirrors, is_nearer_mirror,
+    lobes, mirror_deg,
 };
 use crate::numbers::fixed;
 use crate::theme::Colour;
@@ -78,10 +78,10 @@ impl<'a> Explanation<'a> {
             if !leads && place >= LISTED {
                 continue;
             }
+            let own = angle_deg(samples[i].arrival_azimuth_rad, protocol);
             let share = |mirrored: bool| {
-                let of = lobes
-                    .iter()
-                    .filter(|l| is_mirror_of(l, &link.paths[i], protocol) == mirrored);
+                let is_of = |l: &&Lobe| is_nearer_mirror(l.angle_deg, own) == mirrored;
+                let of = lobes.iter().filter(is_of);
                 of.map(|l| l.share_of(i)).fold(0.0, f64::max)
             };
             listed.push(Listed {
@@ -196,12 +196,6 @@ pub const PATH_COLUMNS: [&str; 9] = [
     "in the released label",
 ];
 
-/// Tells if a lobe is nearer to the mirror image of a path than to the path.
-fn is_mirror_of(lobe: &Lobe, path: &PathView, protocol: Protocol) -> bool {
-    let own = angle_deg(path.arrival_azimuth_rad, protocol);
-    apart_deg(mirror_deg(own), lobe.angle_deg) < apart_deg(own, lobe.angle_deg)
-}
-
 /// A path's number, with a prime at its mirror lobe.
 fn badge_text(number: usize, is_mirror: bool) -> String {
     format!("{number}{}", if is_mirror { "\u{2032}" } else { "" })
@@ -221,9 +215,7 @@ fn percent(share: f64) -> String {
 fn fate_text(fate: Fate) -> String {
     match fate {
         Fate::Sampled { lost_db } if lost_db < 0.05 => "whole, on a grid delay".into(),
-        Fate::Sampled { lost_db } => {
-            format!("\u{2212}{lost_db:.1} dB, between grid delays")
-        }
+        Fate::Sampled { lost_db } => format!("\u{2212}{lost_db:.1} dB, between grid delays"),
         Fate::Beyond { last_ns, lost_db } => {
             format!("disappears: \u{2212}{lost_db:.0} dB, beyond {last_ns:.0} ns")
         }

@@ -5,7 +5,7 @@
 
 use aps_label::{Array, Labeler, PathError, PathSample, Protocol};
 
-use super::{Spectrum, angle_deg, apart_deg, mirror_deg};
+use super::{Spectrum, angle_deg, apart_deg, is_nearer_mirror, mirror_deg};
 
 /// A path with at least this share of a lobe makes it.
 const CAUSE: f64 = 0.5;
@@ -80,8 +80,7 @@ pub fn lobes(
         lobes.push(Lobe {
             angle_deg: angle,
             level_db: spectrum.aps_db[peak.bin],
-            is_mirror: has_mirrors(labeler)
-                && apart_deg(mirror_deg(own), angle) < apart_deg(own, angle),
+            is_mirror: has_mirrors(labeler) && is_nearer_mirror(angle, own),
             shares,
             twin: None,
         });
@@ -165,10 +164,11 @@ mod tests {
         }
     }
 
-    fn explain(protocol: Protocol, samples: &[PathSample]) -> Vec<Lobe> {
-        let labeler = Labeler::new(&LabelConfig::of(protocol)).unwrap();
+    fn explain(config: &LabelConfig, samples: &[PathSample]) -> (Spectrum, Vec<Lobe>) {
+        let labeler = Labeler::new(config).unwrap();
         let spectrum = Spectrum::of(&labeler, samples).unwrap().unwrap();
-        lobes(&labeler, samples, &spectrum).unwrap()
+        let lobes = lobes(&labeler, samples, &spectrum).unwrap();
+        (spectrum, lobes)
     }
 
     #[test]
@@ -180,7 +180,7 @@ mod tests {
             sample(64.0 * step_ns, -50.0, -82.0),
         ];
         for protocol in [Protocol::Paper, Protocol::Released] {
-            let lobes = explain(protocol, &samples);
+            let (_, lobes) = explain(&LabelConfig::of(protocol), &samples);
             assert_eq!(lobes.len(), 4, "{protocol}: {lobes:?}");
             for (path, s) in samples.iter().enumerate() {
                 let own = angle_deg(s.arrival_azimuth_rad, protocol);
@@ -207,15 +207,10 @@ mod tests {
             sample(303.0, 26.0, -83.0),
             sample(700.0, 150.0, -79.0),
         ];
-        let lobes = explain(Protocol::Paper, &samples);
-        let labeler = Labeler::new(&LabelConfig::paper()).unwrap();
-        let spectrum = Spectrum::of(&labeler, &samples).unwrap().unwrap();
+        let (spectrum, lobes) = explain(&LabelConfig::paper(), &samples);
         for lobe in &lobes {
-            let bin = spectrum
-                .angles_deg
-                .iter()
-                .position(|a| *a == lobe.angle_deg)
-                .unwrap();
+            let mut angles = spectrum.angles_deg.iter();
+            let bin = angles.position(|a| *a == lobe.angle_deg).unwrap();
             let tau_s = spectrum.delay_s[bin];
             // The formula, term by term: p sinc^2 (sin(N psi) / (N sin psi))^2.
             let term = |s: &PathSample| {
@@ -246,13 +241,9 @@ mod tests {
     #[test]
     fn lobe_of_equal_paths_has_no_single_cause() {
         let samples = [30.0, 30.5, 31.0].map(|angle| sample(400.0, angle, -90.0));
-        let lobes = explain(Protocol::Paper, &samples);
-        assert!(
-            lobes
-                .iter()
-                .all(|l| l.cause().is_none() && l.leading().count() == 3),
-            "{lobes:?}"
-        );
+        let (_, lobes) = explain(&LabelConfig::paper(), &samples);
+        let is_shared = |l: &Lobe| l.cause().is_none() && l.leading().count() == 3;
+        assert!(lobes.iter().all(is_shared), "{lobes:?}");
     }
 
     #[test]
@@ -264,10 +255,7 @@ mod tests {
             },
             ..LabelConfig::paper()
         };
-        let labeler = Labeler::new(&config).unwrap();
-        let samples = [sample(300.0, 20.0, -80.0)];
-        let spectrum = Spectrum::of(&labeler, &samples).unwrap().unwrap();
-        let lobes = lobes(&labeler, &samples, &spectrum).unwrap();
+        let (_, lobes) = explain(&config, &[sample(300.0, 20.0, -80.0)]);
         assert!(lobes.iter().all(|l| !l.is_mirror && l.twin.is_none()));
     }
 
@@ -278,19 +266,16 @@ mod tests {
         let of = |delay_ns: f64, gain_db: f64| {
             fate(&released, &sample(delay_ns, 33.0, gain_db)).unwrap()
         };
-        let Fate::Sampled { lost_db } = of(40.0 * step_ns, -90.0) else {
-            panic!()
+        let sampled = |delay_ns: f64| match of(delay_ns, -90.0) {
+            Fate::Sampled { lost_db } => lost_db,
+            other => panic!("{other:?}"),
         };
-        assert!(lost_db < 1e-9);
+        assert!(sampled(40.0 * step_ns) < 1e-9);
         // Half-way: sinc^2 of half a step.
-        let Fate::Sampled { lost_db } = of(40.5 * step_ns, -90.0) else {
-            panic!()
-        };
+        let lost_db = sampled(40.5 * step_ns);
         let x = PI * 200e6 * 0.5 * step_ns * 1e-9;
-        assert!(
-            (lost_db + 20.0 * (x.sin() / x).abs().log10()).abs() < 1e-6,
-            "{lost_db}"
-        );
+        let expected_db = -20.0 * (x.sin() / x).abs().log10();
+        assert!((lost_db - expected_db).abs() < 1e-6, "{lost_db}");
         let Fate::Beyond { last_ns, lost_db } = of(1013.0, -90.0) else {
             panic!()
         };
