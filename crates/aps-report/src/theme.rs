@@ -149,6 +149,8 @@ pub fn variables_css() -> String {
 
 #[cfg(test)]
 mod tests {
+    use aps_raytrace::glam::{DMat3, DVec3, dvec3};
+
     use super::*;
 
     #[test]
@@ -168,35 +170,33 @@ mod tests {
     }
 
     /// Linear red, green and blue of `#rrggbb`.
-    fn linear(hex: &str) -> [f64; 3] {
-        [1, 3, 5].map(|i| {
+    fn linear(hex: &str) -> DVec3 {
+        let part = |i: usize| {
             let c = f64::from(u8::from_str_radix(&hex[i..i + 2], 16).unwrap()) / 255.0;
-            if c <= 0.04045 {
-                c / 12.92
-            } else {
-                ((c + 0.055) / 1.055).powf(2.4)
+            match c <= 0.04045 {
+                true => c / 12.92,
+                false => ((c + 0.055) / 1.055).powf(2.4),
             }
-        })
-    }
-
-    fn times(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
-        m.map(|row| row.iter().zip(v).map(|(a, b)| a * b).sum())
+        };
+        [1, 3, 5].map(part).into()
     }
 
     /// CIE L*a*b* of linear sRGB, white D65.
-    fn lab(rgb: [f64; 3]) -> [f64; 3] {
-        const XYZ: [[f64; 3]; 3] = [
-            [0.4124, 0.3576, 0.1805],
-            [0.2126, 0.7152, 0.0722],
-            [0.0193, 0.1192, 0.9505],
-        ];
-        let [x, y, z] = times(&XYZ, rgb.map(|c| c.clamp(0.0, 1.0)));
+    fn lab(rgb: DVec3) -> DVec3 {
+        let xyz = DMat3::from_cols(
+            dvec3(0.4124, 0.2126, 0.0193),
+            dvec3(0.3576, 0.7152, 0.1192),
+            dvec3(0.1805, 0.0722, 0.9505),
+        );
         let f = |t: f64| match t > 0.008856 {
             true => t.cbrt(),
             false => 7.787 * t + 16.0 / 116.0,
         };
-        let [x, y, z] = [f(x / 0.9505), f(y), f(z / 1.089)];
-        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+        let white = dvec3(0.9505, 1.0, 1.089);
+        let [x, y, z] = (xyz * rgb.clamp(DVec3::ZERO, DVec3::ONE) / white)
+            .to_array()
+            .map(f);
+        dvec3(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
     }
 
     #[test]
@@ -204,28 +204,26 @@ mod tests {
         // Machado, Oliveira, Fernandes, "A physiologically-based model for simulation of color
         // vision deficiency" (2009), severity 1.
         let sights = [
-            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            [
-                [0.152286, 1.052583, -0.204868],
-                [0.114503, 0.786281, 0.099216],
-                [-0.003882, -0.048116, 1.051998],
-            ],
-            [
-                [0.367322, 0.860646, -0.227968],
-                [0.280085, 0.672501, 0.047413],
-                [-0.011820, 0.042940, 0.968881],
-            ],
+            DMat3::IDENTITY,
+            DMat3::from_cols(
+                dvec3(0.152286, 0.114503, -0.003882),
+                dvec3(1.052583, 0.786281, -0.048116),
+                dvec3(-0.204868, 0.099216, 1.051998),
+            ),
+            DMat3::from_cols(
+                dvec3(0.367322, 0.280085, -0.011820),
+                dvec3(0.860646, 0.672501, 0.042940),
+                dvec3(-0.227968, 0.047413, 0.968881),
+            ),
         ];
         let is_series = |t: &&(&str, &str, &str)| t.0.starts_with('s') && t.0.len() == 2;
         let series: Vec<_> = TOKENS.iter().filter(is_series).collect();
         assert_eq!(series.len(), SERIES_COLOURS);
-        for sight in &sights {
+        for sight in sights {
             for (i, a) in series.iter().enumerate() {
                 for b in &series[..i] {
                     for (p, q) in [(a.1, b.1), (a.2, b.2)] {
-                        let [p_lab, q_lab] = [p, q].map(|hex| lab(times(sight, linear(hex))));
-                        let squares = p_lab.iter().zip(q_lab).map(|(u, v)| (u - v).powi(2));
-                        let apart = squares.sum::<f64>().sqrt();
+                        let apart = lab(sight * linear(p)).distance(lab(sight * linear(q)));
                         assert!(apart >= 20.0, "{} {p} and {} {q}: {apart:.1}", a.0, b.0);
                     }
                 }
