@@ -4,7 +4,7 @@ use std::path::Path;
 
 use aps_metrics::{Bootstrap, Estimate, Metric, Resamples};
 
-use super::results::{Entry, Example, Latency, ProtocolScores, Results, TestLink};
+use super::results::{Entry, Example, ProtocolScores, Results, TestLink};
 use super::scores::ScoreTable;
 use crate::ReportError;
 
@@ -149,11 +149,11 @@ impl<'a> Analysis<'a> {
     }
 }
 
-/// The run times of an entry, the smallest batch first.
-pub fn latencies(entry: &Entry) -> Vec<&Latency> {
-    let mut all: Vec<&Latency> = entry.latency.iter().collect();
+/// Times a link of an entry \[ms\], that of the smallest batch first.
+pub fn times(entry: &Entry) -> Vec<f64> {
+    let mut all: Vec<_> = entry.latency.iter().collect();
     all.sort_by_key(|l| l.batch);
-    all
+    all.into_iter().map(|l| l.total_ms_per_link()).collect()
 }
 
 fn group(results: &Results, bootstrap: Bootstrap, name: String, links: Vec<usize>) -> Group {

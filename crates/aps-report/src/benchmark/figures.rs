@@ -4,7 +4,7 @@ use aps_label::Protocol;
 use aps_metrics::Metric;
 use aps_raytrace::glam::DVec2;
 
-use super::analysis::{Analysis, latencies};
+use super::analysis::{Analysis, times};
 use super::paper::PUBLISHED;
 use super::results::{CurvePoint, Entry, EntryKind, Example};
 use super::words;
@@ -55,13 +55,8 @@ fn learning(
         let curve = entry.training.iter().flat_map(|t| &t.curve);
         let points: Vec<[f64; 2]> = curve.filter_map(|p| Some([p.seconds, of(p)?])).collect();
         if !points.is_empty() {
-            let dashed = false;
-            let mark = Mark::Line { points, dashed };
-            chart = chart.with(Series::new(
-                entry.name.clone(),
-                colour(analysis, entry),
-                mark,
-            ));
+            let colour = colour(analysis, entry);
+            chart = chart.with(Series::new(entry.name.clone(), colour, solid(points)));
         }
     }
     (!chart.series.is_empty()).then_some(chart)
@@ -70,36 +65,31 @@ fn learning(
 fn in_use(analysis: &Analysis<'_>, protocol: &str, metric: Metric) -> Option<Chart> {
     let mut chart = chart("time a link [ms]", metric);
     for entry in &analysis.results.entries {
-        let (Some(mean), times) = (
-            analysis.mean(entry, protocol, metric),
-            latencies(entry)
-                .into_iter()
-                .map(|l| l.total_ms_per_link())
-                .collect::<Vec<f64>>(),
-        ) else {
-            continue;
-        };
-        let Some(&fast) = times.last() else {
+        let times = times(entry);
+        let mean = analysis.mean(entry, protocol, metric);
+        let Some((mean, &fast)) = mean.zip(times.last()) else {
             continue;
         };
         let colour = colour(analysis, entry);
         if times.len() > 1 {
             let points = times.iter().map(|&ms| [ms, mean.mean]).collect();
-            let dashed = false;
-            chart = chart.with(Series::new("", colour, Mark::Line { points, dashed }));
+            chart = chart.with(Series::new("", colour, solid(points)));
         }
+        let name = entry.name.replace(" interactions", "");
         let spot = Spot {
             at: [fast, mean.mean],
-            label: entry
-                .name
-                .replace(" interactions", "")
-                .replace(" interaction", ""),
+            label: name.replace(" interaction", ""),
             interval: Some([mean.low, mean.high]),
             hollow: entry.kind == EntryKind::Shipped,
         };
         chart = chart.with(Series::new("", colour, Mark::Spots(vec![spot])));
     }
     (!chart.series.is_empty()).then_some(chart)
+}
+
+fn solid(points: Vec<[f64; 2]>) -> Mark {
+    let dashed = false;
+    Mark::Line { points, dashed }
 }
 
 fn chart(x: &str, metric: Metric) -> Chart {
@@ -136,37 +126,33 @@ pub fn example(analysis: &Analysis<'_>, protocol: &str, example: &Example) -> Ve
         let cosine = words::value(Metric::Cosine, column[example.link]);
         Some(format!("{name}: CosSim {cosine}."))
     };
+    let sight = match link.line_of_sight {
+        true => "in sight",
+        false => "out of sight",
+    };
+    let distance = fixed(link.distance_m, 0);
     let place = format!(
-        "The {} link: map {}, {} m, {}.",
-        example.rank,
-        link.map,
-        fixed(link.distance_m, 0),
-        match link.line_of_sight {
-            true => "in sight",
-            false => "out of sight",
-        }
+        "The {} link: map {}, {distance} m, {sight}.",
+        example.rank, link.map
     );
     let names = example.predictions.iter().map(|p| p.entry.as_str());
     let scores: Vec<String> = names.filter_map(score).collect();
     let file = |what: &str| svg(&format!("link-{}-{what}", stem(&example.rank)));
-    let mut figures = vec![Figure::new(file("map"), place, map(example))];
-    figures.extend(
-        spectra(analysis, example)
-            .map(|chart| Figure::new(file("spectrum"), scores.join(" "), chart.draw())),
-    );
-    figures
+    let map = Figure::new(file("map"), place, map(example));
+    let spectra = spectra(analysis, example)
+        .map(|chart| Figure::new(file("spectrum"), scores.join(" "), chart.draw()));
+    [map].into_iter().chain(spectra).collect()
 }
 
 fn map(example: &Example) -> Drawing {
-    let point = |[x, y]: [f64; 2]| DVec2::new(x, y);
-    let ring = |ring: &Vec<[f64; 2]>| ring.iter().copied().map(point).collect();
+    let ring = |ring: &Vec<[f64; 2]>| ring.iter().copied().map(DVec2::from).collect();
     let outlines = Outlines {
         rings: example.buildings.iter().map(ring).collect(),
         area: None,
     };
     let link = LinkView {
-        tx: point(example.tx_m),
-        rx: point(example.rx_m),
+        tx: example.tx_m.into(),
+        rx: example.rx_m.into(),
         paths: Vec::new(),
     };
     picture::map(&outlines, &link, &[], 300.0)
@@ -175,22 +161,22 @@ fn map(example: &Example) -> Drawing {
 /// Truth and predictions over the angle.
 fn spectra(analysis: &Analysis<'_>, example: &Example) -> Option<Chart> {
     let protocol: Protocol = analysis.results.data.protocol.parse().ok()?;
-    let line = |values: &[f64], dashed: bool| {
+    let curve = |name: &str, colour, values: &[f64]| {
         let axis = aps_label::Axis {
             count: values.len(),
             ..protocol.angle_axis_deg()
         };
-        let points = axis.values().zip(values).map(|(x, &y)| [x, y]).collect();
-        Mark::Line { points, dashed }
+        let points = axis.values().zip(values).map(|(x, &y)| [x, y]);
+        Series::curve_in(name, colour, points.collect())
     };
-    let axes = (picture::azimuth(protocol), Axis::linear("normalised power"));
-    let truth = Series::new("truth", Colour::Ink, line(&example.truth, false));
-    let chart = Chart::new(axes.0, axes.1).sized(PANEL.0, 300.0).with(truth);
-    let add = |chart: Chart, (i, p): (usize, &super::Prediction)| {
-        let mark = line(&p.spectrum, true);
-        chart.with(Series::new(p.entry.clone(), Colour::Series(i), mark))
-    };
-    Some(example.predictions.iter().enumerate().fold(chart, add))
+    let levels = Axis::linear("normalised power");
+    let mut chart = Chart::new(picture::azimuth(protocol), levels)
+        .sized(PANEL.0, 300.0)
+        .with(curve("truth", Colour::Ink, &example.truth));
+    for (i, p) in example.predictions.iter().enumerate() {
+        chart = chart.with(curve(&p.entry, Colour::Series(i), &p.spectrum));
+    }
+    Some(chart)
 }
 
 /// The file of a figure.

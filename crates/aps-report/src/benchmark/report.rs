@@ -2,7 +2,7 @@
 
 use aps_metrics::Metric;
 
-use super::analysis::{Analysis, latencies};
+use super::analysis::{Analysis, times};
 use super::results::{Entry, EntryKind};
 use super::words::value;
 use super::{figures, tables};
@@ -46,9 +46,10 @@ fn sentence(analysis: &Analysis<'_>, protocol: &str) -> String {
         let mean = analysis.mean(entry, protocol, metric);
         value(metric, mean.map_or(f64::NAN, |m| m.mean))
     };
+    let cosine = |entry: &Entry| score(entry, Metric::Cosine);
     let price = |entry: &Entry| {
-        let last = latencies(entry).pop();
-        last.map(|l| format!("{} ms a link", three_digits(l.total_ms_per_link())))
+        let last = times(entry).pop();
+        last.map(|ms| format!("{} ms a link", three_digits(ms)))
     };
     let ranked = analysis.ranked(protocol, Metric::Cosine);
     let Some(best) = ranked.iter().find(|e| e.kind.is_learned()) else {
@@ -57,7 +58,7 @@ fn sentence(analysis: &Analysis<'_>, protocol: &str) -> String {
     let mut text = format!(
         "Best of what learns is {}, CosSim {} and {} {}",
         best.name,
-        score(best, Metric::Cosine),
+        cosine(best),
         Metric::Recall4Deg.label(),
         score(best, Metric::Recall4Deg)
     );
@@ -72,14 +73,10 @@ fn sentence(analysis: &Analysis<'_>, protocol: &str) -> String {
     let tracer = above.or_else(|| ranked.iter().find(is_tracer));
     if let Some(tracer) = tracer {
         let price = price(tracer).map_or(String::new(), |price| format!(" at {price}"));
-        text += &format!(
-            "; {}: {}{price}",
-            tracer.name,
-            score(tracer, Metric::Cosine)
-        );
+        text += &format!("; {}: {}{price}", tracer.name, cosine(tracer));
     }
     if let Some(baseline) = ranked.iter().find(|e| e.kind == EntryKind::Baseline) {
-        text += &format!("; {}: {}", baseline.name, score(baseline, Metric::Cosine));
+        text += &format!("; {}: {}", baseline.name, cosine(baseline));
     }
     text + "."
 }
@@ -95,8 +92,9 @@ fn details(analysis: &Analysis<'_>, protocols: &[String]) -> Section {
     section.table(tables::times(analysis));
     section.table(tables::training(analysis));
     section.table(tables::conditions(analysis));
-    let text = serde_json::to_string_pretty(&analysis.results.configuration).unwrap_or_default();
-    let title = "All settings".into();
-    section.blocks.push(Block::Folded { title, text });
+    section.blocks.push(Block::Folded {
+        title: "All settings".into(),
+        text: serde_json::to_string_pretty(&analysis.results.configuration).unwrap_or_default(),
+    });
     section
 }

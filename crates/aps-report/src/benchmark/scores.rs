@@ -38,17 +38,15 @@ impl ScoreTable {
     /// not finite; the file is named. A file outside of the folder is not read.
     pub fn read(folder: &Path, scores: &ProtocolScores, links: usize) -> Result<Self, ReportError> {
         let path = folder.join(&scores.file);
-        let place = ReportError::at("read the scores", &path);
-        let is_inside = scores
-            .file
-            .components()
-            .all(|c| matches!(c, Component::Normal(_)));
+        let mut parts = scores.file.components();
+        let is_inside = parts.all(|c| matches!(c, Component::Normal(_)));
         let refuse = |why: String| Err(ReportError::Results(why));
         if !is_inside {
             let file = scores.file.display();
             return refuse(format!("'{file}' is not in the folder of the results"));
         }
-        let array: Array<f64> = npy::read(&path).map_err(&place)?;
+        let array: Array<f64> =
+            npy::read(&path).map_err(ReportError::at("read the scores", &path))?;
         let expected = [links, scores.metrics.len()];
         if array.shape != expected {
             return refuse(format!(
@@ -128,12 +126,17 @@ mod tests {
             .collect()
     }
 
+    /// The table of five links, written.
+    fn written(folder: &Path, file: &str) -> (ScoreTable, ProtocolScores) {
+        let table = ScoreTable::of_rows(&rows(5)).unwrap();
+        let scores = table.write(folder, Path::new(file), "paper").unwrap();
+        (table, scores)
+    }
+
     #[test]
     fn tables_come_back_as_they_were_written() {
         let folder = tempfile::tempdir().unwrap();
-        let table = ScoreTable::of_rows(&rows(5)).unwrap();
-        let file = Path::new("scores/a.npy");
-        let scores = table.write(folder.path(), file, "paper").unwrap();
+        let (table, scores) = written(folder.path(), "scores/a.npy");
         let read = ScoreTable::read(folder.path(), &scores, 5).unwrap();
         assert_eq!(read, table);
         assert_eq!(read.column(Metric::PsnrDb).unwrap()[2], 11.0);
@@ -142,10 +145,7 @@ mod tests {
     #[test]
     fn tables_of_other_links_or_places_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        let table = ScoreTable::of_rows(&rows(5)).unwrap();
-        let scores = table
-            .write(folder.path(), Path::new("a.npy"), "paper")
-            .unwrap();
+        let (_, scores) = written(folder.path(), "a.npy");
         let error = ScoreTable::read(folder.path(), &scores, 6).unwrap_err();
         assert!(error.to_string().contains("[5, 16]"), "{error}");
         let away = ProtocolScores {
@@ -159,10 +159,7 @@ mod tests {
     #[test]
     fn a_file_cut_short_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
-        let table = ScoreTable::of_rows(&rows(5)).unwrap();
-        let scores = table
-            .write(folder.path(), Path::new("a.npy"), "paper")
-            .unwrap();
+        let (_, scores) = written(folder.path(), "a.npy");
         let path = folder.path().join("a.npy");
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() - 3]).unwrap();

@@ -2,7 +2,7 @@
 
 use aps_metrics::{Better, Metric};
 
-use super::analysis::{Analysis, Group, latencies};
+use super::analysis::{self, Analysis, Group};
 use super::paper::published;
 use super::results::{Entry, EntryKind, MEAN, TestLink};
 use super::words::{self, or_nothing};
@@ -36,41 +36,31 @@ const MANY_PEAKS: u32 = 5;
 /// Place and name of the group of a link.
 type GroupOf = fn(&TestLink) -> (f64, String);
 
+/// The heading of a column, and those of its values in the CSV.
+type Column = (String, Vec<String>);
+
 /// A cell as it is read, and as the values of its CSV.
 type Cell = (String, Vec<String>);
 
-/// A table with a CSV file; each column has its heading and the headings of its values.
+/// A table with a CSV file.
 fn table(
     stem: &str,
     caption: impl Into<String>,
-    columns: &[(String, Vec<String>)],
+    columns: &[Column],
     rows: impl IntoIterator<Item = Vec<Cell>>,
 ) -> Table {
     let keys = columns.iter().flat_map(|c| c.1.clone()).collect();
     let mut table = Table::new(caption, columns.iter().map(|c| c.0.clone()))
         .with_data(format!("tables/{stem}.csv"), vec![keys]);
     for row in rows {
-        table.push(row.iter().map(|cell| cell.0.clone()));
-        table
-            .data
-            .push(row.into_iter().flat_map(|cell| cell.1).collect());
+        let (shown, values): (Vec<String>, Vec<Vec<String>>) = row.into_iter().unzip();
+        table.push(shown);
+        table.data.push(values.concat());
     }
     table
 }
 
-fn folded(
-    stem: &str,
-    caption: impl Into<String>,
-    columns: &[(String, Vec<String>)],
-    rows: impl IntoIterator<Item = Vec<Cell>>,
-) -> Table {
-    Table {
-        is_folded: true,
-        ..table(stem, caption, columns, rows)
-    }
-}
-
-fn column(heading: &str, key: &str) -> (String, Vec<String>) {
+fn column(heading: &str, key: &str) -> Column {
     (heading.into(), vec![key.into()])
 }
 
@@ -84,7 +74,7 @@ fn number<T: ToString + Copy>(value: Option<T>, shown: impl Fn(T) -> String) -> 
     (or_nothing(value.map(shown)), vec![digits])
 }
 
-fn metric_column(metric: Metric) -> (String, Vec<String>) {
+fn metric_column(metric: Metric) -> Column {
     let keys = ["", "_low", "_high"].map(|end| format!("{}{end}", metric.key()));
     (words::heading(metric), keys.into())
 }
@@ -133,14 +123,9 @@ pub fn front(analysis: &Analysis<'_>, protocol: &str) -> (Table, Option<Table>) 
         "{} links of test maps, protocol {protocol}, means with 95 % intervals, the best in CosSim first",
         count(links)
     );
-    let rest = (!rest.is_empty()).then(|| Table {
-        is_folded: true,
-        ..with_costs(analysis, protocol, "others", "All other entries", &rest)
-    });
-    (
-        with_costs(analysis, protocol, "front", &caption, &front),
-        rest,
-    )
+    let front = with_costs(analysis, protocol, "front", &caption, &front);
+    let others = || with_costs(analysis, protocol, "others", "All other entries", &rest);
+    (front, (!rest.is_empty()).then(|| others().folded()))
 }
 
 /// Entries with the metrics in front and what they cost.
@@ -158,10 +143,7 @@ fn with_costs(
     columns.push(("ms a link \u{2193}".into(), keys.into()));
     columns.push(column("training", "training_seconds"));
     let row = |entry: &&Entry| {
-        let times: Vec<f64> = latencies(entry)
-            .iter()
-            .map(|l| l.total_ms_per_link())
-            .collect();
+        let times = analysis::times(entry);
         let [first, last] = [times.first(), times.last()].map(|t| t.copied());
         let one = first.filter(|_| times.len() > 1);
         let below = one.map(|one| format!("\none at a time {}", three_digits(one)));
@@ -199,7 +181,7 @@ pub fn scores(analysis: &Analysis<'_>, protocol: &str) -> Table {
     };
     let caption = format!("Tables I to III of the paper, all entries, protocol {protocol}");
     let stem = format!("scores-{protocol}");
-    let mut table = folded(&stem, caption, &columns, entries.iter().map(row));
+    let mut table = table(&stem, caption, &columns, entries.iter().map(row)).folded();
     for (j, &metric) in metrics.iter().enumerate() {
         let mean = |e: &Entry| Some(analysis.mean(e, protocol, metric)?.mean);
         let values = entries.iter().filter(|e| e.kind.is_learned());
@@ -246,7 +228,7 @@ pub fn groups(analysis: &Analysis<'_>, protocol: &str) -> Table {
         row
     });
     let caption = format!("Scores by distance, sight, dominant peaks and map, protocol {protocol}");
-    folded("groups", caption, &columns, rows)
+    table("groups", caption, &columns, rows).folded()
 }
 
 /// Run times of all entries.
@@ -283,7 +265,7 @@ pub fn times(analysis: &Analysis<'_>) -> Table {
         "Time a link in use, {threads} threads: median and 95th percentile of the prediction, and its input"
     );
     let rows = analysis.results.entries.iter().flat_map(of_entry);
-    folded("time", caption, &columns, rows)
+    table("time", caption, &columns, rows).folded()
 }
 
 /// Costs and settings of training.
@@ -314,7 +296,7 @@ pub fn training(analysis: &Analysis<'_>) -> Table {
         ])
     };
     let rows = analysis.results.entries.iter().filter_map(row);
-    folded("training", "Training", &columns, rows)
+    table("training", "Training", &columns, rows).folded()
 }
 
 /// Data and machine.
@@ -398,5 +380,5 @@ pub fn conditions(analysis: &Analysis<'_>) -> Table {
     ];
     let columns = [column("", "what"), column("value", "value")];
     let rows = rows.map(|(what, value)| vec![text(what), text(value)]);
-    folded("conditions", "Data and machine", &columns, rows)
+    table("conditions", "Data and machine", &columns, rows).folded()
 }

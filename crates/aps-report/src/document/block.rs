@@ -126,19 +126,12 @@ impl Block {
         match self {
             Self::Figure(figure) if !figure.file.is_empty() => {
                 let text = figure.drawing.as_ref().map(Drawing::to_file_text);
-                files.extend(text.map(|text| (figure.file.as_str(), text.into_bytes())));
+                files.extend(text.map(|text| (&*figure.file, text.into_bytes())));
             }
             Self::Data(data) => {
-                files.extend(
-                    data.content
-                        .clone()
-                        .map(|bytes| (data.file.as_str(), bytes)),
-                );
+                files.extend(data.content.clone().map(|bytes| (&*data.file, bytes)));
             }
-            Self::Table(table) => {
-                let bytes = table.csv();
-                files.extend(table.file.as_deref().zip(bytes));
-            }
+            Self::Table(table) => files.extend(table.file.as_deref().zip(table.csv())),
             Self::Group(_, blocks) => blocks.iter().for_each(|block| block.add_files(files)),
             _ => {}
         }

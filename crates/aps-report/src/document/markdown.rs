@@ -87,7 +87,7 @@ fn link(prefix: &str, file: &str) -> String {
 }
 
 /// Text that Markdown takes for nothing else, on one line.
-pub fn escape(text: &str) -> String {
+fn escape(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
         match c {

@@ -27,7 +27,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 pub use block::{Block, Data, Figure, Layout};
-pub use markdown::escape;
 pub use table::{RowMark, Table};
 pub use verdict::{Outcome, Verdict};
 

@@ -96,6 +96,15 @@ impl Table {
         }
     }
 
+    /// The same, shown only when asked.
+    #[must_use]
+    pub fn folded(self) -> Self {
+        Self {
+            is_folded: true,
+            ..self
+        }
+    }
+
     /// The bytes of its CSV file, if it has rows for one.
     pub(super) fn csv(&self) -> Option<Vec<u8>> {
         if self.data.is_empty() {
@@ -125,12 +134,8 @@ impl Table {
             let is_blank = cell.is_empty() || cell == "\u{2013}";
             is_blank || (number && words.count() <= 1)
         };
-        let mut cells = self
-            .rows
-            .iter()
-            .filter_map(|row| row.get(column))
-            .peekable();
-        cells.peek().is_some() && cells.all(is_number)
+        let cells: Vec<_> = self.rows.iter().filter_map(|row| row.get(column)).collect();
+        !cells.is_empty() && cells.into_iter().all(is_number)
     }
 }
 

@@ -47,12 +47,8 @@ impl Verdict {
 
     /// A value that must not be above a bound, both in `unit`. A value that is no number fails.
     pub fn bound(claim: impl Into<String>, value: f64, most: f64, unit: &str) -> Self {
-        let unit = if unit.is_empty() {
-            String::new()
-        } else {
-            format!(" {unit}")
-        };
-        let evidence = format!("{}{unit}, bound {}", small(value), small(most));
+        let space = if unit.is_empty() { "" } else { " " };
+        let evidence = format!("{}{space}{unit}, bound {}", small(value), small(most));
         Self::decided(value <= most, claim, evidence)
     }
 
