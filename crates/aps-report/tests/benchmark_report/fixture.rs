@@ -131,11 +131,8 @@ fn entry(folder: &Path, made: &Made, links: &[TestLink]) -> Entry {
     };
     let scores = ["released", "paper"].map(|protocol| {
         let rows: Vec<_> = links.iter().map(|link| row(made, link, protocol)).collect();
-        let stem: String = made
-            .name
-            .chars()
-            .filter(char::is_ascii_alphanumeric)
-            .collect();
+        let letters = made.name.chars().filter(char::is_ascii_alphanumeric);
+        let stem: String = letters.collect();
         let file = format!("scores/{stem}-{protocol}.npy");
         let table = ScoreTable::of_rows(&rows).unwrap();
         table.write(folder, Path::new(&file), protocol).unwrap()
@@ -187,10 +184,8 @@ fn training(made: &Made) -> Training {
 /// Scores that follow from skill, difficulty and chance; maps and transmitters have their own.
 fn row(made: &Made, link: &TestLink, protocol: &str) -> [f64; 16] {
     let (map, tx, rx) = (link.map, link.tx, link.rx);
-    let own = made
-        .name
-        .bytes()
-        .fold(0, |sum, b| sum * 31 % 9973 + u32::from(b));
+    let name = made.name.bytes();
+    let own = name.fold(0, |sum, b| sum * 31 % 9973 + u32::from(b));
     let chance = noise([map, tx, rx, own]);
     let shared = 0.1 * noise([map, 1, 1, 9]) + 0.1 * noise([map, tx, 1, 9]);
     let hard = 0.25 * f64::from(link.dominant_peaks) / 6.0 + 0.2 * f64::from(!link.line_of_sight);
@@ -245,30 +240,25 @@ fn examples(entries: &[Entry], links: &[TestLink]) -> Vec<Example> {
                 spectrum: spectrum.collect(),
             }
         };
-        let house =
-            |x: f64, y: f64| vec![[x, y], [x + 40.0, y], [x + 40.0, y + 25.0], [x, y + 25.0]];
+        let house = |h: u32| {
+            let (x, y) = (
+                60.0 * f64::from(h % 4) + 10.0,
+                80.0 * f64::from(h / 4) + 20.0,
+            );
+            vec![[x, y], [x + 40.0, y], [x + 40.0, y + 25.0], [x, y + 25.0]]
+        };
         Example {
             rank: rank.into(),
             link: 37 * i % links.len(),
             truth,
             predictions: entries.iter().enumerate().take(1).map(predict).collect(),
-            buildings: (0..12)
-                .map(|h| {
-                    house(
-                        60.0 * f64::from(h % 4) + 10.0,
-                        80.0 * f64::from(h / 4) + 20.0,
-                    )
-                })
-                .collect(),
+            buildings: (0..12).map(house).collect(),
             tx_m: [55.0, 70.0],
             rx_m: [180.0 - 20.0 * i as f64, 130.0],
         }
     };
-    ["best", "median", "worst"]
-        .into_iter()
-        .enumerate()
-        .map(example)
-        .collect()
+    let ranks = ["best", "median", "worst"].into_iter();
+    ranks.enumerate().map(example).collect()
 }
 
 /// A number in [0, 1) that depends on a few others (SplitMix64's finaliser).

@@ -25,10 +25,8 @@ fn everything_is_written_and_well_formed() {
     results.save(&folder).unwrap();
     let files = write_report(&Results::load(&folder).unwrap(), &folder).unwrap();
 
-    let mut names: Vec<_> = files
-        .iter()
-        .map(|f| f.strip_prefix(&folder).unwrap())
-        .collect();
+    let inside = |file| Path::strip_prefix(file, &folder).unwrap();
+    let mut names: Vec<&Path> = files.iter().map(|file| inside(file)).collect();
     let written = names.len();
     names.sort();
     names.dedup();
@@ -50,25 +48,14 @@ fn everything_is_written_and_well_formed() {
         assert!(names.contains(&Path::new(name)), "no {name} in {names:?}");
     }
     for file in &files {
-        let text = fs::read_to_string(file).unwrap();
-        assert!(
-            !text.contains("NaN") && !text.contains("inf,"),
-            "{}",
-            file.display()
-        );
+        let (text, place) = (fs::read_to_string(file).unwrap(), file.display());
+        assert!(!text.contains("NaN") && !text.contains("inf,"), "{place}");
         match file.extension().unwrap().to_str().unwrap() {
-            "svg" => assert!(
-                roxmltree::Document::parse(&text).is_ok(),
-                "{}",
-                file.display()
-            ),
+            "svg" => assert!(roxmltree::Document::parse(&text).is_ok(), "{place}"),
             "csv" => {
                 let rows: Vec<_> = csv::Reader::from_path(file).unwrap().records().collect();
-                assert!(
-                    !rows.is_empty() && rows.iter().all(Result::is_ok),
-                    "{}",
-                    file.display()
-                );
+                let is_sound = !rows.is_empty() && rows.iter().all(Result::is_ok);
+                assert!(is_sound, "{place}");
             }
             _ => {}
         }
@@ -88,10 +75,8 @@ fn everything_is_written_and_well_formed() {
 fn the_same_results_make_the_same_report() {
     let folder = tempfile::tempdir().unwrap();
     let results = results(folder.path(), &as_in_the_paper());
-    assert_eq!(
-        markdown(&results, folder.path()),
-        markdown(&results, folder.path())
-    );
+    let [first, again] = [(); 2].map(|()| markdown(&results, folder.path()));
+    assert_eq!(first, again);
 }
 
 /// The rows of the table in front: those of the first table.
@@ -185,10 +170,8 @@ fn weights_from_before_have_the_colour_of_their_model_and_a_ring() {
 #[test]
 fn a_page_of_what_little_was_scored_is_whole() {
     let folder = tempfile::tempdir().unwrap();
-    let entries: Vec<_> = as_in_the_paper()
-        .into_iter()
-        .filter(|e| e.name == "mean spectrum")
-        .collect();
+    let mut entries = as_in_the_paper();
+    entries.retain(|e| e.name == "mean spectrum");
     let mut results = results(folder.path(), &entries);
     results.examples.clear();
     results.failed.push(Failure {
@@ -208,14 +191,11 @@ fn an_empty_or_foreign_folder_is_an_error_that_names_it() {
     assert!(error.contains("results.json"), "{error}");
     let mut results = results(folder.path(), &as_in_the_paper());
     fs::remove_file(folder.path().join(&results.entries[2].scores[0].file)).unwrap();
-    let error = write_report(&results, folder.path())
-        .unwrap_err()
-        .to_string();
+    let refused = |results: &Results| write_report(results, folder.path()).unwrap_err();
+    let error = refused(&results).to_string();
     assert!(error.contains("ResNet-MLP"), "{error}");
     results.links.clear();
-    let error = write_report(&results, folder.path())
-        .unwrap_err()
-        .to_string();
+    let error = refused(&results).to_string();
     assert!(error.contains("no test links"), "{error}");
 }
 
@@ -226,10 +206,8 @@ fn results_of_a_later_format_are_refused_and_unknown_fields_are_not() {
     let mut json = serde_json::to_value(&results).unwrap();
     json["colour"] = "green".into();
     json["machine"].as_object_mut().unwrap().remove("commit");
-    json["entries"][0]
-        .as_object_mut()
-        .unwrap()
-        .remove("substituted_links");
+    let entry = json["entries"][0].as_object_mut().unwrap();
+    entry.remove("substituted_links");
     let file = folder.path().join("results.json");
     fs::write(&file, json.to_string()).unwrap();
     assert_eq!(Results::load(folder.path()).unwrap(), results);
