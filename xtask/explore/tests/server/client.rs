@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{TraceConfig, Tracer};
+use aps_raytrace::{Scene, TraceConfig, Tracer};
 use map2aps::path_list::LinkEntry;
 use map2aps::{MapSource, SceneSettings};
 use serde_json::{Value, json};
@@ -36,6 +36,10 @@ pub struct Answer {
 impl Answer {
     pub fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap()
+    }
+
+    pub fn text(self) -> String {
+        String::from_utf8(self.body).unwrap()
     }
 
     /// Kind of the fault.
@@ -130,6 +134,22 @@ pub fn question(port: u16, map: u32) -> Value {
     })
 }
 
+/// The question about coverage that a link's settings make.
+pub fn cells(question: &Value, show: &str, cell_m: f64) -> Value {
+    let mut cells = question.clone();
+    cells.as_object_mut().unwrap().remove("rx");
+    cells["show"] = show.into();
+    cells["cell_m"] = cell_m.into();
+    cells
+}
+
+/// The same with another value at a place.
+pub fn changed(question: &Value, pointer: &str, value: Value) -> Value {
+    let mut changed = question.clone();
+    *changed.pointer_mut(pointer).unwrap() = value;
+    changed
+}
+
 pub fn point(value: &Value) -> DVec2 {
     DVec2::new(value[0].as_f64().unwrap(), value[1].as_f64().unwrap())
 }
@@ -143,7 +163,11 @@ pub fn traced_with(question: &Value, config: TraceConfig) -> Value {
     let map = question["city"]["map"].as_u64().unwrap() as u32;
     let cities = MapSource::Synthetic { count: 3 };
     let scene = cities.load(map, 42, SceneSettings::default()).unwrap();
-    let tracer = Tracer::new(&scene, config).unwrap();
+    traced_in(&scene, question, config)
+}
+
+pub fn traced_in(scene: &Scene, question: &Value, config: TraceConfig) -> Value {
+    let tracer = Tracer::new(scene, config).unwrap();
     let (tx, rx) = (point(&question["tx"]), point(&question["rx"]));
     let link = tracer.trace(tx, rx).unwrap();
     assert!(!link.paths.is_empty());

@@ -3,21 +3,31 @@
 mod client;
 mod refusals;
 
-use aps_raytrace::{TraceConfig, Tracer};
+use std::cmp::Reverse;
+
+use aps_raytrace::TraceConfig;
 use map2aps::aps_model::ModelKind;
 use map2aps::aps_model::weights::Shipped;
 use map2aps::maps::{TileSettings, load_file};
-use map2aps::path_list::{LinkEntry, LinkList};
+use map2aps::path_list::LinkList;
 use map2aps::{MapSource, SceneSettings};
 use serde_json::{Value, json};
 
-use client::{get, point, post, post_from, question, start, start_with, traced, traced_with};
+use client::{
+    cells, changed, get, post, post_from, question, start, start_with, traced, traced_in,
+    traced_with,
+};
+
+/// The powers of a curve \[dB\].
+fn levels(curve: &Value) -> Vec<f64> {
+    let levels = curve["aps_db"].as_array().unwrap().iter();
+    levels.map(|level| level.as_f64().unwrap()).collect()
+}
 
 #[test]
 fn page_and_its_files_load_nothing_from_elsewhere() {
     let port = start();
     let page = get(port, "/");
-    let text = String::from_utf8(page.body.clone()).unwrap();
     assert_eq!(page.status, 200);
     for header in [
         "content-security-policy: default-src 'none'; script-src 'self'",
@@ -27,15 +37,14 @@ fn page_and_its_files_load_nothing_from_elsewhere() {
     ] {
         assert!(page.head.contains(header), "{}", page.head);
     }
+    let text = page.text();
     assert!(!text.contains("://"), "an address in the page");
     let is_file = |part: &&str| part.starts_with('/') && part.ends_with(['s', '/']);
     for part in text.split('"').filter(is_file) {
         let file = get(port, part);
         assert_eq!(file.status, 200, "{part}");
-        let text = String::from_utf8(file.body).unwrap();
-        let foreign =
-            text.matches("://").count() - text.matches("http://www.w3.org/2000/svg").count();
-        assert_eq!(foreign, 0, "{part}");
+        let foreign = file.text().replace("http://www.w3.org/2000/svg", "");
+        assert!(!foreign.contains("://"), "{part}");
     }
     for path in [
         "/../Cargo.toml",
@@ -76,11 +85,7 @@ fn turned_array_sees_the_same_paths_turned() {
     assert_eq!(straight["link"], turned["link"]);
     assert_eq!(turned["turn_deg"], 90.0);
     // A circle of 16 looks the same after a quarter turn.
-    let of = |answer: &Value| -> Vec<f64> {
-        let curve = answer["spectrum"]["aps_db"].as_array().unwrap().iter();
-        curve.map(|v| v.as_f64().unwrap()).collect()
-    };
-    let (a, b) = (of(&straight), of(&turned));
+    let [a, b] = [straight, turned].map(|answer| levels(&answer["spectrum"]));
     for i in 0..180 {
         assert!((a[(i + 45) % 180] - b[i]).abs() <= 0.011, "{i}");
     }
@@ -105,10 +110,7 @@ fn pages_that_ask_for_the_same_at_once_all_have_their_answer() {
     for map in 0..3 {
         let port = start();
         let question = question(port, map);
-        let mut cells = question.clone();
-        cells.as_object_mut().unwrap().remove("rx");
-        cells["show"] = "error".into();
-        cells["cell_m"] = 32.0.into();
+        let cells = cells(&question, "error", 32.0);
         let [question, cells] = [question, cells].map(|q| q.to_string());
         let answers = std::thread::scope(|scope| {
             let ask = |page| {
@@ -147,10 +149,6 @@ fn prediction_is_scored_against_the_label_that_is_shown() {
     assert_eq!(answer["link"], without["link"]);
     let model = &answer["model"];
     assert_eq!(model["is_foreign"], false);
-    let levels = |curve: &Value| -> Vec<f64> {
-        let levels = curve["aps_db"].as_array().unwrap().iter();
-        levels.map(|level| level.as_f64().unwrap()).collect()
-    };
     let (label, predicted) = (levels(&answer["spectrum"]), levels(&model["curve"]));
     assert_eq!(
         model["curve"]["angles_deg"],
@@ -162,15 +160,11 @@ fn prediction_is_scored_against_the_label_that_is_shown() {
     let shipped = Shipped::of(ModelKind::PolarReg).unwrap();
     let settings: Value = serde_json::from_str(shipped.settings).unwrap();
     let deviation = settings["training_statistics"]["std"].as_f64().unwrap();
-    let errors = label
-        .iter()
-        .zip(&predicted)
-        .map(|(&a, &b)| (power(a) - power(b)).abs());
+    let pairs = label.iter().zip(&predicted);
+    let errors = pairs.map(|(&a, &b)| (power(a) - power(b)).abs());
     let mae = errors.sum::<f64>() / 180.0 / deviation;
-    assert!(
-        (model["mae"].as_f64().unwrap() - mae).abs() < 0.02,
-        "{mae}: {model}"
-    );
+    let told = model["mae"].as_f64().unwrap();
+    assert!((told - mae).abs() < 0.02, "{mae}: {model}");
     assert!(model["cosine"].as_f64().unwrap() > 0.3, "{model}");
     // The next link of the map finds it prepared.
     question["rx"][0] = (question["rx"][0].as_f64().unwrap() + 0.5).into();
@@ -183,20 +177,16 @@ fn prediction_tells_the_setting_that_it_does_not_know() {
     let port = start();
     let mut asked = question(port, 0);
     asked["model"] = true.into();
+    let linear = "a linear array of 16 elements";
     for (pointer, value, told) in [
         ("/label/protocol", json!("released"), "protocol paper"),
-        (
-            "/label/array",
-            json!("uca"),
-            "a linear array of 16 elements",
-        ),
-        ("/label/elements", json!(8), "a linear array of 16 elements"),
+        ("/label/array", json!("uca"), linear),
+        ("/label/elements", json!(8), linear),
         ("/label/heading_deg", json!(15), "heading 0°"),
         ("/label/sampling_rate_hz", json!(100e6), "200 MHz"),
         ("/trace/frequency_hz", json!(28e9), "3.5 GHz"),
     ] {
-        let mut other = asked.clone();
-        *other.pointer_mut(pointer).unwrap() = value;
+        let other = changed(&asked, pointer, value);
         let answer = post(port, "/api/link", &other).json();
         let reason = answer["model"]["reason"].as_str().unwrap();
         assert!(reason.contains(told), "{pointer}: {reason}");
@@ -208,8 +198,7 @@ fn prediction_tells_the_setting_that_it_does_not_know() {
         ("/trace/material", json!("pec")),
         ("/trace/dynamic_range_db", json!(null)),
     ] {
-        let mut other = asked.clone();
-        *other.pointer_mut(pointer).unwrap() = value;
+        let other = changed(&asked, pointer, value);
         let answer = post(port, "/api/link", &other).json();
         assert_eq!(answer["model"]["is_foreign"], true, "{pointer}");
         assert!(answer["model"]["cosine"].is_number());
@@ -235,8 +224,7 @@ fn slopes_are_those_of_the_tracer_and_of_the_command_line() {
         ..TraceConfig::default()
     };
     assert_eq!(with["link"], traced_with(&question, config));
-    let command = post(port, "/api/file/command", &question).body;
-    let command = String::from_utf8(command).unwrap();
+    let command = post(port, "/api/file/command", &question).text();
     assert_eq!(command.matches("--slope-diffraction true").count(), 2);
 }
 
@@ -244,23 +232,13 @@ fn slopes_are_those_of_the_tracer_and_of_the_command_line() {
 fn coverage_comes_in_order_and_agrees_with_links() {
     let port = start();
     let mut question = question(port, 0);
-    let rx = question.as_object_mut().unwrap().remove("rx").unwrap();
-    question["show"] = "link".into();
-    question["cell_m"] = 16.0.into();
-    let answer = post(port, "/api/coverage", &question);
-    let lines: Vec<Value> = answer
-        .body
-        .split(|&b| b == b'\n')
-        .filter(|line| !line.is_empty())
-        .map(|line| serde_json::from_slice(line).unwrap())
-        .collect();
+    let answer = post(port, "/api/coverage", &cells(&question, "link", 16.0));
+    let text = answer.text();
+    let lines = text.lines().map(|line| serde_json::from_str(line).unwrap());
+    let lines: Vec<Value> = lines.collect();
     let (grid, blocks) = lines.split_first().unwrap();
     assert_eq!(blocks.last().unwrap()["done"], grid["of"]);
-    assert!(
-        blocks
-            .windows(2)
-            .all(|w| w[0]["stride"].as_u64() >= w[1]["stride"].as_u64())
-    );
+    assert!(blocks.is_sorted_by_key(|block| Reverse(block["stride"].as_u64())));
     let columns = grid["columns"].as_u64().unwrap();
     let mut links = 0;
     for block in blocks {
@@ -269,11 +247,7 @@ fn coverage_comes_in_order_and_agrees_with_links() {
             let cell = cell.as_u64().unwrap();
             let place = |step: u64| 16.0 * (step as f64 + grid["middle"].as_f64().unwrap());
             question["rx"] = json!([place(cell % columns), place(cell / columns)]);
-            let mut asked = question.clone();
-            for name in ["show", "cell_m"] {
-                asked.as_object_mut().unwrap().remove(name);
-            }
-            let answer = post(port, "/api/link", &asked);
+            let answer = post(port, "/api/link", &question);
             if block["paths"][i].is_null() {
                 assert_eq!(answer.kind(), "terminal");
                 continue;
@@ -291,32 +265,22 @@ fn coverage_comes_in_order_and_agrees_with_links() {
         }
     }
     assert!(links > 10, "{links}");
-    question["show"] = "error".into();
-    question.as_object_mut().unwrap().remove("rx");
-    let errors = post(port, "/api/coverage", &question);
-    assert!(String::from_utf8(errors.body).unwrap().contains("error_db"));
-    question["rx"] = rx;
-    assert_eq!(post(port, "/api/coverage", &question).kind(), "form");
+    let mut asked = cells(&question, "error", 16.0);
+    let errors = post(port, "/api/coverage", &asked);
+    assert!(errors.text().contains("error_db"));
+    asked["rx"] = question["rx"].clone();
+    assert_eq!(post(port, "/api/coverage", &asked).kind(), "form");
 }
 
 #[test]
 fn edited_houses_change_the_map_and_the_file_gives_the_same_link() {
     let maps = tempfile::tempdir().unwrap();
-    let house = |x: f64, y: f64| {
-        [
-            [x, y],
-            [x + 30.0, y],
-            [x + 30.0, y + 20.0],
-            [x, y + 20.0],
-            [x, y],
-        ]
+    let house = |(x, y): (f64, f64)| {
+        let (right, top) = (x + 30.0, y + 20.0);
+        [[x, y], [right, y], [right, top], [x, top], [x, y]]
     };
-    let houses = json!([
-        house(20.0, 30.0),
-        house(80.0, 40.0),
-        house(150.0, 60.0),
-        house(90.0, 150.0)
-    ]);
+    let corners = [(20.0, 30.0), (80.0, 40.0), (150.0, 60.0), (90.0, 150.0)];
+    let houses = json!(corners.map(house));
     std::fs::write(maps.path().join("7.json"), houses.to_string()).unwrap();
     let port = start_with(MapSource::Folder(maps.path().into()));
     let mut question = question(port, 7);
@@ -327,19 +291,12 @@ fn edited_houses_change_the_map_and_the_file_gives_the_same_link() {
     });
     let city = post(port, "/api/map", &question["city"]).json();
     assert_eq!(city["as_read"], before["as_read"]);
-    assert_eq!(
-        city["houses"].as_array().unwrap().len(),
-        before["houses"].as_array().unwrap().len() - 1
-    );
+    let count = |city: &Value| city["houses"].as_array().unwrap().len();
+    assert_eq!(count(&city), count(&before) - 1);
     assert_eq!(city["repairs_as_read"], before["repairs"]);
     // The ring crosses itself, which is repaired and told as for files.
-    assert!(
-        city["repairs"]
-            .as_str()
-            .unwrap()
-            .contains("1 self-intersections"),
-        "{city}"
-    );
+    let repairs = city["repairs"].as_str().unwrap();
+    assert!(repairs.contains("1 self-intersections"), "{city}");
 
     for end in ["tx", "rx"] {
         question[end] = city[end].clone();
@@ -348,27 +305,14 @@ fn edited_houses_change_the_map_and_the_file_gives_the_same_link() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("map-7.json");
     std::fs::write(&file, post(port, "/api/file/map", &question).body).unwrap();
-    let read = load_file(
-        &file,
-        None,
-        TileSettings::default(),
-        SceneSettings::default(),
-    );
-    let scene = read.unwrap().0;
-    assert_eq!(
-        scene.report().to_string(),
-        city["repairs"].as_str().unwrap()
-    );
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
-    let (tx, rx) = (point(&question["tx"]), point(&question["rx"]));
-    let link = LinkEntry::new(tx, rx, &tracer.trace(tx, rx).unwrap().paths);
-    assert_eq!(answer["link"], serde_json::to_value(link).unwrap());
-    let command = post(port, "/api/file/command", &question).body;
-    let command = String::from_utf8(command).unwrap();
-    assert!(
-        command.starts_with("cargo xtask trace --format json --map map-7.json --tx"),
-        "{command}"
-    );
+    let (tiles, settings) = (TileSettings::default(), SceneSettings::default());
+    let (scene, _) = load_file(&file, None, tiles, settings).unwrap();
+    assert_eq!(scene.report().to_string(), repairs);
+    let link = traced_in(&scene, &question, TraceConfig::default());
+    assert_eq!(answer["link"], link);
+    let command = post(port, "/api/file/command", &question).text();
+    let expected = "cargo xtask trace --format json --map map-7.json --tx";
+    assert!(command.starts_with(expected), "{command}");
 }
 
 #[test]
@@ -404,11 +348,9 @@ fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
         question[end] = told[end].clone();
     }
     let words = |question: &Value| post(port, "/api/file/command", question);
-    let command = String::from_utf8(words(&question).body).unwrap();
-    assert!(
-        command.contains("--map map-0.json --map-id 0 --tile 150 --corner 0,0 --metric"),
-        "{command}"
-    );
+    let command = words(&question).text();
+    let expected = "--map map-0.json --map-id 0 --tile 150 --corner 0,0 --metric";
+    assert!(command.contains(expected), "{command}");
     let changed = folder.path().join("map-0.json");
     std::fs::write(&changed, post(port, "/api/file/map", &question).body).unwrap();
     let tiles = TileSettings {
@@ -416,11 +358,9 @@ fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
         ..tiles
     };
     let (scene, _) = load_file(&changed, None, tiles, SceneSettings::default()).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
-    let (tx, rx) = (point(&question["tx"]), point(&question["rx"]));
-    let link = LinkEntry::new(tx, rx, &tracer.trace(tx, rx).unwrap().paths);
+    let link = traced_in(&scene, &question, TraceConfig::default());
     let answer = post(port, "/api/link", &question).json();
-    assert_eq!(answer["link"], serde_json::to_value(link).unwrap());
+    assert_eq!(answer["link"], link);
     // A tile that is built over is no map of a city.
     question["city"]["houses"] = json!({ "drawn": [[[1, 1], [149, 1], [149, 149], [1, 149]]] });
     assert_eq!(words(&question).kind(), "nothing");
@@ -440,7 +380,7 @@ fn changed_maps_that_no_file_holds_have_no_command_line() {
     let mut question = question(port, 7);
     let words = |question: &Value| post(port, "/api/file/command", question);
     // A file is named as it is.
-    let command = String::from_utf8(words(&question).body).unwrap();
+    let command = words(&question).text();
     assert!(command.contains("007.json"), "{command}");
     for drawn in [
         json!([]),
@@ -467,11 +407,9 @@ fn files_are_what_their_names_say() {
     let question = question(port, 0);
     let file = |name: &str| post(port, &format!("/api/file/{name}"), &question);
     let list = LinkList::read(&file("paths").body[..]).unwrap();
-    assert_eq!(
-        serde_json::to_value(&list.links[0]).unwrap(),
-        traced(&question)
-    );
-    let text = |name: &str| String::from_utf8(file(name).body).unwrap();
+    let link = serde_json::to_value(&list.links[0]).unwrap();
+    assert_eq!(link, traced(&question));
+    let text = |name: &str| file(name).text();
     assert!(text("picture").starts_with("<svg"));
     assert!(text("explanation").contains("<table"));
     assert!(text("command").contains("--map synthetic --seed 42"));
