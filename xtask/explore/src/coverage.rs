@@ -16,7 +16,7 @@ use serde::Serialize;
 use xtask_studies::SpectrumError;
 
 use crate::fault::Fault;
-use crate::request::{CoverageQuestion, LabelChoice, Show};
+use crate::request::{CoverageQuestion, Show};
 use crate::stock::{Prepared, Stock};
 use crate::ticket::Ticket;
 
@@ -84,7 +84,7 @@ pub struct Survey {
     /// The cells.
     pub grid: Grid,
     show: Show,
-    label: LabelChoice,
+    heading_deg: f64,
     labeler: Labeler,
     /// The chosen limits, and for an error the converged ones.
     sides: Vec<Side>,
@@ -120,40 +120,29 @@ struct Block {
     error_db: Vec<Option<f64>>,
 }
 
-/// Values of a cell.
-enum Value {
-    Link {
-        level_db: Option<f64>,
-        paths: usize,
-        sight: bool,
-        direction_deg: Option<f64>,
-    },
-    /// None where the converged limits find no path either.
-    Error(Option<f64>),
+/// Values of a cell: none for one that can hold no receiver, and for what is not shown.
+#[derive(Default)]
+struct Values {
+    level_db: Option<f64>,
+    paths: Option<usize>,
+    sight: Option<bool>,
+    direction_deg: Option<f64>,
+    /// None as well where the converged limits find no path either.
+    error_db: Option<f64>,
 }
 
 impl Block {
-    /// Appends a cell; `None` for one that can hold no receiver.
-    fn push(&mut self, cell: u32, show: Show, value: Option<Value>) {
+    /// Appends a cell.
+    fn push(&mut self, cell: u32, show: Show, values: Values) {
         self.at.push(cell);
-        let (level_db, paths, sight, direction_deg, error_db) = match value {
-            Some(Value::Link {
-                level_db,
-                paths,
-                sight,
-                direction_deg,
-            }) => (level_db, Some(paths), Some(sight), direction_deg, None),
-            Some(Value::Error(error_db)) => (None, None, None, None, error_db),
-            None => (None, None, None, None, None),
-        };
         match show {
             Show::Link => {
-                self.level_db.push(level_db.map(tenths));
-                self.paths.push(paths);
-                self.sight.push(sight.map(u8::from));
-                self.direction_deg.push(direction_deg.map(tenths));
+                self.level_db.push(values.level_db.map(tenths));
+                self.paths.push(values.paths);
+                self.sight.push(values.sight.map(u8::from));
+                self.direction_deg.push(values.direction_deg.map(tenths));
             }
-            Show::Error => self.error_db.push(error_db.map(tenths)),
+            Show::Error => self.error_db.push(values.error_db.map(tenths)),
         }
     }
 }
@@ -199,7 +188,7 @@ impl Survey {
         Ok(Self {
             grid,
             show: question.show,
-            label: question.label.clone(),
+            heading_deg: question.label.heading_deg,
             labeler: Labeler::new(&label).map_err(Fault::of)?,
             sides,
             stock: stock.clone(),
@@ -212,7 +201,7 @@ impl Survey {
     fn block(&self, cells: &[u32]) -> Result<Block, Fault> {
         let one = |buffers: &mut Buffers, &cell: &u32| {
             self.ticket.check()?;
-            self.value(self.grid.place(cell), buffers)
+            self.values(self.grid.place(cell), buffers)
         };
         let all = || -> Result<Vec<_>, Fault> {
             let cells = cells.par_iter();
@@ -220,21 +209,21 @@ impl Survey {
         };
         let values = self.stock.on_all_threads(all)?;
         let mut block = Block::default();
-        for (&cell, value) in cells.iter().zip(values) {
-            block.push(cell, self.show, value);
+        for (&cell, values) in cells.iter().zip(values) {
+            block.push(cell, self.show, values);
         }
         Ok(block)
     }
 
-    /// The values at a place; none where no receiver can stand.
-    fn value(&self, place: DVec2, buffers: &mut Buffers) -> Result<Option<Value>, Fault> {
+    /// The values at a place.
+    fn values(&self, place: DVec2, buffers: &mut Buffers) -> Result<Values, Fault> {
         for (i, Side { tracer, tx }) in self.sides.iter().enumerate() {
             // Inside of a building, on a wall, or beyond the border, as half of a last cell can be.
             let Ok(rx) = tracer.value.receiver(place) else {
-                return Ok(None);
+                return Ok(Values::default());
             };
             if tx.value.position() == place {
-                return Ok(None);
+                return Ok(Values::default());
             }
             let joined = tracer.value.link(&tx.value, &rx, &mut buffers.link);
             joined.map_err(Fault::of)?;
@@ -242,23 +231,23 @@ impl Survey {
             if self.show == Show::Link {
                 let total: f64 = paths.iter().map(|p| p.power()).sum();
                 let strongest = paths.iter().max_by(|p, q| p.power().total_cmp(&q.power()));
-                return Ok(Some(Value::Link {
+                return Ok(Values {
                     level_db: (total > 0.0).then(|| 10.0 * total.log10()),
-                    paths: paths.len(),
-                    sight: paths.iter().any(|p| p.is_line_of_sight()),
+                    paths: Some(paths.len()),
+                    sight: Some(paths.iter().any(|p| p.is_line_of_sight())),
                     direction_deg: strongest.map(|p| p.arrival_azimuth_rad.to_degrees()),
-                }));
+                    error_db: None,
+                });
             }
-            buffers.samples.clear();
-            let heading_rad = self.label.heading_deg.to_radians();
-            let seen = paths
-                .iter()
-                .map(|path| sample_of(path).from_heading(heading_rad));
-            buffers.samples.extend(seen);
+            let samples = &mut buffers.samples;
+            let heading_rad = self.heading_deg.to_radians();
+            let seen = |path| sample_of(path).from_heading(heading_rad);
+            samples.clear();
+            samples.extend(paths.iter().map(seen));
             let label = &mut buffers.labels[i];
             let status = self
                 .labeler
-                .label_into(&buffers.samples, &mut buffers.scratch, label);
+                .label_into(samples, &mut buffers.scratch, label);
             if status.map_err(Fault::of)? == Status::NoPath {
                 label.aps_db.clear();
             }
@@ -266,8 +255,10 @@ impl Survey {
         let [found, truth] = &buffers.labels;
         let found = (!found.aps_db.is_empty()).then_some(found.aps_db.as_slice());
         let error = SpectrumError::of(&truth.aps_db, found);
-        let error_db = (!truth.aps_db.is_empty()).then_some(error.mean_db);
-        Ok(Some(Value::Error(error_db)))
+        Ok(Values {
+            error_db: (!truth.aps_db.is_empty()).then_some(error.mean_db),
+            ..Values::default()
+        })
     }
 }
 
@@ -344,15 +335,12 @@ pub(crate) mod tests {
     fn survey_ends_when_a_newer_one_is_asked_for() {
         let lanes = Lanes::default();
         let mut survey = survey(&stock(), lanes.enter(1, "coverage"));
-        let mut lines: Vec<_> = survey.by_ref().take(2).collect();
+        let mut next = || Some(String::from_utf8(survey.next()?).unwrap());
+        let [_, second] = [(); 2].map(|()| next().unwrap());
         lanes.enter(1, "coverage");
-        lines.extend(survey);
-        let lines: Vec<_> = lines
-            .into_iter()
-            .map(|line| String::from_utf8(line).unwrap())
-            .collect();
-        assert_eq!(lines.len(), 3);
-        assert!(lines[1].contains("level_db") && lines[2].contains("overtaken"));
+        let last = next().unwrap();
+        assert!(next().is_none());
+        assert!(second.contains("level_db") && last.contains("overtaken"));
     }
 
     #[test]
