@@ -45,6 +45,9 @@ const LINES_AHEAD: usize = 4;
 /// Time for a reader to take a line \[s\].
 const STALL_S: u64 = 30;
 
+/// Questions that are answered with JSON.
+const QUESTIONS: [&str; 4] = ["map", "link", "compare", "coverage"];
+
 /// Number of a page, drawn by itself; its requests overtake each other.
 const PAGE: &str = "x-page";
 
@@ -88,14 +91,9 @@ impl App {
             must_be(&head, Method::GET)?;
             return Ok(reply::json(&self.maps()));
         }
-        let kind = match path.strip_prefix("/api/") {
-            Some("map") => "map",
-            Some("link") => "link",
-            Some("compare") => "compare",
-            Some("coverage") => "coverage",
-            Some(path) => files::named(path).ok_or(Fault::NotFound)?,
-            None => return Err(Fault::NotFound),
-        };
+        let name = path.strip_prefix("/api/").ok_or(Fault::NotFound)?;
+        let mut kinds = QUESTIONS.into_iter().chain(files::NAMES);
+        let kind = kinds.find(|&kind| kind == name).ok_or(Fault::NotFound)?;
         must_be(&head, Method::POST)?;
         let ticket = self.lanes.enter(page_of(&head), kind);
         let held = ticket.held();
@@ -149,9 +147,8 @@ where
     A: Serialize + 'static,
 {
     let question: Q = read(body)?;
-    workers
-        .run(move |stock| Ok(reply::json(&compute(stock, &question, &ticket)?)))
-        .await
+    let answer = move |stock: &Stock| Ok(reply::json(&compute(stock, &question, &ticket)?));
+    workers.run(answer).await
 }
 
 /// Computes the lines of a survey as their reader takes them, and no further: one that stalls keeps no worker from others.
@@ -261,14 +258,10 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
     let drawn = sampling::draw(&city.scene, seed, question.map, FIRST, 1..=FIRST).ok();
     // In the streets, if there is a choice: between two courtyards there is no path.
     let in_street = |&p: &DVec2| city.scene.courtyard_of(p).is_none();
-    let first = |points: &[DVec2]| {
-        points
-            .iter()
-            .copied()
-            .find(in_street)
-            .or(points.first().copied())
-    };
-    let tx = drawn.as_ref().and_then(|drawn| first(&drawn.tx));
+    let tx = drawn.as_ref().and_then(|drawn| {
+        let street = drawn.tx.iter().copied().find(in_street);
+        street.or(drawn.tx.first().copied())
+    });
     // Far from the transmitter there is often no path within the limits.
     let rx = drawn.as_ref().zip(tx).and_then(|(drawn, tx)| {
         let off = |p: &DVec2| (p.distance(tx) - FIRST_M).abs();
@@ -311,10 +304,8 @@ mod tests {
                 let ticket = Lanes::default().enter(page, "coverage");
                 let (sender, receiver) = mpsc::channel(LINES_AHEAD);
                 let lines = survey(&workers.stock, ticket);
-                stalled.push((
-                    tokio::spawn(deliver(workers.clone(), lines, sender)),
-                    receiver,
-                ));
+                let delivery = tokio::spawn(deliver(workers.clone(), lines, sender));
+                stalled.push((delivery, receiver));
             }
             for (delivery, mut receiver) in stalled {
                 // Ends only because it is given up: nothing is taken before.

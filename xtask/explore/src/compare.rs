@@ -113,16 +113,15 @@ fn measure(
         times.sort();
         us(times[REPEATS / 2])
     });
-    let times_us = Times {
-        map: us(tracer.took),
-        tx: us(tx.took),
-        rx,
-        join,
-        label,
-    };
     Ok(Side {
         paths: link.paths.len(),
-        times_us,
+        times_us: Times {
+            map: us(tracer.took),
+            tx: us(tx.took),
+            rx,
+            join,
+            label,
+        },
         spectrum,
     })
 }

@@ -22,18 +22,14 @@ use crate::request::LinkQuestion;
 use crate::stock::{City, Stock};
 use crate::ticket::Ticket;
 
-const NAMES: [&str; 5] = [
+/// The names of the files.
+pub const NAMES: [&str; 5] = [
     "file/map",
     "file/paths",
     "file/picture",
     "file/explanation",
     "file/command",
 ];
-
-/// The name of the file that a path names.
-pub fn named(path: &str) -> Option<&'static str> {
-    NAMES.into_iter().find(|&name| name == path)
-}
 
 /// Makes a file.
 ///
@@ -80,10 +76,8 @@ pub fn make(
 
 fn title(question: &LinkQuestion) -> String {
     let ([a, b], [c, d]) = (question.tx, question.rx);
-    let title = format!(
-        "Map {}, from ({a}, {b}) m to ({c}, {d}) m",
-        question.city.map
-    );
+    let map = question.city.map;
+    let title = format!("Map {map}, from ({a}, {b}) m to ({c}, {d}) m");
     title + &heading_words(question.label.heading_deg)
 }
 
@@ -114,8 +108,7 @@ fn map(city: &City) -> Value {
             "geometry": { "type": "Polygon", "coordinates": rings },
         })
     });
-    let features: Vec<Value> = features.collect();
-    json!({ "type": "FeatureCollection", "features": features })
+    json!({ "type": "FeatureCollection", "features": features.collect::<Value>() })
 }
 
 /// Makes sure that the command line reads a changed map as it is here.
@@ -126,17 +119,12 @@ fn must_be_read_back(
     tiles: TileSettings,
 ) -> Result<(), Fault> {
     let (text, file) = (map(city).to_string(), map_name(id));
-    let read = load_bytes(
-        text.as_bytes(),
-        Path::new(&file),
-        Some(0),
-        tiles,
-        stock.maps().scene,
-    );
+    let (file, settings) = (Path::new(&file), stock.maps().scene);
+    let read = load_bytes(text.as_bytes(), file, Some(0), tiles, settings);
     let (scene, _) = read.map_err(|error| {
+        let why = chain(&error);
         Fault::NoFile(format!(
-            "the command line cannot read the changed map: {}",
-            chain(&error)
+            "the command line cannot read the changed map: {why}"
         ))
     })?;
     match scene.walls() == city.scene.walls() {
@@ -160,9 +148,6 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
     let maps = stock.maps();
     let id = question.city.map;
     let mut link: Vec<String> = Vec::new();
-    let mut option = |name: &str, value: &dyn Display| {
-        link.extend([name.to_owned(), value.to_string()]);
-    };
     match &maps.source {
         _ if !question.city.houses.is_empty() => {
             let city = stock.city(&question.city)?;
@@ -174,30 +159,30 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
                 ..TileSettings::default()
             };
             must_be_read_back(stock, &city, id, tiles)?;
-            option("--map", &map_name(id));
+            option(&mut link, "--map", map_name(id));
             if !is_plain {
-                option("--map-id", &0);
-                option("--tile", &tiles.tile_m);
-                option("--corner", &"0,0");
+                option(&mut link, "--map-id", 0);
+                option(&mut link, "--tile", tiles.tile_m);
+                option(&mut link, "--corner", "0,0");
                 link.push("--metric".into());
             }
         }
         MapSource::Folder(folder) => {
             let file = file_of(folder, id).map_err(map2aps::Error::from)?;
-            option("--map", &file.display());
+            option(&mut link, "--map", file.display());
         }
         MapSource::Synthetic { .. } => {
-            option("--map", &"synthetic");
-            option("--seed", &maps.seed.wrapping_add(u64::from(id)));
+            option(&mut link, "--map", "synthetic");
+            option(&mut link, "--seed", maps.seed.wrapping_add(u64::from(id)));
         }
         MapSource::City(city) => {
             let settings = city.settings();
-            option("--map", &city.file().display());
-            option("--map-id", &id);
-            option("--tile", &settings.tile_m);
-            option("--min-buildings", &settings.min_buildings);
+            option(&mut link, "--map", city.file().display());
+            option(&mut link, "--map-id", id);
+            option(&mut link, "--tile", settings.tile_m);
+            option(&mut link, "--min-buildings", settings.min_buildings);
             if let Some([x, y]) = settings.corner {
-                option("--corner", &format_args!("{x},{y}"));
+                option(&mut link, "--corner", format_args!("{x},{y}"));
             }
             if settings.metric {
                 link.push("--metric".into());
@@ -211,20 +196,17 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
             return Err(Fault::NoFile(text.into()));
         }
     }
-    let mut option = |name: &str, value: &dyn Display| {
-        link.extend([name.to_owned(), value.to_string()]);
-    };
     let ([a, b], [c, d]) = (question.tx, question.rx);
-    option("--tx", &format_args!("{a},{b}"));
-    option("--rx", &format_args!("{c},{d}"));
-    option("--max-reflections", &config.max_reflections);
-    option("--max-diffractions", &config.max_diffractions);
-    option("--slope-diffraction", &config.slope_diffraction);
-    option("--frequency-hz", &config.frequency_hz);
-    option("--material", &question.trace.material);
-    option("--close-gaps", &maps.scene.close_gaps_m);
+    option(&mut link, "--tx", format_args!("{a},{b}"));
+    option(&mut link, "--rx", format_args!("{c},{d}"));
+    option(&mut link, "--max-reflections", config.max_reflections);
+    option(&mut link, "--max-diffractions", config.max_diffractions);
+    option(&mut link, "--slope-diffraction", config.slope_diffraction);
+    option(&mut link, "--frequency-hz", config.frequency_hz);
+    option(&mut link, "--material", &question.trace.material);
+    option(&mut link, "--close-gaps", maps.scene.close_gaps_m);
     match config.dynamic_range_db {
-        Some(range_db) => option("--dynamic-range-db", &range_db),
+        Some(range_db) => option(&mut link, "--dynamic-range-db", range_db),
         None => link.push("--no-prune".into()),
     }
     let label = &question.label;
@@ -232,27 +214,25 @@ fn command(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
         ArrayForm::Ula => "ula",
         ArrayForm::Uca => "uca",
     };
-    let spectrum = [
-        ("--protocol", label.protocol.to_string()),
-        ("--array", array.into()),
-        ("--elements", label.elements.to_string()),
-        ("--spacing", label.spacing.to_string()),
-        ("--heading", label.heading_deg.to_string()),
-        ("--fs-hz", label.sampling_rate_hz.to_string()),
-        ("--out", "link.html".into()),
-    ];
-    let spectrum = spectrum.map(|(name, value)| [name.to_owned(), value]);
-    let words = |first: &[&str]| {
-        first
-            .iter()
-            .map(|&word| word.to_owned())
-            .collect::<Vec<_>>()
-    };
-    let trace = [words(&["trace", "--format", "json"]), link.clone()].concat();
-    let explain = [words(&["explain"]), link, spectrum.concat()].concat();
+    let mut explain = link.clone();
+    option(&mut explain, "--protocol", label.protocol);
+    option(&mut explain, "--array", array);
+    option(&mut explain, "--elements", label.elements);
+    option(&mut explain, "--spacing", label.spacing);
+    option(&mut explain, "--heading", label.heading_deg);
+    option(&mut explain, "--fs-hz", label.sampling_rate_hz);
+    option(&mut explain, "--out", "link.html");
+    let words = |first: &[&str]| first.iter().map(|&word| word.to_owned()).collect();
+    let trace = [words(&["trace", "--format", "json"]), link].concat();
+    let explain = [words(&["explain"]), explain].concat();
     Ok(format!(
         "{}\n{}\n",
         command_line::shown(trace),
         command_line::shown(explain)
     ))
+}
+
+/// Adds an option with its value.
+fn option(words: &mut Vec<String>, name: &str, value: impl Display) {
+    words.extend([name.to_owned(), value.to_string()]);
 }

@@ -127,10 +127,8 @@ fn unknown(
     } else if own.sampling_rate_hz != label.sampling_rate_hz {
         Some(format!("a bandwidth of {} MHz", own.sampling_rate_hz / 1e6))
     } else if model.trace().frequency_hz != trace.frequency_hz {
-        Some(format!(
-            "a carrier of {} GHz",
-            model.trace().frequency_hz / 1e9
-        ))
+        let carrier_ghz = model.trace().frequency_hz / 1e9;
+        Some(format!("a carrier of {carrier_ghz} GHz"))
     } else {
         None
     }
@@ -171,11 +169,8 @@ mod tests {
                 max_images: 1,
                 ..own.clone()
             };
-            assert_eq!(
-                is_foreign(&own, &other),
-                tells,
-                "{max_diffractions}, {max_interactions}"
-            );
+            let foreign = is_foreign(&own, &other);
+            assert_eq!(foreign, tells, "{max_diffractions}, {max_interactions}");
             assert!(!is_foreign(&own, &own));
         }
         let own = TraceConfig::default();
