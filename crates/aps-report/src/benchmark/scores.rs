@@ -47,16 +47,15 @@ impl ScoreTable {
         }
         let array: Array<f64> =
             npy::read(&path).map_err(ReportError::at("read the scores", &path))?;
-        let expected = [links, scores.metrics.len()];
+        let width = scores.metrics.len();
+        let expected = [links, width];
         if array.shape != expected {
             return refuse(format!(
-                "'{}' has shape {:?}; {links} links and {} metrics need {expected:?}",
+                "'{}' has shape {:?}; {links} links and {width} metrics need {expected:?}",
                 path.display(),
                 array.shape,
-                scores.metrics.len(),
             ));
         }
-        let width = scores.metrics.len();
         let column = |i: usize| array.data.iter().skip(i).step_by(width).copied().collect();
         let known = scores.metrics.iter().enumerate().filter_map(|(i, key)| {
             let metric = Metric::ALL.into_iter().find(|m| m.key() == key)?;
@@ -65,8 +64,9 @@ impl ScoreTable {
         let table = Self {
             columns: known.collect(),
         };
-        let checked = table.check();
-        checked.map_err(ReportError::at("read the scores", &path))?;
+        table
+            .check()
+            .map_err(ReportError::at("read the scores", &path))?;
         Ok(table)
     }
 
@@ -106,10 +106,9 @@ impl ScoreTable {
     fn check(&self) -> Result<(), ReportError> {
         for (metric, values) in &self.columns {
             if let Some(link) = values.iter().position(|v| !v.is_finite()) {
-                return Err(ReportError::Results(format!(
-                    "{} of link {link} is not a finite number",
-                    metric.label()
-                )));
+                let name = metric.label();
+                let why = format!("{name} of link {link} is not a finite number");
+                return Err(ReportError::Results(why));
             }
         }
         Ok(())

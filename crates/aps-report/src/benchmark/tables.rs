@@ -104,15 +104,13 @@ fn in_front<'a>(analysis: &Analysis<'a>, protocol: &str) -> [Vec<&'a Entry>; 2] 
         EntryKind::Ceiling => 5,
         EntryKind::Tracer => 6,
     };
-    // Both sorts are stable: within a rank the best come first.
-    let mut order: Vec<usize> = (0..ranked.len()).collect();
-    order.sort_by_key(|&i| rank(ranked[i]));
-    let (front, rest) = order.split_at(ROWS.min(order.len()));
-    [front, rest].map(|some| {
-        let mut places = some.to_vec();
-        places.sort_unstable();
-        places.into_iter().map(|i| ranked[i]).collect()
-    })
+    // The sort is stable: within a rank the best come first.
+    let mut first = ranked.clone();
+    first.sort_by_key(|entry| rank(entry));
+    first.truncate(ROWS);
+    let is_in_front = |entry: &&Entry| first.iter().any(|other| other.name == entry.name);
+    let (front, rest) = ranked.into_iter().partition(is_in_front);
+    [front, rest]
 }
 
 /// The entries in front with what they cost, the best in CosSim first, and a folded table of the others if there are some.
@@ -160,10 +158,7 @@ fn with_costs(
 
 /// The paper's Tables I to III: means, an entry a row, the paper's figure below each. The best of what was learned stands out.
 pub fn scores(analysis: &Analysis<'_>, protocol: &str) -> Table {
-    let metrics: Vec<Metric> = Metric::PAPER_COLUMNS
-        .into_iter()
-        .chain(MIRROR_AWARE)
-        .collect();
+    let metrics = [&Metric::PAPER_COLUMNS[..], &MIRROR_AWARE].concat();
     let entries = &analysis.results.entries;
     let mut columns = vec![column("entry", "entry")];
     columns.extend(metrics.iter().copied().map(metric_column));
@@ -184,14 +179,14 @@ pub fn scores(analysis: &Analysis<'_>, protocol: &str) -> Table {
     let mut table = table(&stem, caption, &columns, entries.iter().map(row)).folded();
     for (j, &metric) in metrics.iter().enumerate() {
         let mean = |e: &Entry| Some(analysis.mean(e, protocol, metric)?.mean);
-        let values = entries.iter().filter(|e| e.kind.is_learned());
-        let values = values.filter_map(mean);
+        let learned = |e: &Entry| mean(e).filter(|_| e.kind.is_learned());
+        let values = entries.iter().filter_map(learned);
         let best = match metric.better() {
             Better::Lower => values.fold(f64::INFINITY, f64::min),
             Better::Higher => values.fold(f64::NEG_INFINITY, f64::max),
         };
-        let is_best = |e: &Entry| e.kind.is_learned() && mean(e) == Some(best);
-        let places = entries.iter().enumerate().filter(|(_, e)| is_best(e));
+        let places = entries.iter().enumerate();
+        let places = places.filter(|(_, e)| learned(e) == Some(best));
         table.best.extend(places.map(|(i, _)| (i, j + 1)));
     }
     table
@@ -243,20 +238,17 @@ pub fn times(analysis: &Analysis<'_>) -> Table {
         column("sum [ms]", "total_ms_per_link"),
     ];
     let of_entry = |entry: &Entry| {
+        let ms = |ms: f64| number(Some(ms), three_digits);
         let row = |l: &super::Latency| {
-            let times = [
-                l.median_ms_per_link,
-                l.p95_ms_per_link,
-                l.input_ms_per_link,
-                l.total_ms_per_link(),
-            ];
-            let mut row = vec![
+            vec![
                 text(&*entry.name),
                 text(l.batch.to_string()),
                 text(&*l.device),
-            ];
-            row.extend(times.map(|t| number(Some(t), three_digits)));
-            row
+                ms(l.median_ms_per_link),
+                ms(l.p95_ms_per_link),
+                ms(l.input_ms_per_link),
+                ms(l.total_ms_per_link()),
+            ]
         };
         entry.latency.iter().map(row).collect::<Vec<_>>()
     };
@@ -316,10 +308,8 @@ pub fn conditions(analysis: &Analysis<'_>) -> Table {
         "" => "unknown",
         commit => commit,
     };
-    let substituted: Vec<String> = results
-        .entries
-        .iter()
-        .filter(|e| e.substituted_links > 0)
+    let substituted = results.entries.iter().filter(|e| e.substituted_links > 0);
+    let substituted: Vec<String> = substituted
         .map(|e| format!("{} {}", e.name, count(e.substituted_links)))
         .collect();
     let chosen_by = Metric::ALL.iter().find(|m| m.key() == data.chosen_by);

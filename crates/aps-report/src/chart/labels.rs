@@ -32,7 +32,7 @@ impl Labels {
     /// Takes the place of a text of 15 px that is drawn from `x` on, at `y`.
     pub fn text(&mut self, x: f64, y: f64, text: &str, anchor: &str) {
         let w = 1.2 * text_width(text);
-        let left = if anchor == "end" { x - w } else { x };
+        let left = left_of(x, w, anchor);
         self.taken.push([left, y - 13.0, left + w, y + 4.0]);
     }
 
@@ -48,30 +48,28 @@ impl Labels {
     pub fn beside(&mut self, x: f64, y: f64, text: &str) -> (f64, f64, &'static str) {
         let w = text_width(text);
         let places = [
-            (x + 8.0, y + 4.5, "start", x + 8.0),
-            (x - 8.0, y + 4.5, "end", x - 8.0 - w),
-            (x, y - 10.0, "middle", x - w / 2.0),
-            (x, y + 19.0, "middle", x - w / 2.0),
-            (x + 6.0, y - 10.0, "start", x + 6.0),
-            (x + 6.0, y + 19.0, "start", x + 6.0),
-            (x - 6.0, y - 10.0, "end", x - 6.0 - w),
-            (x - 6.0, y + 19.0, "end", x - 6.0 - w),
+            (x + 8.0, y + 4.5, "start"),
+            (x - 8.0, y + 4.5, "end"),
+            (x, y - 10.0, "middle"),
+            (x, y + 19.0, "middle"),
+            (x + 6.0, y - 10.0, "start"),
+            (x + 6.0, y + 19.0, "start"),
+            (x - 6.0, y - 10.0, "end"),
+            (x - 6.0, y + 19.0, "end"),
         ];
         // Lines further away, where dots crowd.
         let far = (2..8).map(|line| 14.0 * f64::from(line));
         let far = far.flat_map(|away| [y + 4.5 + away, y + 4.5 - away]);
-        let far = far.flat_map(|base| {
-            [
-                (x + 14.0, base, "start", x + 14.0),
-                (x - 14.0, base, "end", x - 14.0 - w),
-            ]
-        });
-        let area = |left: f64, base: f64| [left, base - 11.0, left + w, base + 3.0];
+        let far = far.flat_map(|base| [(x + 14.0, base, "start"), (x - 14.0, base, "end")]);
+        let area = |(x, base, anchor): (f64, f64, &str)| {
+            let left = left_of(x, w, anchor);
+            [left, base - 11.0, left + w, base + 3.0]
+        };
         let mut all = places.into_iter().chain(far);
-        let free = all.find(|p| self.is_free(area(p.3, p.1)));
-        let (x, y, anchor, left) = free.unwrap_or(places[0]);
-        self.taken.push(area(left, y));
-        (x, y, anchor)
+        let place = all.find(|&place| self.is_free(area(place)));
+        let place = place.unwrap_or(places[0]);
+        self.taken.push(area(place));
+        place
     }
 
     /// The height of a free place for a badge above a point.
@@ -97,6 +95,15 @@ impl Labels {
             .taken
             .iter()
             .all(|&[l, t, r, b]| right <= l || left >= r || bottom <= t || top >= b)
+    }
+}
+
+/// The left end of a text of width `w` with its anchor at `x`.
+fn left_of(x: f64, w: f64, anchor: &str) -> f64 {
+    match anchor {
+        "start" => x,
+        "middle" => x - w / 2.0,
+        _ => x - w,
     }
 }
 

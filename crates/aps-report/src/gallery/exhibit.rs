@@ -83,16 +83,14 @@ impl Exhibit<'_> {
         let link = self.link;
         let mut facts = vec![format!("{:.0} m", link.distance_m())];
         facts.extend(self.no_label.as_ref().map(|why| format!("no label: {why}")));
-        match self.has_paths {
-            false => facts.push("paths are not stored".into()),
-            true => {
-                let sight = match link.has_line_of_sight() {
-                    true => "line of sight",
-                    false => "no line of sight",
-                };
-                facts.push(sight.into());
-                facts.push(format!("{} paths", link.paths.len()));
-            }
+        if self.has_paths {
+            let sight = match link.has_line_of_sight() {
+                true => "line of sight",
+                false => "no line of sight",
+            };
+            facts.push(format!("{sight}, {} paths", link.paths.len()));
+        } else {
+            facts.push("paths are not stored".into());
         }
         if let Some(loss) = link.path_loss_db() {
             facts.push(format!("path loss {loss:.1} dB"));
@@ -100,9 +98,9 @@ impl Exhibit<'_> {
         if let Some(spread) = link.delay_spread_s() {
             facts.push(format!("delay spread {:.0} ns", spread * 1e9));
         }
-        match self.fallback {
-            0 => {}
-            n => facts.push(format!("beyond the tracer's limits: {n} diffractions")),
+        if self.fallback > 0 {
+            let most = self.fallback;
+            facts.push(format!("beyond the tracer's limits: {most} diffractions"));
         }
         facts.join(", ") + "."
     }
