@@ -5,15 +5,6 @@ use svg::node::element::Group;
 use super::axis::{Axis, Fitted};
 use crate::drawing::{anchored, line, px, rectangle, text_width};
 
-/// Margins around the plot area \[px\].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Margins {
-    pub left: f64,
-    pub right: f64,
-    pub top: f64,
-    pub bottom: f64,
-}
-
 /// A plot area with fitted axes.
 pub(super) struct Frame {
     pub x: Fitted,
@@ -26,18 +17,6 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// In a picture of `size` px.
-    pub fn new(x: Fitted, y: Fitted, size: (f64, f64), margins: Margins) -> Self {
-        Self {
-            x,
-            y,
-            left: margins.left,
-            top: margins.top,
-            width: size.0 - margins.left - margins.right,
-            height: size.1 - margins.top - margins.bottom,
-        }
-    }
-
     /// The place of a pair of values \[px\].
     pub fn place(&self, [x, y]: [f64; 2]) -> (f64, f64) {
         (self.across(x), self.down(y))

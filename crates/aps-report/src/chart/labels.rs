@@ -25,7 +25,7 @@ impl Labels {
     }
 
     /// Takes the surroundings of a dot.
-    pub fn dot(&mut self, x: f64, y: f64) {
+    pub fn dot(&mut self, (x, y): (f64, f64)) {
         self.taken.push([x - 5.0, y - 5.0, x + 5.0, y + 5.0]);
     }
 

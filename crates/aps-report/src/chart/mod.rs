@@ -44,7 +44,7 @@ pub(crate) use series::badge;
 
 use crate::drawing::{Drawing, anchored};
 use crate::theme::Colour;
-use frame::{Frame, Margins};
+use frame::Frame;
 
 /// A chart with two axes.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,42 +145,41 @@ impl Chart {
         let y = self.y.fit(points.iter().map(|p| p[1]), 5);
         let key = key::rows(&self.series, width - 16.0);
         let title_height = if self.title.is_empty() { 0.0 } else { 24.0 };
-        let margins = Margins {
-            left: 30.0 + frame::tick_width(&y).max(16.0),
-            right: 19.0,
-            top: 10.0 + title_height + 20.0 * key.len() as f64,
-            bottom: 48.0,
+        let left = 30.0 + frame::tick_width(&y).max(16.0);
+        let top = 10.0 + title_height + 20.0 * key.len() as f64;
+        let frame = Frame {
+            x,
+            y,
+            left,
+            top,
+            width: width - left - 19.0,
+            height: height - top - 48.0,
         };
-        let frame = Frame::new(x, y, self.size, margins);
         let mut group = Group::new();
         if !self.title.is_empty() {
-            let title = anchored(&self.title, margins.left, 20.0, "start");
+            let title = anchored(&self.title, left, 20.0, "start");
             group = group.add(title.set("class", "title"));
         }
         for (i, row) in key.iter().enumerate() {
             let y = 8.0 + title_height + 20.0 * i as f64;
-            group = group.add(key::draw(row, margins.left, y));
+            group = group.add(key::draw(row, left, y));
         }
         group = group.add(frame.draw(&self.x, &self.y));
         // Texts may stand above the plot up to the key.
-        let ceiling = if key.is_empty() { 2.0 } else { frame.top - 8.0 };
-        let mut labels = Labels::inside(frame.left, ceiling, width, frame.bottom());
+        let ceiling = if key.is_empty() { 2.0 } else { top - 8.0 };
+        let mut labels = Labels::inside(left, ceiling, width, frame.bottom());
         for series in &self.series {
-            if let Mark::Spots(spots) = &series.mark {
-                for spot in spots {
-                    let (x, y) = frame.place(spot.at);
-                    labels.dot(x, y);
+            match &series.mark {
+                Mark::Spots(spots) => spots.iter().for_each(|s| labels.dot(frame.place(s.at))),
+                // Short staircases, as Pareto fronts are; there is no way around a long distribution.
+                Mark::Steps { points } if points.len() <= 32 => {
+                    for pair in points.windows(2) {
+                        let [(x, y), (next_x, next_y)] = [0, 1].map(|i| frame.place(pair[i]));
+                        labels.line(x, y, next_x, y);
+                        labels.line(next_x, y, next_x, next_y);
+                    }
                 }
-            }
-            // Short staircases, as Pareto fronts are; there is no way around a long distribution.
-            if let Mark::Steps { points } = &series.mark
-                && points.len() <= 32
-            {
-                for pair in points.windows(2) {
-                    let ((x, y), (next_x, next_y)) = (frame.place(pair[0]), frame.place(pair[1]));
-                    labels.line(x, y, next_x, y);
-                    labels.line(next_x, y, next_x, next_y);
-                }
+                _ => {}
             }
         }
         let shown = |p: [f64; 2]| self.x.shows(p[0]) && self.y.shows(p[1]);

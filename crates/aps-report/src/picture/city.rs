@@ -159,11 +159,12 @@ fn along(way: &[(f64, f64)]) -> Vec<(f64, f64)> {
 fn terminal(
     name: &str,
     colour: Colour,
-    (x, y): (f64, f64),
+    at: (f64, f64),
     other: (f64, f64),
     side: f64,
     labels: &mut Labels,
 ) -> Group {
+    let (x, y) = at;
     let is_left = (x < other.0 && x > 30.0) || x > side - 30.0;
     let is_above = (y < other.1 && y > 24.0) || y > side - 12.0;
     let (dx, anchor) = match is_left {
@@ -171,7 +172,7 @@ fn terminal(
         false => (9.0, "start"),
     };
     let dy = if is_above { -7.0 } else { 17.0 };
-    labels.dot(x, y);
+    labels.dot(at);
     labels.text(x + dx, y + dy, name, anchor);
     let text = anchored(name, x + dx, y + dy, anchor);
     Group::new()
