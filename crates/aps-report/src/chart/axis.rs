@@ -193,11 +193,9 @@ fn fit_log(first: f64, last: f64, is_given: bool) -> Fitted {
 /// 1, 2 or 5 times a power of ten, at least `least`.
 fn nice_step(least: f64) -> f64 {
     let power = 10_f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|&step| step >= least * (1.0 - 1e-9))
-        .unwrap_or(10.0 * power)
+    let mut steps = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter();
+    let step = steps.find(|&step| step >= least * (1.0 - 1e-9));
+    step.unwrap_or(10.0 * power)
 }
 
 /// `0.02`, `500`, or `10⁻⁶` and `2·10⁻⁶` where that is shorter.

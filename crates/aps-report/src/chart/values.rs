@@ -47,40 +47,28 @@ impl Histogram {
             .max(1e-12 * high.abs())
             .max(1e-300);
         let power = 10_f64.powf(least.log10().floor());
-        let width = [1.0, 2.0, 2.5, 5.0, 10.0]
-            .map(|m| m * power)
-            .into_iter()
-            .find(|&w| w >= least)
-            .unwrap_or(10.0 * power);
+        let mut widths = [1.0, 2.0, 2.5, 5.0, 10.0].map(|m| m * power).into_iter();
+        let width = widths.find(|&w| w >= least).unwrap_or(10.0 * power);
         let first = (low / width).floor();
         let last = ((high / width).floor() + 1.0).max(first + 1.0);
-        Self::of(
-            values.iter().copied(),
-            first * width,
-            last * width,
-            (last - first) as usize,
-        )
+        let (bins, values) = ((last - first) as usize, values.iter().copied());
+        Self::of(values, first * width, last * width, bins)
     }
 
     /// One bin a whole number, centred on it, from 0 or the smallest to the largest.
     pub fn counts(values: impl Iterator<Item = u64> + Clone) -> Self {
         let last = values.clone().max().unwrap_or(0);
         let first = values.clone().min().unwrap_or(0).min(1);
-        Self::of(
-            values.map(|v| v as f64),
-            first as f64 - 0.5,
-            last as f64 + 0.5,
-            (last - first + 1) as usize,
-        )
+        let (from, to) = (first as f64 - 0.5, last as f64 + 0.5);
+        let bins = (last - first + 1) as usize;
+        Self::of(values.map(|v| v as f64), from, to, bins)
     }
 
     /// Height of each bin in percent of all values, those outside included.
     pub fn percent(&self) -> Vec<f64> {
         let all = (self.counts.iter().sum::<u64>() + self.outside).max(1) as f64;
-        self.counts
-            .iter()
-            .map(|&n| 100.0 * n as f64 / all)
-            .collect()
+        let counts = self.counts.iter();
+        counts.map(|&n| 100.0 * n as f64 / all).collect()
     }
 }
 
@@ -117,10 +105,8 @@ mod tests {
         assert_eq!((&*h.counts, h.outside), (&[2, 3][..], 2));
         let h = Histogram::around(&values, 10);
         assert_eq!((h.counts.iter().sum::<u64>(), h.outside), (6, 1));
-        assert_eq!(
-            Histogram::around(&[7.0; 3], 10).counts.iter().sum::<u64>(),
-            3
-        );
+        let equal = Histogram::around(&[7.0; 3], 10);
+        assert_eq!(equal.counts.iter().sum::<u64>(), 3);
         assert_eq!(Histogram::around(&[], 10).counts, [0]);
     }
 

@@ -134,24 +134,22 @@ impl Statistics {
 
     fn figures(&self) -> Vec<Figure> {
         let mut figures = Vec::new();
+        let mut add = |caption: &str, drawing| figures.push(Figure::shown(caption, drawing));
         if let Some(chart) = charts::dominant_peaks(&self.dominant_peaks) {
-            figures.push(Figure::shown(self.peaks_caption(), chart));
+            add(&self.peaks_caption(), chart);
         }
-        figures.push(Figure::shown(
-            "Distance of transmitter and receiver.",
-            charts::distance(&self.distance_m),
-        ));
+        let distances = charts::distance(&self.distance_m);
+        add("Distance of transmitter and receiver.", distances);
         if !self.paths.is_empty() {
             let sight = 100.0 * self.line_of_sight as f64 / self.paths.len() as f64;
-            figures.push(Figure::shown(
-                format!("Paths of a link. {sight:.1} % of the links have a line of sight."),
-                charts::paths(&self.paths),
-            ));
-            figures.push(Figure::shown(
-                "Path loss: minus the gain of all paths together, their powers added.",
-                charts::path_loss(&self.path_loss_db),
-            ));
-            figures.push(Figure::shown("Delay spread: standard deviation of the delay, paths weighted by power. The few largest values are left out.", charts::delay_spread(&self.delay_spread_ns)));
+            let caption =
+                format!("Paths of a link. {sight:.1} % of the links have a line of sight.");
+            add(&caption, charts::paths(&self.paths));
+            let caption = "Path loss: minus the gain of all paths together, their powers added.";
+            add(caption, charts::path_loss(&self.path_loss_db));
+            let caption = "Delay spread: standard deviation of the delay, paths weighted by power. \
+                           The few largest values are left out.";
+            add(caption, charts::delay_spread(&self.delay_spread_ns));
         }
         figures
     }

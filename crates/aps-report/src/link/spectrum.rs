@@ -39,22 +39,20 @@ impl Spectrum {
 
     /// Its maximum \[dB\].
     pub fn top_db(&self) -> f64 {
-        self.aps_db
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max)
+        let levels = self.aps_db.iter().copied();
+        levels.fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// `[angle in deg, dB]` by ascending angle in the sense of `protocol`, which may be another.
     pub fn points(&self, protocol: Protocol) -> Vec<[f64; 2]> {
         let points = self.angles_deg.iter().zip(&self.aps_db);
-        if protocol == self.protocol {
-            return points.map(|(&angle, &db)| [angle, db]).collect();
+        let mut points: Vec<[f64; 2]> = points.map(|(&angle, &db)| [angle, db]).collect();
+        if protocol != self.protocol {
+            for point in &mut points {
+                point[0] = wrap_deg(point[0] + 180.0);
+            }
+            points.sort_by(|p, q| p[0].total_cmp(&q[0]));
         }
-        let mut points: Vec<[f64; 2]> = points
-            .map(|(&angle, &db)| [wrap_deg(angle + 180.0), db])
-            .collect();
-        points.sort_by(|p, q| p[0].total_cmp(&q[0]));
         points
     }
 
@@ -139,13 +137,8 @@ mod tests {
             // Seen in the paper's sense, one of the two highest bins is at the angle of arrival.
             let mut points = spectrum.points(Protocol::Paper);
             points.sort_by(|p, q| q[1].total_cmp(&p[1]));
-            let nearest = points[..2]
-                .iter()
-                .map(|p| apart_deg(p[0], 0.7_f64.to_degrees()));
-            assert!(
-                nearest.fold(f64::INFINITY, f64::min) < 1.1,
-                "{protocol}: {points:?}"
-            );
+            let is_near = |p: &[f64; 2]| apart_deg(p[0], 0.7_f64.to_degrees()) < 1.1;
+            assert!(points[..2].iter().any(is_near), "{protocol}: {points:?}");
             tops.push(points[0][0]);
         }
     }

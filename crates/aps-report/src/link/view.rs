@@ -162,11 +162,8 @@ impl LinkView {
 
     /// Standard deviation of the delay, paths weighted by their power \[s\]; none without paths.
     pub fn delay_spread_s(&self) -> Option<f64> {
-        let strongest = self
-            .paths
-            .iter()
-            .map(|p| p.gain_db)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let gains = self.paths.iter().map(|p| p.gain_db);
+        let strongest = gains.fold(f64::NEG_INFINITY, f64::max);
         if !strongest.is_finite() {
             return None;
         }

@@ -51,13 +51,10 @@ pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -
         }
     }
     let group = group.add(badges).add(terminals).add(ruler(&frame));
+    let (tx, rx, count) = (link.tx, link.rx, rays.len());
     let label = format!(
-        "map with transmitter at ({:.1}, {:.1}) m, receiver at ({:.1}, {:.1}) m and {} paths",
-        link.tx.x,
-        link.tx.y,
-        link.rx.x,
-        link.rx.y,
-        rays.len()
+        "map with transmitter at ({:.1}, {:.1}) m, receiver at ({:.1}, {:.1}) m and {count} paths",
+        tx.x, tx.y, rx.x, rx.y
     );
     Drawing::new(group, side, side, label)
 }
@@ -111,12 +108,8 @@ fn places(link: &LinkView, path: &PathView, frame: &Frame) -> Vec<(f64, f64)> {
 
 fn draw_ray(ray: &Ray<'_>, places: &[(f64, f64)]) -> Group {
     let data = through(Data::new(), places.iter().copied().map(Some));
-    let title = format!(
-        "{}, {:.1} dB, {:.1} m",
-        ray.path.name(),
-        ray.path.gain_db,
-        ray.path.length_m()
-    );
+    let (name, length_m) = (ray.path.name(), ray.path.length_m());
+    let title = format!("{name}, {:.1} dB, {length_m:.1} m", ray.path.gain_db);
     let line = Path::new()
         .set("d", data)
         .set("class", format!("line {}", ray.colour.stroke()))
@@ -185,11 +178,8 @@ fn ruler(frame: &Frame) -> Group {
     // A round length of about a fifth of the picture.
     let fifth = 0.2 * frame.side / frame.pixels_per_metre;
     let power = 10_f64.powf(fifth.log10().floor());
-    let length = [5.0, 2.0, 1.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|&l| l <= fifth);
-    let length = length.unwrap_or(power);
+    let mut lengths = [5.0, 2.0, 1.0].map(|m| m * power).into_iter();
+    let length = lengths.find(|&l| l <= fifth).unwrap_or(power);
     let (y, end) = (frame.side - 12.0, 12.0 + length * frame.pixels_per_metre);
     let text = words(&format!("{length} m"), 13.0, y - 6.0);
     Group::new()
