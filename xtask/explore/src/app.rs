@@ -89,7 +89,9 @@ impl App {
         }
         if path == "/api/maps" {
             must_be(&head, Method::GET)?;
-            return Ok(reply::json(&self.maps()));
+            let maps = self.quick.stock.maps();
+            let told = json!({ "source": maps.source.to_string(), "ids": maps.ids });
+            return Ok(reply::json(&told));
         }
         let name = path.strip_prefix("/api/").ok_or(Fault::NotFound)?;
         let mut kinds = QUESTIONS.into_iter().chain(files::NAMES);
@@ -114,11 +116,6 @@ impl App {
         };
         drop(held);
         Ok(reply)
-    }
-
-    fn maps(&self) -> impl Serialize + use<> {
-        let maps = self.quick.stock.maps();
-        json!({ "source": maps.source.to_string(), "ids": maps.ids })
     }
 
     async fn coverage(

@@ -221,6 +221,7 @@ pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result
         }
     }
     let curve = |s: &Spectrum| Curve::of(s, protocol);
+    let other = explanation.as_ref().and_then(|e| e.other.as_ref());
     Ok(Answer {
         link: LinkEntry::new(view.tx, view.rx, &traced.link.paths),
         turn_deg: turn_deg(&question.label),
@@ -231,10 +232,7 @@ pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result
         delay_spread_ns: view.delay_spread_s().map(|s| s * 1e9),
         omitted: traced.link.omitted.by_bound + traced.link.omitted.by_gain,
         spectrum: explanation.as_ref().map(|e| curve(&e.spectrum)),
-        other: explanation
-            .as_ref()
-            .and_then(|e| e.other.as_ref())
-            .map(curve),
+        other: other.map(curve),
         model,
         has_mirrors: explanation.as_ref().is_some_and(|e| e.has_mirrors),
         columns: [&LOBE_COLUMNS, &PATH_COLUMNS],
