@@ -102,51 +102,45 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The status of the answer. A question that was understood is answered, if only with the reason why there is no link: a
-    /// browser writes every other status into its console.
-    pub fn status(&self) -> StatusCode {
+    /// The kind of the fault for the page, and the status of the answer. A question that was understood is answered, if only with
+    /// the reason why there is no link: a browser writes every other status into its console.
+    fn kind(&self) -> (&'static str, StatusCode) {
         match self {
-            Self::Foreign(_) => StatusCode::FORBIDDEN,
-            Self::NotFound => StatusCode::NOT_FOUND,
-            Self::Method(_) => StatusCode::METHOD_NOT_ALLOWED,
-            Self::MediaType => StatusCode::UNSUPPORTED_MEDIA_TYPE,
-            Self::TooLarge(_) => StatusCode::PAYLOAD_TOO_LARGE,
-            Self::Slow(_) => StatusCode::REQUEST_TIMEOUT,
-            Self::Range { .. } | Self::Material(_) | Self::NoHouse { .. } => {
-                StatusCode::UNPROCESSABLE_ENTITY
-            }
-            Self::Broken => StatusCode::INTERNAL_SERVER_ERROR,
-            Self::Cut | Self::Form(_) => StatusCode::BAD_REQUEST,
-            Self::Vertices(_)
-            | Self::Endless
-            | Self::Terminal { .. }
-            | Self::Library(_)
-            | Self::Report(_)
-            | Self::NoSpectrum
-            | Self::NoFile(_)
-            | Self::Overtaken => StatusCode::OK,
+            Self::Foreign(_) => ("foreign", StatusCode::FORBIDDEN),
+            Self::NotFound => ("address", StatusCode::NOT_FOUND),
+            Self::Method(_) => ("address", StatusCode::METHOD_NOT_ALLOWED),
+            Self::MediaType => ("form", StatusCode::UNSUPPORTED_MEDIA_TYPE),
+            Self::Cut | Self::Form(_) => ("form", StatusCode::BAD_REQUEST),
+            Self::TooLarge(_) => ("size", StatusCode::PAYLOAD_TOO_LARGE),
+            Self::Slow(_) => ("size", StatusCode::REQUEST_TIMEOUT),
+            Self::Vertices(_) => ("size", StatusCode::OK),
+            Self::Range { .. } | Self::Material(_) => ("setting", StatusCode::UNPROCESSABLE_ENTITY),
+            Self::Endless => ("setting", StatusCode::OK),
+            Self::NoHouse { .. } => ("house", StatusCode::UNPROCESSABLE_ENTITY),
+            Self::Terminal { .. } => ("terminal", StatusCode::OK),
+            Self::Library(_) | Self::Report(_) => ("library", StatusCode::OK),
+            Self::NoSpectrum | Self::NoFile(_) => ("nothing", StatusCode::OK),
+            Self::Overtaken => ("overtaken", StatusCode::OK),
+            Self::Broken => ("broken", StatusCode::INTERNAL_SERVER_ERROR),
         }
+    }
+
+    /// The status of the answer.
+    pub fn status(&self) -> StatusCode {
+        self.kind().1
     }
 
     /// The fault as JSON.
     pub fn told(&self) -> Told {
-        let (kind, end) = match self {
-            Self::Foreign(_) => ("foreign", None),
-            Self::NotFound | Self::Method(_) => ("address", None),
-            Self::MediaType | Self::Cut | Self::Form(_) => ("form", None),
-            Self::TooLarge(_) | Self::Slow(_) | Self::Vertices(_) => ("size", None),
-            Self::Range { .. } | Self::Endless | Self::Material(_) => ("setting", None),
-            Self::NoHouse { .. } => ("house", None),
-            Self::Terminal { end, .. } => ("terminal", Some(*end)),
-            Self::Library(_) | Self::Report(_) => ("library", None),
-            Self::NoSpectrum | Self::NoFile(_) => ("nothing", None),
-            Self::Overtaken => ("overtaken", None),
-            Self::Broken => ("broken", None),
+        let error = Error {
+            kind: self.kind().0,
+            message: chain(self),
+            end: match self {
+                Self::Terminal { end, .. } => Some(*end),
+                _ => None,
+            },
         };
-        let message = chain(self);
-        Told {
-            error: Error { kind, message, end },
-        }
+        Told { error }
     }
 
     /// A library's fault.
