@@ -14,7 +14,7 @@ use map2aps::{MapSource, SceneSettings};
 use serde_json::{Value, json};
 
 use client::{
-    cells, changed, get, post, post_from, question, start, start_with, traced, traced_in,
+    Answer, cells, changed, get, post, post_from, question, start, start_with, traced, traced_in,
     traced_with,
 };
 
@@ -22,6 +22,11 @@ use client::{
 fn levels(curve: &Value) -> Vec<f64> {
     let levels = curve["aps_db"].as_array().unwrap().iter();
     levels.map(|level| level.as_f64().unwrap()).collect()
+}
+
+/// The command lines that give the same link.
+fn command(port: u16, question: &Value) -> Answer {
+    post(port, "/api/file/command", question)
 }
 
 #[test]
@@ -224,8 +229,8 @@ fn slopes_are_those_of_the_tracer_and_of_the_command_line() {
         ..TraceConfig::default()
     };
     assert_eq!(with["link"], traced_with(&question, config));
-    let command = post(port, "/api/file/command", &question).text();
-    assert_eq!(command.matches("--slope-diffraction true").count(), 2);
+    let words = command(port, &question).text();
+    assert_eq!(words.matches("--slope-diffraction true").count(), 2);
 }
 
 #[test]
@@ -310,19 +315,19 @@ fn edited_houses_change_the_map_and_the_file_gives_the_same_link() {
     assert_eq!(scene.report().to_string(), repairs);
     let link = traced_in(&scene, &question, TraceConfig::default());
     assert_eq!(answer["link"], link);
-    let command = post(port, "/api/file/command", &question).text();
+    let words = command(port, &question).text();
     let expected = "cargo xtask trace --format json --map map-7.json --tx";
-    assert!(command.starts_with(expected), "{command}");
+    assert!(words.starts_with(expected), "{words}");
 }
 
 #[test]
 fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
-    let house = |x: f64, holes: Value| {
+    let house = |x: f64, has_court: bool| {
         let square = |x: f64, y: f64, s: f64| {
             json!([[x, y], [x + s, y], [x + s, y + s], [x, y + s], [x, y]])
         };
         let mut rings = vec![square(x, 30.0, 40.0)];
-        if holes == true {
+        if has_court {
             rings.push(square(x + 10.0, 40.0, 20.0));
         }
         json!({
@@ -330,7 +335,8 @@ fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
             "geometry": { "type": "Polygon", "coordinates": rings },
         })
     };
-    let city = json!({ "type": "FeatureCollection", "features": [house(20.0, true.into()), house(90.5, false.into())] });
+    let houses = [house(20.0, true), house(90.5, false)];
+    let city = json!({ "type": "FeatureCollection", "features": houses });
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("city.geojson");
     std::fs::write(&file, city.to_string()).unwrap();
@@ -347,10 +353,9 @@ fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
     for end in ["tx", "rx"] {
         question[end] = told[end].clone();
     }
-    let words = |question: &Value| post(port, "/api/file/command", question);
-    let command = words(&question).text();
+    let words = command(port, &question).text();
     let expected = "--map map-0.json --map-id 0 --tile 150 --corner 0,0 --metric";
-    assert!(command.contains(expected), "{command}");
+    assert!(words.contains(expected), "{words}");
     let changed = folder.path().join("map-0.json");
     std::fs::write(&changed, post(port, "/api/file/map", &question).body).unwrap();
     let tiles = TileSettings {
@@ -363,11 +368,11 @@ fn changed_map_with_courtyards_is_read_back_by_the_command_line() {
     assert_eq!(answer["link"], link);
     // A tile that is built over is no map of a city.
     question["city"]["houses"] = json!({ "drawn": [[[1, 1], [149, 1], [149, 149], [1, 149]]] });
-    assert_eq!(words(&question).kind(), "nothing");
+    assert_eq!(command(port, &question).kind(), "nothing");
     for corner in [5.3, -60.0] {
         question["city"]["houses"] =
             json!({ "drawn": [[[corner, 90], [corner + 9.0, 90], [corner + 9.0, 95]]] });
-        assert_eq!(words(&question).kind(), "nothing");
+        assert_eq!(command(port, &question).kind(), "nothing");
     }
 }
 
@@ -378,24 +383,23 @@ fn changed_maps_that_no_file_holds_have_no_command_line() {
     std::fs::write(folder.path().join("007.json"), house.to_string()).unwrap();
     let port = start_with(MapSource::Folder(folder.path().into()));
     let mut question = question(port, 7);
-    let words = |question: &Value| post(port, "/api/file/command", question);
     // A file is named as it is.
-    let command = words(&question).text();
-    assert!(command.contains("007.json"), "{command}");
+    let words = command(port, &question).text();
+    assert!(words.contains("007.json"), "{words}");
     for drawn in [
         json!([]),
         json!([[[60, 100], [60.5, 100], [60.5, 100.5]]]),
         json!([[[-60, 100], [-50, 100], [-50, 105]]]),
     ] {
         question["city"]["houses"] = json!({ "gone": [0], "drawn": drawn });
-        let refused = words(&question);
+        let refused = command(port, &question);
         assert_eq!(refused.kind(), "nothing");
         let told = refused.json()["error"]["message"].to_string();
         assert!(told.contains("cannot read the changed map"), "{told}");
     }
     question["city"]["houses"] = json!({});
     question["label"]["heading_deg"] = 720.into();
-    assert_eq!(words(&question).kind(), "setting");
+    assert_eq!(command(port, &question).kind(), "setting");
     let unknown = json!({ "map": 8 });
     assert_eq!(post(port, "/api/map", &unknown).kind(), "library");
     assert_eq!(post(start(), "/api/map", &unknown).kind(), "library");
