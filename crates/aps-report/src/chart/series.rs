@@ -172,10 +172,9 @@ impl Series {
             }
             Mark::Bins { edges, heights } => {
                 for (ends, &height) in edges.windows(2).zip(heights) {
-                    if !(height.is_finite() && height != 0.0) {
-                        continue;
+                    if height.is_finite() && height != 0.0 {
+                        group = group.add(self.bin([ends[0], ends[1]], height, frame));
                     }
-                    group = group.add(self.bin([ends[0], ends[1]], height, frame));
                 }
                 group
             }

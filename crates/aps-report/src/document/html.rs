@@ -53,10 +53,9 @@ impl Document {
             };
             let count = seen.entry(id.clone()).or_insert(0);
             *count += 1;
-            if *count == 1 {
-                id
-            } else {
-                format!("{id}-{count}")
+            match count {
+                1 => id,
+                n => format!("{id}-{n}"),
             }
         };
         self.sections.iter().map(|s| anchor(&s.title)).collect()
@@ -95,10 +94,8 @@ impl Block {
 impl Figure {
     /// As large as it was drawn where there is room.
     fn to_html(&self) -> Markup {
-        let width = self
-            .drawing
-            .as_ref()
-            .map(|d| format!("max-width:{}px", d.size().0));
+        let width = self.drawing.as_ref().map(|drawing| drawing.size().0);
+        let width = width.map(|width| format!("max-width:{width}px"));
         html! {
             figure style=[width] {
                 @match &self.drawing {
@@ -162,9 +159,8 @@ mod tests {
     #[test]
     fn sections_of_equal_names_have_different_anchors() {
         let titles = ["A b", "a  B!", "?", "c"];
-        let page = titles.into_iter().fold(Document::new(""), |page, title| {
-            page.section(Section::new(title))
-        });
+        let mut page = Document::new("");
+        page.sections = titles.map(Section::new).into();
         assert_eq!(page.anchors(), ["a-b", "a-b-2", "section", "c"]);
         let html = page.to_html();
         assert!(html.contains("href=\"#a-b-2\"") && html.contains("id=\"a-b-2\""));
