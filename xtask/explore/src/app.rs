@@ -7,7 +7,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::RepairReport;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Body, Bytes, Incoming};
-use hyper::header::{CONTENT_LENGTH, CONTENT_TYPE};
+use hyper::header::CONTENT_TYPE;
 use hyper::http::request;
 use hyper::{Method, Request};
 use map2aps::sampling;
@@ -164,8 +164,7 @@ async fn deliver(workers: Workers, mut survey: Survey, sender: mpsc::Sender<Byte
 fn must_be(head: &request::Parts, method: Method) -> Result<(), Fault> {
     match head.method == method {
         true => Ok(()),
-        false if method == Method::GET => Err(Fault::Method("GET")),
-        false => Err(Fault::Method("POST")),
+        false => Err(Fault::Method(method)),
     }
 }
 
@@ -181,9 +180,8 @@ async fn body_of(head: &request::Parts, body: Incoming) -> Result<Bytes, Fault> 
     if media_type.is_none_or(|media_type| media_type != reply::JSON) {
         return Err(Fault::MediaType);
     }
-    let given = head.headers.get(CONTENT_LENGTH);
-    let given = given.and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
-    if given.unwrap_or(0).max(body.size_hint().lower()) > MAX_BODY as u64 {
+    // As long as its head announces.
+    if body.size_hint().lower() > MAX_BODY as u64 {
         return Err(Fault::TooLarge(MAX_BODY));
     }
     let whole = Limited::new(body, MAX_BODY).collect();

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use hyper::StatusCode;
+use hyper::{Method, StatusCode};
 use map2aps::error::chain;
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub enum Fault {
     NotFound,
     /// An address that is asked in another way.
     #[error("this address is asked with {0}")]
-    Method(&'static str),
+    Method(Method),
     /// A body that is no JSON by its own account.
     #[error("send the body as application/json")]
     MediaType,
