@@ -37,28 +37,16 @@ impl ArraySpec {
 /// The arrays of a map in the order in which the manifest lists them; `None` when the counts
 /// overflow.
 pub(crate) fn arrays_of(layout: &Layout, counts: &Counts) -> Option<Vec<ArraySpec>> {
-    let Counts {
-        tx,
-        rx,
-        links,
-        paths,
-        interactions,
-    } = *counts;
+    let (links, paths, interactions) = (counts.links, counts.paths, counts.interactions);
     let mut arrays = Vec::new();
     let mut add = |name, dtype, shape: &[usize]| {
-        arrays.push(ArraySpec {
-            name,
-            dtype,
-            shape: shape.to_vec(),
-        })
+        let shape = shape.to_vec();
+        arrays.push(ArraySpec { name, dtype, shape })
     };
-    add(
-        "buildings",
-        "|u1",
-        &[layout.raster.height, layout.raster.width],
-    );
-    add("tx", "<f8", &[tx, 2]);
-    add("rx", "<f8", &[rx, 2]);
+    let raster = layout.raster;
+    add("buildings", "|u1", &[raster.height, raster.width]);
+    add("tx", "<f8", &[counts.tx, 2]);
+    add("rx", "<f8", &[counts.rx, 2]);
     add("link_tx", "<u4", &[links]);
     add("link_rx", "<u4", &[links]);
     add("status", "|u1", &[links]);
@@ -67,10 +55,8 @@ pub(crate) fn arrays_of(layout: &Layout, counts: &Counts) -> Option<Vec<ArraySpe
         (layout.aps, ProfileNames::APS),
         (layout.pdp, ProfileNames::PDP),
     ];
-    for (profile, names) in profiles
-        .iter()
-        .filter_map(|(profile, names)| profile.map(|profile| (profile, names)))
-    {
+    for (profile, names) in profiles {
+        let Some(profile) = profile else { continue };
         let bins = profile.axis.count;
         add(names.db, profile.dtype_name(), &[links, bins]);
         add(names.max_db, "<f4", &[links]);

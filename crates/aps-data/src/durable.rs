@@ -195,21 +195,21 @@ pub(crate) fn size_and_sha256(path: &Path) -> Result<(u64, String), Error> {
     let digest = || -> io::Result<(u64, String)> {
         let mut file = File::open(path)?;
         let (mut hash, mut size, mut bytes) = (Sha256::new(), 0, vec![0; 1 << 20]);
-        loop {
-            match file.read(&mut bytes)? {
-                0 => break,
-                n => {
-                    hash.update(&bytes[..n]);
-                    size += n as u64;
-                }
-            }
+        while let n @ 1.. = file.read(&mut bytes)? {
+            hash.update(&bytes[..n]);
+            size += n as u64;
         }
-        let hex = hash
-            .finalize()
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
-        Ok((size, hex))
+        Ok((size, hex(hash)))
     };
     digest().map_err(at(path, "read"))
+}
+
+/// Computes the SHA-256 of bytes in memory, in hexadecimal.
+pub fn sha256_of(bytes: &[u8]) -> String {
+    hex(Sha256::new_with_prefix(bytes))
+}
+
+fn hex(hash: Sha256) -> String {
+    let digits = hash.finalize();
+    digits.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -172,11 +172,7 @@ pub(crate) fn in_array(
 ) -> impl FnOnce(NpyError) -> Error + use<> {
     let path = path.to_path_buf();
     move |source| match source {
-        NpyError::Io(source) => Error::Io {
-            action,
-            path,
-            source,
-        },
+        NpyError::Io(source) => at(&path, action)(source),
         source => Error::Npy { path, source },
     }
 }

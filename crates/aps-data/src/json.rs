@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use crate::error::{Difference, Error, at};
 
@@ -33,24 +33,6 @@ pub(crate) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
     let mut bytes = serde_json::to_vec_pretty(value).expect("manifests have string keys only");
     bytes.push(b'\n');
     bytes
-}
-
-/// Returns the same value with the keys of all objects in alphabetical order.
-pub(crate) fn in_order(value: &Value) -> Value {
-    match value {
-        Value::Object(object) => {
-            let mut entries: Vec<_> = object.iter().collect();
-            entries.sort_unstable_by_key(|(key, _)| *key);
-            Value::Object(
-                entries
-                    .into_iter()
-                    .map(|(key, value)| (key.clone(), in_order(value)))
-                    .collect::<Map<_, _>>(),
-            )
-        }
-        Value::Array(array) => Value::Array(array.iter().map(in_order).collect()),
-        other => other.clone(),
-    }
 }
 
 /// Lists the places where two values differ, by path, e.g. `tracer.materials[2]`; `given` is of `b`.
@@ -93,14 +75,16 @@ mod tests {
     fn differences_are_named_by_their_paths() {
         let a = json!({"tracer": {"max_reflections": 2, "materials": [1, 2]}, "seed": 1});
         let b = json!({"tracer": {"max_reflections": 3, "materials": [1]}, "seed": 1});
-        let found = differences(&a, &b).into_iter();
-        let found: Vec<_> = found.map(|d| (d.key, d.stored, d.given)).collect();
-        let triple = |a: &str, b: &str, c: &str| (a.to_owned(), b.to_owned(), c.to_owned());
+        let difference = |[key, stored, given]: [&str; 3]| Difference {
+            key: key.into(),
+            stored: stored.into(),
+            given: given.into(),
+        };
         let expected = [
-            triple("tracer.materials[1]", "2", "nothing"),
-            triple("tracer.max_reflections", "2", "3"),
+            ["tracer.materials[1]", "2", "nothing"],
+            ["tracer.max_reflections", "2", "3"],
         ];
-        assert_eq!(found, expected);
+        assert_eq!(differences(&a, &b), expected.map(difference));
         assert!(differences(&a, &a).is_empty());
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::arrays::{Counts, arrays_of};
 use crate::durable;
@@ -35,7 +35,7 @@ pub(crate) const MAP_FILE: &str = "map.json";
 /// The settings of a data set: everything that decides its bytes but the choice of maps.
 ///
 /// A run is resumed only with equal settings, and each finished map carries them.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct DatasetConfig {
     /// Seed of all random choices.
     pub seed: u64,
@@ -143,14 +143,6 @@ pub struct Totals {
 }
 
 impl DatasetConfig {
-    /// Returns the settings in the order in which they are stored.
-    pub(crate) fn in_order(&self) -> Self {
-        DatasetConfig {
-            configuration: json::in_order(&self.configuration),
-            ..self.clone()
-        }
-    }
-
     /// Refuses what is stored at `path` if this version, with these settings, would not have written it.
     pub(crate) fn must_have_made(
         &self,
@@ -170,15 +162,7 @@ impl DatasetConfig {
 
     /// Refuses settings other than those in the file at `path`.
     pub(crate) fn must_equal(&self, stored: &DatasetConfig, path: &Path) -> Result<(), Error> {
-        let as_value = |config: &DatasetConfig| {
-            let DatasetConfig {
-                seed,
-                layout,
-                configuration,
-            } = config;
-            serde_json::json!({ "seed": seed, "layout": layout, "configuration": configuration })
-        };
-        let differences = json::differences(&as_value(stored), &as_value(self));
+        let differences = json::differences(&json!(stored), &json!(self));
         match differences.is_empty() {
             true => Ok(()),
             false => Err(Error::ConfigMismatch {
@@ -192,21 +176,14 @@ impl DatasetConfig {
 impl Manifest {
     /// Creates the manifest of finished maps, in ascending order; `split` covers exactly these.
     pub(crate) fn new(config: DatasetConfig, split: Split, maps: Vec<MapEntry>) -> Self {
-        let DatasetConfig {
-            seed,
-            layout,
-            configuration,
-        } = config;
-        let totals = Totals::of(&maps).expect("the links of maps on disk can be counted");
-        let format = FORMAT.into();
         Manifest {
-            format,
+            format: FORMAT.into(),
             format_version: FORMAT_VERSION,
-            seed,
-            layout,
-            configuration,
+            seed: config.seed,
+            layout: config.layout,
+            configuration: config.configuration,
             split,
-            totals,
+            totals: Totals::of(&maps).expect("the links of maps on disk can be counted"),
             maps,
         }
     }
@@ -226,9 +203,7 @@ impl Manifest {
     }
 
     fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let manifest: Manifest = parse(path, bytes)?;
-        let problem = manifest.problem();
-        sound(path, manifest, problem)
+        sound(path, parse(path, bytes)?, Manifest::problem)
     }
 
     fn problem(&self) -> Option<String> {
@@ -251,17 +226,12 @@ impl Manifest {
 
 impl MapManifest {
     pub fn new(config: DatasetConfig, map: MapEntry) -> Self {
-        let DatasetConfig {
-            seed,
-            layout,
-            configuration,
-        } = config;
         MapManifest {
             format: FORMAT.into(),
             format_version: FORMAT_VERSION,
-            seed,
-            layout,
-            configuration,
+            seed: config.seed,
+            layout: config.layout,
+            configuration: config.configuration,
             map,
         }
     }
@@ -273,9 +243,7 @@ impl MapManifest {
     }
 
     fn parse(id: u32, path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let manifest: MapManifest = parse(path, bytes)?;
-        let problem = manifest.problem(id);
-        sound(path, manifest, problem)
+        sound(path, parse(path, bytes)?, |map: &Self| map.problem(id))
     }
 
     fn problem(&self, id: u32) -> Option<String> {
@@ -324,20 +292,12 @@ impl MapEntry {
     }
 
     pub(crate) fn counts(&self) -> Counts {
-        let MapEntry {
-            tx,
-            rx,
-            links,
-            paths,
-            interactions,
-            ..
-        } = *self;
         Counts {
-            tx,
-            rx,
-            links,
-            paths,
-            interactions,
+            tx: self.tx,
+            rx: self.rx,
+            links: self.links,
+            paths: self.paths,
+            interactions: self.interactions,
         }
     }
 
@@ -408,8 +368,12 @@ impl Totals {
 }
 
 /// Returns a value read from a file, or the fault of the file.
-pub(crate) fn sound<T>(path: &Path, value: T, problem: Option<String>) -> Result<T, Error> {
-    match problem {
+pub(crate) fn sound<T>(
+    path: &Path,
+    value: T,
+    problem: impl FnOnce(&T) -> Option<String>,
+) -> Result<T, Error> {
+    match problem(&value) {
         Some(problem) => Err(Error::Damaged {
             path: path.into(),
             problem,
@@ -438,12 +402,10 @@ pub(crate) fn parse<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T,
         }),
         (Some(FORMAT), Some(1..)) => serde_json::from_slice(bytes).map_err(in_json),
         _ => {
+            let path = path.into();
             let problem =
                 format!("format and format_version are not {FORMAT:?} and a positive number");
-            Err(Error::NotADataset {
-                path: path.into(),
-                problem,
-            })
+            Err(Error::NotADataset { path, problem })
         }
     }
 }

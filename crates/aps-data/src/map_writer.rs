@@ -161,13 +161,10 @@ impl<'w> MapWriter<'w> {
             };
         let aps = encode("aps", &rows.aps, &layout.aps)?;
         let pdp = encode("pdp", &rows.pdp, &layout.pdp)?;
-        if let Some(fallback) = rows.fallback
-            && fallback.len() != rows.status.len()
-        {
-            let (found, wanted) = (fallback.len(), rows.status.len());
-            return Err(refuse(format!(
-                "fallback has {found} values, expected {wanted}"
-            )));
+        let (found, wanted) = (rows.fallback.map(<[u8]>::len), rows.status.len());
+        if let Some(found) = found.filter(|&found| found != wanted) {
+            let problem = format!("fallback has {found} values, expected {wanted}");
+            return Err(refuse(problem));
         }
         let problem = match (rows.paths, layout.paths) {
             (Some(paths), true) => paths.problem(rows.status, first),
@@ -203,7 +200,8 @@ impl<'w> MapWriter<'w> {
     /// Records the writer's own findings about the map, a JSON object, in its entry of the manifest. They must
     /// follow from the settings alone, as all bytes of a data set do.
     pub fn set_statistics(&mut self, statistics: Value) {
-        self.statistics = json::in_order(&statistics);
+        self.statistics = statistics;
+        self.statistics.sort_all_objects();
     }
 
     /// Completes the map: all files on disk, then the folder under its name.
@@ -212,47 +210,31 @@ impl<'w> MapWriter<'w> {
     /// [`Error::Input`] when links are missing; [`Error::Io`]. The map is then not part of the data
     /// set.
     pub fn finish(self) -> Result<MapEntry, Error> {
-        let MapWriter {
-            dataset,
-            id,
-            planned,
-            written,
-            status_counts,
-            statistics,
-            files,
-            folder,
-            ..
-        } = self;
-        if let Some(planned) = planned
+        let (map, written) = (self.id, self.written);
+        if let Some(planned) = self.planned
             && written != planned
         {
             let problem = format!("only {written} of its {planned} links were written");
-            return Err(Error::Input { map: id, problem });
+            return Err(Error::Input { map, problem });
         }
-        let counts = files.finish()?;
-        let files = file_entries(folder.path(), &dataset.config().layout, &counts)?;
-        let Counts {
-            tx,
-            rx,
-            links,
-            paths,
-            interactions,
-        } = counts;
+        let config = self.dataset.config();
+        let counts = self.files.finish()?;
+        let folder = self.folder.path();
         let entry = MapEntry {
-            id,
-            tx,
-            rx,
-            links,
-            paths,
-            interactions,
-            status: status_counts,
-            statistics,
-            files,
+            id: map,
+            tx: counts.tx,
+            rx: counts.rx,
+            links: counts.links,
+            paths: counts.paths,
+            interactions: counts.interactions,
+            status: self.status_counts,
+            statistics: self.statistics,
+            files: file_entries(folder, &config.layout, &counts)?,
         };
-        let manifest = MapManifest::new(dataset.config().clone(), entry.clone());
-        durable::write_synced(&folder.path().join(MAP_FILE), &json::to_bytes(&manifest))?;
-        folder.complete()?;
-        dataset.register(entry.clone());
+        let manifest = MapManifest::new(config.clone(), entry.clone());
+        durable::write_synced(&folder.join(MAP_FILE), &json::to_bytes(&manifest))?;
+        self.folder.complete()?;
+        self.dataset.register(entry.clone());
         Ok(entry)
     }
 }

@@ -48,37 +48,30 @@ impl Plan {
     }
 
     pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
-        let PlanFile {
-            maps,
-            shards,
-            command,
-            ..
-        } = parse(path, bytes)?;
-        let problem = if !maps.is_sorted_by(|a, b| a < b) {
+        let file: PlanFile = parse(path, bytes)?;
+        let plan = Plan {
+            maps: file.maps,
+            shards: file.shards,
+            command: file.command,
+        };
+        sound(path, plan, Self::problem)
+    }
+
+    fn problem(&self) -> Option<String> {
+        if !self.maps.is_sorted_by(|a, b| a < b) {
             Some("maps are not in ascending order".into())
         } else {
-            (shards == Some(0)).then(|| "no data set is made of 0 shards".into())
-        };
-        let plan = Plan {
-            maps,
-            shards,
-            command,
-        };
-        sound(path, plan, problem)
+            (self.shards == Some(0)).then(|| "no data set is made of 0 shards".into())
+        }
     }
 
     pub(crate) fn write(&self, root: &Path) -> Result<(), Error> {
-        let Plan {
-            maps,
-            shards,
-            command,
-        } = self.clone();
         let file = PlanFile {
             format: FORMAT.into(),
             format_version: FORMAT_VERSION,
-            maps,
-            shards,
-            command,
+            maps: self.maps.clone(),
+            shards: self.shards,
+            command: self.command.clone(),
         };
         durable::replace_file(&root.join(PLAN_FILE), &json::to_bytes(&file))
     }

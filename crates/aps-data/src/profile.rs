@@ -167,28 +167,23 @@ impl Profile {
         for (link, status) in status.iter().enumerate() {
             self.read_relative_db(link, &mut row);
             let max_db = self.max_db[link];
-            let places = self
-                .argmax
-                .as_ref()
-                .map(|argmax| &argmax[link * self.bins..][..self.bins]);
-            let is_sound = if status.is_valid() {
+            let places = self.argmax.as_deref();
+            let places = places.map_or(&[][..], |all| &all[link * self.bins..][..self.bins]);
+            let (is_sound, wanted) = if status.is_valid() {
                 let peak = row.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-                max_db.is_finite()
+                let is_sound = max_db.is_finite()
                     && peak == 0.0
                     && row.iter().all(|value| value.is_finite())
-                    && places.is_none_or(|places| places.iter().all(|place| place.is_finite()))
+                    && places.iter().all(|place| place.is_finite());
+                (is_sound, "finite values with maximum 0")
             } else {
                 let fill = FILL_DB as f32;
-                max_db == fill
+                let is_sound = max_db == fill
                     && row.iter().all(|&value| value == fill)
-                    && places.is_none_or(|places| places.iter().all(|place| place.to_bits() == 0))
+                    && places.iter().all(|place| place.to_bits() == 0);
+                (is_sound, "fill values")
             };
             if !is_sound {
-                let wanted = if status.is_valid() {
-                    "finite values with maximum 0"
-                } else {
-                    "fill values"
-                };
                 return Some(format!(
                     "link {link} is {status}, but its row is not made of {wanted}"
                 ));
@@ -223,26 +218,20 @@ pub(crate) fn encode(
     }
     let mut relative = vec![FILL_DB; wanted];
     let mut max_db = vec![FILL_DB as f32; status.len()];
-    for (i, _) in status
-        .iter()
-        .enumerate()
-        .filter(|(_, status)| status.is_valid())
-    {
+    for i in (0..status.len()).filter(|&i| status[i].is_valid()) {
         let row = &rows.db[i * bins..][..bins];
         let peak = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let bad = row.iter().position(|value| !value.is_finite());
-        if let Some(bin) = bad {
+        let link = first + i;
+        if let Some(bin) = row.iter().position(|value| !value.is_finite()) {
+            let db = row[bin];
             return Err(format!(
-                "link {}, bin {bin}: {} dB is not a finite value",
-                first + i,
-                row[bin]
+                "link {link}, bin {bin}: {db} dB is not a finite value"
             ));
         }
         max_db[i] = peak as f32;
         if !max_db[i].is_finite() {
             return Err(format!(
-                "link {}: a maximum of {peak} dB is out of range",
-                first + i
+                "link {link}: a maximum of {peak} dB is out of range"
             ));
         }
         for (relative, value) in relative[i * bins..][..bins].iter_mut().zip(row) {
@@ -272,21 +261,16 @@ fn encode_places(
     first: usize,
 ) -> Result<Vec<f16>, String> {
     let mut encoded = vec![f16::ZERO; places.len()];
-    for (i, _) in status
-        .iter()
-        .enumerate()
-        .filter(|(_, status)| status.is_valid())
-    {
+    for i in (0..status.len()).filter(|&i| status[i].is_valid()) {
         for bin in 0..bins {
-            let place = to_f16(places[i * bins + bin]);
-            if !place.is_finite() {
-                let place = places[i * bins + bin];
+            let (link, at) = (first + i, i * bins + bin);
+            encoded[at] = to_f16(places[at]);
+            if !encoded[at].is_finite() {
+                let place = places[at];
                 return Err(format!(
-                    "link {}, bin {bin}: {place} is out of range for a place",
-                    first + i
+                    "link {link}, bin {bin}: {place} is out of range for a place"
                 ));
             }
-            encoded[i * bins + bin] = place;
         }
     }
     Ok(encoded)
@@ -305,26 +289,26 @@ mod tests {
             endpoint: true,
         };
         ProfileLayout {
-            axis,
             dtype,
-            argmax: false,
+            ..ProfileLayout::over(axis)
         }
+    }
+
+    /// Encodes one row, that of link 7.
+    fn encoded(db: &[f64], dtype: Precision, status: LinkStatus) -> Result<Profile, String> {
+        let rows = ProfileRows { db, argmax: None };
+        encode(&rows, &layout(dtype, db.len()), &[status], 7)
     }
 
     /// Absolute values after a round trip of one row.
     fn round_trip(row: &[f64], dtype: Precision) -> Vec<f64> {
-        let rows = ProfileRows {
-            db: row,
-            argmax: None,
-        };
-        let profile = encode(&rows, &layout(dtype, row.len()), &[LinkStatus::Valid], 0).unwrap();
+        let profile = encoded(row, dtype, LinkStatus::Valid).unwrap();
         assert_eq!(profile.problem(&[LinkStatus::Valid]), None);
         let mut relative = vec![0.0; row.len()];
         profile.read_relative_db(0, &mut relative);
-        relative
-            .iter()
-            .map(|&value| f64::from(value) + f64::from(profile.max_db()[0]))
-            .collect()
+        let max_db = f64::from(profile.max_db()[0]);
+        let relative = relative.into_iter().map(f64::from);
+        relative.map(|value| value + max_db).collect()
     }
 
     #[test]
@@ -337,10 +321,9 @@ mod tests {
         let mut worst = [0.0_f64; 10]; // [0, 1), [1, 2), [2, 4), ..., [256, 512)
         for (before, after) in row.iter().zip(stored) {
             let depth = -80.0 - before;
-            let range = if depth < 1.0 {
-                0
-            } else {
-                depth.log2() as usize + 1
+            let range = match depth < 1.0 {
+                true => 0,
+                false => depth.log2() as usize + 1,
             };
             worst[range] = worst[range].max((before - after).abs());
         }
@@ -370,23 +353,15 @@ mod tests {
 
     #[test]
     fn infinite_value_of_labelled_link_is_named() {
-        let rows = ProfileRows {
-            db: &[0.0, f64::NEG_INFINITY],
-            argmax: None,
-        };
-        let problem = encode(&rows, &layout(Precision::F16, 2), &[LinkStatus::Valid], 7)
-            .err()
-            .unwrap();
+        let row = [0.0, f64::NEG_INFINITY];
+        let problem = encoded(&row, Precision::F16, LinkStatus::Valid).unwrap_err();
         assert_eq!(problem, "link 7, bin 1: -inf dB is not a finite value");
     }
 
     #[test]
     fn rows_without_label_may_hold_anything() {
-        let rows = ProfileRows {
-            db: &[f64::NAN, f64::INFINITY],
-            argmax: None,
-        };
-        let encoded = encode(&rows, &layout(Precision::F16, 2), &[LinkStatus::NoPath], 0).unwrap();
+        let row = [f64::NAN, f64::INFINITY];
+        let encoded = encoded(&row, Precision::F16, LinkStatus::NoPath).unwrap();
         assert_eq!(encoded.db, Samples::F16(vec![f16::MIN; 2]));
         assert_eq!(encoded.max_db, [FILL_DB as f32]);
     }

@@ -40,12 +40,9 @@ impl Dataset {
         let path = root.join(MANIFEST_FILE);
         if !Self::is_at(&root) {
             let problem =
-                "it has no manifest.json; if a run was interrupted, start it again to finish it"
-                    .into();
-            return Err(Error::NotADataset {
-                path: root,
-                problem,
-            });
+                "it has no manifest.json; if a run was interrupted, start it again to finish it";
+            let (path, problem) = (root, problem.into());
+            return Err(Error::NotADataset { path, problem });
         }
         Ok(Dataset {
             manifest: Manifest::read(&path)?,
@@ -92,10 +89,8 @@ impl Dataset {
             (self.array(map, "link_tx")?, self.array(map, "link_rx")?);
         let is_outside = |(&t, &r): (&u32, &u32)| t as usize >= map.tx || r as usize >= map.rx;
         if let Some(link) = link_tx.iter().zip(&link_rx).position(is_outside) {
-            return Err(self.damaged(
-                id,
-                format!("link {link} joins positions that are not there"),
-            ));
+            let problem = format!("link {link} joins positions that are not there");
+            return Err(self.damaged(id, problem));
         }
         let grid = self.manifest.layout.raster;
         let Some(buildings) = Raster::from_pixels(grid, self.array(map, "buildings")?) else {
@@ -116,13 +111,8 @@ impl Dataset {
             fallback: self.array(map, "fallback")?,
             aps: None,
         };
-        match data
-            .tx_m
-            .iter()
-            .chain(&data.rx_m)
-            .flatten()
-            .all(|value| value.is_finite())
-        {
+        let mut positions = data.tx_m.iter().chain(&data.rx_m).flatten();
+        match positions.all(|value| value.is_finite()) {
             true => Ok(data),
             false => Err(self.damaged(id, "a position is not finite".into())),
         }
@@ -134,14 +124,9 @@ impl Dataset {
     /// [`Error::NotStored`], and those of [`Dataset::map`].
     pub fn spectrum(&self, id: u32, link: usize) -> Result<Samples, Error> {
         let map = self.entry(id)?;
-        let (path, what) = (self.root.clone(), "angle power spectra");
         let aps = self.manifest.layout.aps;
-        let layout = aps.ok_or(Error::NotStored { path, what })?;
-        let (name, rows) = (ProfileNames::APS.db, Some(link..link + 1));
-        Ok(match layout.dtype {
-            Precision::F16 => Samples::F16(self.rows(map, name, rows)?),
-            Precision::F32 => Samples::F32(self.rows(map, name, rows)?),
-        })
+        let layout = aps.ok_or_else(|| self.not_stored("angle power spectra"))?;
+        self.samples(map, ProfileNames::APS.db, &layout, Some(link..link + 1))
     }
 
     /// Loads the power delay profiles of a map.
@@ -150,11 +135,8 @@ impl Dataset {
     /// [`Error::NotStored`], and those of [`Dataset::map`].
     pub fn pdp(&self, id: u32) -> Result<Profile, Error> {
         let map = self.entry(id)?;
-        let what = "power delay profiles";
-        let layout = self.manifest.layout.pdp.ok_or(Error::NotStored {
-            path: self.root.clone(),
-            what,
-        })?;
+        let pdp = self.manifest.layout.pdp;
+        let layout = pdp.ok_or_else(|| self.not_stored("power delay profiles"))?;
         self.profile(map, &self.status(map)?, ProfileNames::PDP, &layout)
     }
 
@@ -165,10 +147,7 @@ impl Dataset {
     pub fn paths(&self, id: u32) -> Result<PathTable, Error> {
         let map = self.entry(id)?;
         if !self.manifest.layout.paths {
-            return Err(Error::NotStored {
-                path: self.root.clone(),
-                what: "propagation paths",
-            });
+            return Err(self.not_stored("propagation paths"));
         }
         let kinds: Vec<u8> = self.array(map, "interaction_kind")?;
         let table = PathTable {
@@ -212,20 +191,16 @@ impl Dataset {
     /// folder that it does not name.
     pub fn verify_manifest(&self) -> Vec<Error> {
         let path = self.root.join(MANIFEST_FILE);
-        let mut problems: Vec<Error> = must_be(&path, &json::to_bytes(&self.manifest))
-            .err()
-            .into_iter()
-            .collect();
+        let mut problems = Vec::from_iter(must_be(&path, &json::to_bytes(&self.manifest)).err());
         match MapEntry::folders_in(&self.root) {
-            Ok(folders) => problems.extend(
-                folders
-                    .into_iter()
-                    .filter(|(id, _)| self.entry(*id).is_err())
-                    .map(|(_, path)| Error::Damaged {
-                        path,
-                        problem: "the manifest does not name this map".into(),
-                    }),
-            ),
+            Ok(mut folders) => {
+                folders.retain(|(id, _)| self.entry(*id).is_err());
+                let problem = "the manifest does not name this map";
+                problems.extend(folders.into_iter().map(|(_, path)| Error::Damaged {
+                    path,
+                    problem: problem.into(),
+                }));
+            }
             Err(error) => problems.push(error),
         }
         problems
@@ -251,10 +226,8 @@ impl Dataset {
             format_version: self.manifest.format_version,
             ..MapManifest::new(self.manifest.config(), map.clone())
         };
-        let mut problems: Vec<Error> = must_be(&folder.join(MAP_FILE), &json::to_bytes(&manifest))
-            .err()
-            .into_iter()
-            .collect();
+        let same = must_be(&folder.join(MAP_FILE), &json::to_bytes(&manifest));
+        let mut problems = Vec::from_iter(same.err());
         for file in &map.files {
             let path = folder.join(&file.name);
             match durable::size_and_sha256(&path) {
@@ -322,6 +295,13 @@ impl Dataset {
         self.root.join(MapEntry::folder_of(id))
     }
 
+    fn not_stored(&self, what: &'static str) -> Error {
+        Error::NotStored {
+            path: self.root.clone(),
+            what,
+        }
+    }
+
     fn damaged(&self, id: u32, problem: String) -> Error {
         Error::Damaged {
             path: self.folder(id),
@@ -357,6 +337,20 @@ impl Dataset {
         Ok(array.data)
     }
 
+    /// Loads rows of the values of a profile; `None` for all.
+    fn samples(
+        &self,
+        map: &MapEntry,
+        name: &'static str,
+        layout: &ProfileLayout,
+        rows: Option<Range<usize>>,
+    ) -> Result<Samples, Error> {
+        Ok(match layout.dtype {
+            Precision::F16 => Samples::F16(self.rows(map, name, rows)?),
+            Precision::F32 => Samples::F32(self.rows(map, name, rows)?),
+        })
+    }
+
     fn status(&self, map: &MapEntry) -> Result<Vec<LinkStatus>, Error> {
         let codes: Vec<u8> = self.array(map, "status")?;
         Ok(codes.into_iter().map(LinkStatus::from_code).collect())
@@ -371,10 +365,7 @@ impl Dataset {
     ) -> Result<Profile, Error> {
         let profile = Profile {
             bins: layout.axis.count,
-            db: match layout.dtype {
-                Precision::F16 => Samples::F16(self.array(map, names.db)?),
-                Precision::F32 => Samples::F32(self.array(map, names.db)?),
-            },
+            db: self.samples(map, names.db, layout, None)?,
             max_db: self.array(map, names.max_db)?,
             argmax: layout
                 .argmax

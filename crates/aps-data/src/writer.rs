@@ -78,7 +78,7 @@ impl DatasetWriter {
     /// As [`DatasetWriter::open`].
     pub fn open_with(
         root: impl AsRef<Path>,
-        config: DatasetConfig,
+        mut config: DatasetConfig,
         access: Access,
     ) -> Result<Self, Error> {
         let root = root.as_ref();
@@ -89,11 +89,8 @@ impl DatasetWriter {
         }
         fs::create_dir_all(root).map_err(at(root, "create"))?;
         let names = durable::names_in(root)?;
-        if !names.is_empty()
-            && !names
-                .iter()
-                .any(|name| name == LOCK_FILE || is_of_dataset(name))
-        {
+        let is_own = |name: &String| name == LOCK_FILE || is_of_dataset(name);
+        if !names.is_empty() && !names.iter().any(is_own) {
             let problem = format!(
                 "it holds {:?} and the like; give an empty or a new folder",
                 names[0]
@@ -107,11 +104,11 @@ impl DatasetWriter {
         if access == Access::Whole {
             PartialFolder::remove_leftovers(root)?;
         }
-        let config = config.in_order();
+        // The order in which they are stored.
+        config.configuration.sort_all_objects();
         let finished = finished_maps(root, &config)?;
-        let root = root.to_path_buf();
         Ok(DatasetWriter {
-            root,
+            root: root.to_path_buf(),
             config,
             access,
             finished: Mutex::new(finished),
@@ -164,11 +161,9 @@ impl DatasetWriter {
         let ids: Vec<u32> = maps.iter().map(|map| map.id).collect();
         let named = split.all_maps();
         if named != ids {
-            let only = |a: &[u32], b: &[u32]| {
-                a.iter()
-                    .copied()
-                    .filter(|id| !b.contains(id))
-                    .collect::<Vec<_>>()
+            let only = |a: &[u32], b: &[u32]| -> Vec<u32> {
+                let only = a.iter().filter(|id| !b.contains(id));
+                only.copied().collect()
             };
             let (missing, surplus) = (only(&named, &ids), only(&ids, &named));
             let problem = format!(
@@ -184,17 +179,17 @@ impl DatasetWriter {
 
     /// Refuses finished maps and those of other shards.
     pub(crate) fn must_want(&self, id: u32) -> Result<(), Error> {
-        let problem = if self.has_map(id) {
-            "already written; ask has_map first"
-        } else if !self.access.covers(id) {
-            "belongs to another shard"
-        } else {
-            return Ok(());
-        };
-        Err(Error::Input {
+        let refuse = |problem: &str| Error::Input {
             map: id,
             problem: problem.into(),
-        })
+        };
+        if self.has_map(id) {
+            Err(refuse("already written; ask has_map first"))
+        } else if !self.access.covers(id) {
+            Err(refuse("belongs to another shard"))
+        } else {
+            Ok(())
+        }
     }
 
     pub(crate) fn root(&self) -> &Path {

@@ -112,19 +112,15 @@ pub struct Path {
 
 impl Path {
     fn is_finite(&self) -> bool {
-        let Path {
-            loss_db,
-            length_m,
-            delay_ns,
-            departure,
-            arrival,
-        } = self;
-        let angles = [departure, arrival].map(|d| [d.azimuth_rad, d.elevation_rad]);
-        let values = [*loss_db, *length_m, *delay_ns];
-        values
-            .iter()
-            .chain(angles.as_flattened())
-            .all(|v| v.is_finite())
+        let lengths = [self.loss_db, self.length_m, self.delay_ns];
+        let angles = self.angles();
+        lengths.iter().chain(&angles).all(|v| v.is_finite())
+    }
+
+    /// Azimuth and elevation at the source, then at the receiver \[rad\].
+    fn angles(&self) -> [f32; 4] {
+        let [d, a] = [self.departure, self.arrival].map(|d| [d.azimuth_rad, d.elevation_rad]);
+        [d[0], d[1], a[0], a[1]]
     }
 }
 

@@ -106,14 +106,8 @@ impl Propbin {
         for receiver in &self.receivers {
             out.extend(receiver.id.to_le_bytes());
             put(&mut out, &receiver.position_m);
-            let or_none = |value: Option<f32>| value.unwrap_or(f32::NAN);
-            put(
-                &mut out,
-                &[
-                    or_none(receiver.total_power_dbm),
-                    or_none(receiver.total_loss_db),
-                ],
-            );
+            let totals = [receiver.total_power_dbm, receiver.total_loss_db];
+            put(&mut out, &totals.map(|value| value.unwrap_or(f32::NAN)));
             put_range(&mut out, &receiver.paths);
         }
         for stored in &self.paths {
@@ -158,7 +152,7 @@ fn put_range(out: &mut Vec<u8>, range: &std::ops::Range<usize>) {
 fn put_full(out: &mut Vec<u8>, stored: &Stored) {
     let path = &stored.path;
     put(out, &[path.loss_db, path.length_m]);
-    put(out, &angles(path));
+    put(out, &path.angles());
     put(out, &[path.delay_ns]);
     put_range(out, &stored.chain);
 }
@@ -166,21 +160,10 @@ fn put_full(out: &mut Vec<u8>, stored: &Stored) {
 fn put_compact(out: &mut Vec<u8>, stored: &Stored) {
     let path = &stored.path;
     let lengths = [path.loss_db, path.length_m, path.delay_ns];
-    for value in lengths.into_iter().chain(angles(path)) {
+    for value in lengths.into_iter().chain(path.angles()) {
         out.extend(f16::from_f32(value).to_le_bytes());
     }
     out.extend((stored.chain.len() as u16).to_le_bytes());
     out.extend([stored.kind.cast_unsigned(), 0, 0, 0]);
     out.extend((stored.chain.start as u32).to_le_bytes());
-}
-
-/// Azimuth and elevation at the source, then at the receiver \[rad\].
-fn angles(path: &Path) -> [f32; 4] {
-    let (d, a) = (path.departure, path.arrival);
-    [
-        d.azimuth_rad,
-        d.elevation_rad,
-        a.azimuth_rad,
-        a.elevation_rad,
-    ]
 }

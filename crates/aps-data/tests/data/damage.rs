@@ -15,15 +15,12 @@ fn edit(path: &Path, change: impl FnOnce(&str) -> String) {
 
 #[test]
 fn any_flipped_bit_is_found() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let files = sample::contents(root.path());
     // One byte out of many, a bit of its own in each, in every file of the data set.
     for (name, bytes) in files.iter().filter(|(name, _)| name.as_str() != ".lock") {
-        for at in (0..bytes.len())
-            .step_by(bytes.len() / 9 + 1)
-            .chain([bytes.len() - 1])
-        {
+        let places = (0..bytes.len()).step_by(bytes.len() / 9 + 1);
+        for at in places.chain([bytes.len() - 1]) {
             let path = root.path().join(name);
             let mut damaged = bytes.clone();
             damaged[at] ^= 1 << (at % 8);
@@ -41,32 +38,28 @@ fn any_flipped_bit_is_found() {
 
 #[test]
 fn verify_lists_every_damaged_file() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     for name in ["map_0001/aps_db.npy", "map_0003/tx.npy"] {
-        let path = root.path().join(name);
-        let mut bytes = fs::read(&path).unwrap();
-        *bytes.last_mut().unwrap() ^= 1;
-        fs::write(path, bytes).unwrap();
+        sample::damage_end(&root.path().join(name));
     }
     fs::remove_file(root.path().join("map_0002/status.npy")).unwrap();
     let problems = Dataset::open(root.path()).unwrap().verify();
-    assert!(
-        matches!(&problems[0], Error::Checksum { path, .. } if path.ends_with("map_0001/aps_db.npy"))
-    );
-    assert!(
-        matches!(&problems[1], Error::Io { path, .. } if path.ends_with("map_0002/status.npy"))
-    );
-    assert!(
-        matches!(&problems[2], Error::Checksum { path, .. } if path.ends_with("map_0003/tx.npy"))
-    );
-    assert_eq!(problems.len(), 3);
+    let [
+        Error::Checksum { path: a, .. },
+        Error::Io { path: b, .. },
+        Error::Checksum { path: c, .. },
+    ] = &problems[..]
+    else {
+        panic!("{problems:?}");
+    };
+    assert!(a.ends_with("map_0001/aps_db.npy"), "{a:?}");
+    assert!(b.ends_with("map_0002/status.npy"), "{b:?}");
+    assert!(c.ends_with("map_0003/tx.npy"), "{c:?}");
 }
 
 #[test]
 fn map_that_the_manifest_does_not_name_is_found() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     fs::create_dir(root.path().join("map_0007")).unwrap();
     let problems = Dataset::open(root.path()).unwrap().verify();
     assert!(matches!(&problems[..], [Error::Damaged { path, .. }] if path.ends_with("map_0007")));
@@ -76,12 +69,9 @@ fn map_that_the_manifest_does_not_name_is_found() {
 fn values_outside_their_range_do_not_leave_the_crate() {
     let cases = [("path_delay_s", -1e-9), ("path_arrival_azimuth_rad", 7.0)];
     for (name, value) in cases {
-        let root = tempfile::tempdir().unwrap();
-        sample::write(root.path());
+        let root = sample::written();
         let path = root.path().join(format!("map_0000/{name}.npy"));
-        let mut bytes = fs::read(&path).unwrap();
-        bytes[128..136].copy_from_slice(&f64::to_le_bytes(value));
-        fs::write(&path, bytes).unwrap();
+        sample::change(&path, 128, &f64::to_le_bytes(value));
         let error = Dataset::open(root.path()).unwrap().paths(0).unwrap_err();
         assert!(error.to_string().contains("number 0 is"), "{error}");
     }
@@ -89,8 +79,7 @@ fn values_outside_their_range_do_not_leave_the_crate() {
 
 #[test]
 fn truncated_array_is_an_error_on_loading_and_on_resuming() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let path = root.path().join("map_0001/aps_db.npy");
     let bytes = fs::read(&path).unwrap();
     fs::write(&path, &bytes[..bytes.len() - 2]).unwrap();
@@ -115,8 +104,7 @@ fn truncated_array_is_an_error_on_loading_and_on_resuming() {
 
 #[test]
 fn array_of_another_type_is_refused() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     aps_data::npy::write(root.path().join("map_0000/tx.npy"), &[2, 2], &[0.0_f32; 4]).unwrap();
     let error = Dataset::open(root.path()).unwrap().map(0).unwrap_err();
     assert!(
@@ -142,12 +130,9 @@ fn values_out_of_range_do_not_leave_the_crate() {
         ("status", 1, &[1]),
     ];
     for (name, at, value) in cases {
-        let root = tempfile::tempdir().unwrap();
-        sample::write(root.path());
+        let root = sample::written();
         let path = root.path().join(format!("map_0000/{name}.npy"));
-        let mut bytes = fs::read(&path).unwrap();
-        bytes[128 + at..128 + at + value.len()].copy_from_slice(value);
-        fs::write(&path, bytes).unwrap();
+        sample::change(&path, 128 + at, value);
         let error = Dataset::open(root.path()).unwrap().map(0).unwrap_err();
         assert!(matches!(error, Error::Damaged { .. }), "{name}: {error:?}");
     }
@@ -156,12 +141,9 @@ fn values_out_of_range_do_not_leave_the_crate() {
 #[test]
 fn offsets_that_lead_astray_are_refused() {
     for (name, value) in [("path_offset", 99_u64), ("interaction_offset", u64::MAX)] {
-        let root = tempfile::tempdir().unwrap();
-        sample::write(root.path());
+        let root = sample::written();
         let path = root.path().join(format!("map_0000/{name}.npy"));
-        let mut bytes = fs::read(&path).unwrap();
-        bytes[136..144].copy_from_slice(&value.to_le_bytes());
-        fs::write(&path, bytes).unwrap();
+        sample::change(&path, 136, &value.to_le_bytes());
         let error = Dataset::open(root.path()).unwrap().paths(0).unwrap_err();
         assert!(error.to_string().contains(name), "{error}");
     }
@@ -169,34 +151,25 @@ fn offsets_that_lead_astray_are_refused() {
 
 #[test]
 fn newer_format_is_refused_before_anything_else_is_read() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let path = root.path().join("manifest.json");
-    fs::write(
-        &path,
-        r#"{"format": "aps-dataset", "format_version": 3, "worlds": []}"#,
-    )
-    .unwrap();
+    let newer = r#"{"format": "aps-dataset", "format_version": 3, "worlds": []}"#;
+    fs::write(&path, newer).unwrap();
     let error = Dataset::open(root.path()).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            Error::NewerFormat {
-                found: 3,
-                supported: 2,
-                ..
-            }
-        ),
-        "{error:?}"
-    );
+    let Error::NewerFormat {
+        found, supported, ..
+    } = error
+    else {
+        panic!("{error:?}");
+    };
+    assert_eq!((found, supported), (3, 2));
     let error = DatasetWriter::open(root.path(), sample::config()).unwrap_err();
     assert!(matches!(error, Error::NewerFormat { .. }), "{error:?}");
 }
 
 #[test]
 fn older_format_is_read_but_not_continued() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let maps = (0..4).map(|id| format!("map_{id:04}/map.json"));
     for file in maps.chain(["manifest.json".into()]) {
         edit(&root.path().join(file), |text| {
@@ -259,8 +232,7 @@ fn manifest_that_contradicts_itself_is_refused() {
         ("\"count\": 5", "\"count\": 0", "an axis needs"),
     ];
     for (from, to, message) in cases {
-        let root = tempfile::tempdir().unwrap();
-        sample::write(root.path());
+        let root = sample::written();
         edit(&root.path().join("manifest.json"), |text| {
             text.replacen(from, to, 1)
         });
@@ -293,31 +265,25 @@ fn map_and_arrays_that_are_not_there_are_typed_errors() {
         dataset.map(3),
         Err(Error::UnknownMap { map: 3, .. })
     ));
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     assert!(Dataset::open(root.path()).unwrap().pdp(0).is_ok());
 }
 
 #[test]
 fn foreign_files_are_found() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let dataset = Dataset::open(root.path()).unwrap();
     assert!(dataset.verify().is_empty());
     fs::write(root.path().join("map_0001/extra.npy"), "x").unwrap();
     let problems = dataset.verify();
     assert_eq!(problems.len(), 1);
-    assert!(
-        problems[0].to_string().contains("extra.npy"),
-        "{}",
-        problems[0]
-    );
+    let told = problems[0].to_string();
+    assert!(told.contains("extra.npy"), "{told}");
 }
 
 #[test]
 fn manifest_alone_opens_and_finds_no_arrays() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     for id in 0..4 {
         fs::remove_dir_all(root.path().join(format!("map_{id:04}"))).unwrap();
     }

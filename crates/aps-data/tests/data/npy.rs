@@ -27,46 +27,23 @@ fn number_and_vector_have_shapes_of_their_own() {
 
 #[test]
 fn headers_of_other_writers_are_read() {
-    let cases = [
-        (
-            "{\"shape\":(2,),\"descr\":\"|u1\",\"fortran_order\":False}",
-            true,
-        ),
-        (
-            "{'descr': '|u1', 'fortran_order': True, 'shape': (2,)}\n",
-            true,
-        ),
-        (
-            "{'descr': '|u1', 'fortran_order': True, 'shape': (1, 2)}\n",
-            false,
-        ),
-        (
-            "{'descr': '|u1', 'fortran_order': False, 'shape': (2L,)}\n",
-            true,
-        ),
-        (
-            "{'descr': '|u1', 'fortran_order': False, 'shape': (L,)}\n",
-            false,
-        ),
-        (
-            "{'descr': '|u1', 'fortran_order': False, 'shape': (2LL,)}\n",
-            false,
-        ),
-        (
-            "{'descr': [('a', '|u1')], 'fortran_order': False, 'shape': (2,)}\n",
-            false,
-        ),
-        (
-            "{'descr': '|u1', 'fortran_order': False, 'shape': (2,)} + x\n",
-            false,
-        ),
-        ("{'descr': '|u1', 'fortran_order': False}\n", false),
-        (
-            "{'descr': '|u1', 'descr': '|u1', 'fortran_order': False, 'shape': (2,)}\n",
-            false,
-        ),
+    let readable = [
+        "{\"shape\":(2,),\"descr\":\"|u1\",\"fortran_order\":False}",
+        "{'descr': '|u1', 'fortran_order': True, 'shape': (2,)}\n",
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (2L,)}\n",
     ];
-    for (text, is_readable) in cases {
+    let refused = [
+        "{'descr': '|u1', 'fortran_order': True, 'shape': (1, 2)}\n",
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (L,)}\n",
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (2LL,)}\n",
+        "{'descr': [('a', '|u1')], 'fortran_order': False, 'shape': (2,)}\n",
+        "{'descr': '|u1', 'fortran_order': False, 'shape': (2,)} + x\n",
+        "{'descr': '|u1', 'fortran_order': False}\n",
+        "{'descr': '|u1', 'descr': '|u1', 'fortran_order': False, 'shape': (2,)}\n",
+    ];
+    let readable = readable.map(|text| (text, true));
+    let refused = refused.map(|text| (text, false));
+    for (text, is_readable) in readable.into_iter().chain(refused) {
         for version in [1_u8, 2, 3] {
             let mut bytes = b"\x93NUMPY".to_vec();
             bytes.extend_from_slice(&[version, 0]);
@@ -194,14 +171,8 @@ impl std::io::Seek for SmallDisk {
 #[test]
 fn full_disk_is_an_error_wherever_it_happens() {
     let write = |room| {
-        let mut writer = Writer::new(
-            SmallDisk {
-                disk: Cursor::new(Vec::new()),
-                room,
-            },
-            "<f8",
-            &[],
-        )?;
+        let disk = Cursor::new(Vec::new());
+        let mut writer = Writer::new(SmallDisk { disk, room }, "<f8", &[])?;
         writer.push(&[1.0_f64; 4])?;
         writer.finish().map(|(sink, _)| sink.disk.into_inner())
     };

@@ -134,24 +134,26 @@ fn a_compression_that_is_not_read_is_named() {
 
 /// The paths of the golden files, which half precision holds exactly.
 fn golden_paths() -> [Path; 3] {
-    let path = |loss_db, length_m, delay_ns, [a, b, c, d]: [f32; 4]| Path {
-        loss_db,
-        length_m,
-        delay_ns,
-        departure: Direction {
-            azimuth_rad: a,
-            elevation_rad: b,
-        },
-        arrival: Direction {
-            azimuth_rad: c,
-            elevation_rad: d,
-        },
-    };
     [
-        path(61.5, 20.0, 66.75, [0.0; 4]),
-        path(80.25, 35.5, 118.5, [1.25, 0.5, -2.5, -0.5]),
-        path(95.0, 50.0, 166.75, [-1.5, 0.25, 3.0, 0.125]),
+        path([61.5, 20.0, 66.75, 0.0, 0.0, 0.0, 0.0]),
+        path([80.25, 35.5, 118.5, 1.25, 0.5, -2.5, -0.5]),
+        path([95.0, 50.0, 166.75, -1.5, 0.25, 3.0, 0.125]),
     ]
+}
+
+/// A path of loss, length, delay, and azimuth and elevation of departure and of arrival.
+fn path(v: [f32; 7]) -> Path {
+    let direction = |azimuth_rad, elevation_rad| Direction {
+        azimuth_rad,
+        elevation_rad,
+    };
+    Path {
+        loss_db: v[0],
+        length_m: v[1],
+        delay_ns: v[2],
+        departure: direction(v[3], v[4]),
+        arrival: direction(v[5], v[6]),
+    }
 }
 
 #[track_caller]
@@ -164,18 +166,19 @@ fn check_golden(file: &Propbin, version: Version) {
         panic!("two receivers")
     };
     assert_eq!((first.id, first.position_m), (7, [30.0, 20.0, 1.5]));
-    assert_eq!(
-        (first.total_power_dbm, first.total_loss_db),
-        (Some(-60.5), Some(61.5))
-    );
-    assert_eq!(
-        (second.id, second.total_power_dbm, second.total_loss_db),
-        (-1, None, None)
-    );
+    let totals = [first, second].map(|receiver| (receiver.total_power_dbm, receiver.total_loss_db));
+    assert_eq!(totals, [(Some(-60.5), Some(61.5)), (None, None)]);
+    assert_eq!(second.id, -1);
     let paths: Vec<Path> = file.paths_of(first).map(|(path, _)| *path).collect();
     assert_eq!(paths, golden_paths());
     assert_eq!(file.paths_of(second).count(), 0);
     assert_eq!(file.unusable_paths(), 0);
+}
+
+/// Chains of the paths to the first receiver.
+fn chains(file: &Propbin) -> Vec<Chain<'_>> {
+    let paths = file.paths_of(&file.receivers()[0]);
+    paths.map(|(_, chain)| chain).collect()
 }
 
 #[test]
@@ -183,11 +186,7 @@ fn full_propbin_is_read_and_written_alike() {
     let bytes = golden!("full.propbin");
     let file = Propbin::from_bytes(bytes).unwrap();
     check_golden(&file, Version::Full);
-    let chains: Vec<Chain<'_>> = file
-        .paths_of(&file.receivers()[0])
-        .map(|(_, chain)| chain)
-        .collect();
-    let lengths = chains.iter().map(|chain| match chain {
+    let lengths = chains(&file).into_iter().map(|chain| match chain {
         Chain::Points(points) => points.len(),
         _ => panic!("points"),
     });
@@ -221,16 +220,12 @@ fn full_propbin_is_read_and_written_alike() {
 fn compact_propbin_is_read_compressed() {
     let file = Propbin::from_bytes(golden!("compact.propbin.gz")).unwrap();
     check_golden(&file, Version::Compact);
-    let chains: Vec<Chain<'_>> = file
-        .paths_of(&file.receivers()[0])
-        .map(|(_, chain)| chain)
-        .collect();
     let expected = [
         Chain::Vertices((&[]).into()),
         Chain::Vertices((&[3, 700]).into()),
         Chain::Rooftop((&[[14.5, 21.0], [25.0, 20.5]]).into()),
     ];
-    assert_eq!(chains, expected);
+    assert_eq!(chains(&file), expected);
     assert_eq!(
         Propbin::from_bytes(&file.to_bytes().unwrap()).unwrap(),
         file
@@ -321,15 +316,7 @@ proptest! {
             if i % per_receiver == 0 {
                 file.add_receiver(i as i32, [i as f32, 0.5, 1.5], None, Some(80.0));
             }
-            let v = v.map(|v| f32::from(v) / 64.0);
-            let direction = |azimuth_rad, elevation_rad| Direction { azimuth_rad, elevation_rad };
-            let path = Path {
-                loss_db: v[0],
-                length_m: v[1],
-                delay_ns: v[2],
-                departure: direction(v[3], v[4]),
-                arrival: direction(v[5], v[6]),
-            };
+            let path = path(v.map(|v| f32::from(v) / 64.0));
             let points: Vec<[f32; 3]> = chain.iter().map(|p| p.map(f32::from)).collect();
             file.add_path(&path, &Chain::Points(points.into())).unwrap();
         }

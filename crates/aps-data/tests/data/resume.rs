@@ -1,11 +1,9 @@
 use std::fs;
 use std::path::Path;
 
-use aps_data::{
-    Access, Dataset, DatasetConfig, DatasetWriter, Error, Links, MapInput, Plan, Split, Survey,
-};
+use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, Error, Plan, Split, Survey};
 
-use crate::sample::{self, LINKS, RX, Rows, TX};
+use crate::sample::{self, LINKS, Rows};
 
 fn names(root: &Path) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(root)
@@ -19,15 +17,8 @@ fn names(root: &Path) -> Vec<String> {
 #[test]
 fn dropped_map_leaves_nothing() {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
-    let buildings = sample::buildings();
-    let input = MapInput {
-        buildings: &buildings,
-        tx_m: &TX,
-        rx_m: &RX,
-        links: Links::Grid,
-    };
-    let mut map = writer.begin_map(0, &input).unwrap();
+    let writer = sample::writer(&root);
+    let mut map = writer.begin_map(0, &sample::input()).unwrap();
     map.push(&Rows::of(0, 0..3).as_rows()).unwrap();
     assert_eq!(names(root.path()).len(), 2);
     drop(map);
@@ -37,15 +28,8 @@ fn dropped_map_leaves_nothing() {
 #[test]
 fn map_with_missing_links_is_refused_and_leaves_nothing() {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
-    let buildings = sample::buildings();
-    let input = MapInput {
-        buildings: &buildings,
-        tx_m: &TX,
-        rx_m: &RX,
-        links: Links::Grid,
-    };
-    let mut map = writer.begin_map(0, &input).unwrap();
+    let writer = sample::writer(&root);
+    let mut map = writer.begin_map(0, &sample::input()).unwrap();
     map.push(&Rows::of(0, 0..3).as_rows()).unwrap();
     assert_eq!(
         map.finish().unwrap_err().to_string(),
@@ -57,12 +41,12 @@ fn map_with_missing_links_is_refused_and_leaves_nothing() {
 #[test]
 fn leftovers_of_a_killed_run_are_removed() {
     let root = tempfile::tempdir().unwrap();
-    drop(DatasetWriter::open(root.path(), sample::config()).unwrap());
+    drop(sample::writer(&root));
     let partial = root.path().join(".map_0003.partial-4242");
     fs::create_dir(&partial).unwrap();
     fs::write(partial.join("tx.npy"), b"half").unwrap();
     fs::write(root.path().join(".manifest.json.partial-4242"), b"{").unwrap();
-    drop(DatasetWriter::open(root.path(), sample::config()).unwrap());
+    drop(sample::writer(&root));
     assert_eq!(names(root.path()), [".lock"]);
 }
 
@@ -92,7 +76,7 @@ fn unfinished_data_set_tells_what_is_missing_until_it_is_finished() {
         Survey::of(root.path()),
         Err(Error::NotADataset { .. })
     ));
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
+    let writer = sample::writer(&root);
     let plan = Plan {
         maps: vec![0, 1, 2, 3],
         shards: Some(2),
@@ -116,9 +100,8 @@ fn unfinished_data_set_tells_what_is_missing_until_it_is_finished() {
 
 #[test]
 fn finished_map_is_not_written_twice() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
+    let root = sample::written();
+    let writer = sample::writer(&root);
     let error = sample::write_map(&writer, 1, LINKS).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -128,8 +111,7 @@ fn finished_map_is_not_written_twice() {
 
 /// Opens the sample data set with other settings; returns what the refusal says differs.
 fn mismatch(change: fn(&mut DatasetConfig)) -> String {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     // Also without the manifest, as after a kill, the maps know their settings.
     fs::remove_file(root.path().join("manifest.json")).unwrap();
     let mut config = sample::config();
@@ -143,31 +125,33 @@ fn mismatch(change: fn(&mut DatasetConfig)) -> String {
 
 #[test]
 fn other_settings_are_refused_by_name() {
-    assert_eq!(
-        mismatch(|config| config.configuration["tracer"]["max_reflections"] = 3.into()),
-        "configuration.tracer.max_reflections is 2 there, 3 here"
-    );
-    assert_eq!(
-        mismatch(|config| config.configuration["label"]["protocol"] = "released".into()),
-        "configuration.label.protocol is \"paper\" there, \"released\" here"
-    );
-    assert_eq!(
-        mismatch(|config| config.configuration["tracer"]["max_diffractions"] = 1.into()),
-        "configuration.tracer.max_diffractions is nothing there, 1 here"
-    );
-    assert_eq!(
-        mismatch(|config| {
-            config.seed = 1;
-            config.layout.raster.width = 5;
-        }),
-        "layout.raster.width is 10 there, 5 here, seed is 18446744073709551615 there, 1 here"
-    );
+    type Case = (fn(&mut DatasetConfig), &'static str);
+    let cases: [Case; 4] = [
+        (
+            |config| config.configuration["tracer"]["max_reflections"] = 3.into(),
+            "configuration.tracer.max_reflections is 2 there, 3 here",
+        ),
+        (
+            |config| config.configuration["label"]["protocol"] = "released".into(),
+            "configuration.label.protocol is \"paper\" there, \"released\" here",
+        ),
+        (
+            |config| config.configuration["tracer"]["max_diffractions"] = 1.into(),
+            "configuration.tracer.max_diffractions is nothing there, 1 here",
+        ),
+        (
+            |config| (config.seed, config.layout.raster.width) = (1, 5),
+            "layout.raster.width is 10 there, 5 here, seed is 18446744073709551615 there, 1 here",
+        ),
+    ];
+    for (change, message) in cases {
+        assert_eq!(mismatch(change), message);
+    }
 }
 
 #[test]
 fn settings_in_another_order_are_the_same() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let mut config = sample::config();
     config.configuration =
         serde_json::from_str(r#"{"label":{"spacing":1e-1,"protocol":"paper"},"tracer":{"frequency_hz":3500000000.0,"max_reflections":2}}"#)
@@ -181,7 +165,7 @@ fn settings_in_another_order_are_the_same() {
 #[test]
 fn second_writer_is_refused_while_the_first_is_at_work() {
     let root = tempfile::tempdir().unwrap();
-    let first = DatasetWriter::open(root.path(), sample::config()).unwrap();
+    let first = sample::writer(&root);
     assert!(matches!(
         DatasetWriter::open(root.path(), sample::config()),
         Err(Error::Locked { .. })
@@ -190,7 +174,7 @@ fn second_writer_is_refused_while_the_first_is_at_work() {
     let refused = DatasetWriter::open_with(root.path(), sample::config(), shard);
     assert!(matches!(refused, Err(Error::Locked { .. })));
     drop(first);
-    DatasetWriter::open(root.path(), sample::config()).unwrap();
+    sample::writer(&root);
 }
 
 #[test]
@@ -266,9 +250,7 @@ fn damaged_or_different_maps_are_not_adopted() {
     assert!(matches!(adopt(&writer), Err(Error::ConfigMismatch { .. })));
     drop(writer);
     let path = source.path().join("map_0001/rx.npy");
-    let mut bytes = fs::read(&path).unwrap();
-    *bytes.last_mut().unwrap() ^= 1;
-    fs::write(&path, bytes).unwrap();
+    sample::damage_end(&path);
     let writer = DatasetWriter::open(target.path(), sample::config()).unwrap();
     assert!(matches!(adopt(&writer), Err(Error::Checksum { .. })));
     assert_eq!(names(target.path()), [".lock", "map_0000"]);
@@ -277,7 +259,7 @@ fn damaged_or_different_maps_are_not_adopted() {
 #[test]
 fn split_must_name_the_finished_maps() {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
+    let writer = sample::writer(&root);
     sample::write_map(&writer, 4, LINKS).unwrap();
     let error = writer
         .finish(&Split::of_maps([3], 0))

@@ -7,8 +7,7 @@ use crate::sample::{self, ANGLES, DELAYS, LINKS, RX, Rows, TX};
 
 #[test]
 fn link_table_comes_back_in_order() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let map = Dataset::open(root.path()).unwrap().map(2).unwrap();
     assert_eq!(
         (map.tx_m.as_slice(), map.rx_m.as_slice()),
@@ -19,13 +18,12 @@ fn link_table_comes_back_in_order() {
     assert_eq!(map.status, Rows::of(2, 0..LINKS).status);
     assert_eq!(map.fallback, Rows::of(2, 0..LINKS).fallback);
     assert_eq!(map.valid_links().collect::<Vec<_>>(), [0, 1, 2, 4, 5]);
-    assert_eq!(map.buildings, sample::buildings());
+    assert_eq!(map.buildings, *sample::BUILDINGS);
 }
 
 #[test]
 fn spectra_come_back_relative_to_their_maximum() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let dataset = Dataset::open(root.path()).unwrap();
     let rows = Rows::of(3, 0..LINKS);
     let aps = dataset.map(3).unwrap().aps.unwrap();
@@ -49,8 +47,7 @@ fn spectra_come_back_relative_to_their_maximum() {
 
 #[test]
 fn paths_come_back_to_the_last_bit() {
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let table = Dataset::open(root.path()).unwrap().paths(1).unwrap();
     let rows = Rows::of(1, 0..LINKS);
     assert!(table.is_same(&rows.paths));
@@ -112,20 +109,12 @@ fn maps_written_by_several_threads_are_the_same() {
 #[test]
 fn listed_links_need_not_be_a_grid() {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
-    let buildings = sample::buildings();
-    let links = Links::List(&[[1, 2], [0, 0]]);
-    let mut map = writer
-        .begin_map(
-            7,
-            &MapInput {
-                buildings: &buildings,
-                tx_m: &TX,
-                rx_m: &RX,
-                links,
-            },
-        )
-        .unwrap();
+    let writer = sample::writer(&root);
+    let input = MapInput {
+        links: Links::List(&[[1, 2], [0, 0]]),
+        ..sample::input()
+    };
+    let mut map = writer.begin_map(7, &input).unwrap();
     map.push(&Rows::of(7, 0..2).as_rows()).unwrap();
     map.finish().unwrap();
     writer.finish(&aps_data::Split::of_maps([7], 0)).unwrap();
@@ -136,13 +125,10 @@ fn listed_links_need_not_be_a_grid() {
 #[test]
 fn map_without_links_is_a_map() {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
-    let buildings = sample::buildings();
+    let writer = sample::writer(&root);
     let input = MapInput {
-        buildings: &buildings,
         tx_m: &[],
-        rx_m: &RX,
-        links: Links::Grid,
+        ..sample::input()
     };
     writer.begin_map(0, &input).unwrap().finish().unwrap();
     writer.finish(&aps_data::Split::of_maps([0], 0)).unwrap();
@@ -154,15 +140,8 @@ fn map_without_links_is_a_map() {
 /// Pushes rows changed by `change` as the first of a map; returns what is wrong with them.
 fn refused(change: impl Fn(&mut Rows)) -> String {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
-    let buildings = sample::buildings();
-    let input = MapInput {
-        buildings: &buildings,
-        tx_m: &TX,
-        rx_m: &RX,
-        links: Links::Grid,
-    };
-    let mut map = writer.begin_map(5, &input).unwrap();
+    let writer = sample::writer(&root);
+    let mut map = writer.begin_map(5, &sample::input()).unwrap();
     let mut rows = Rows::of(5, 0..LINKS);
     change(&mut rows);
     let error = map.push(&rows.as_rows()).unwrap_err();
@@ -216,36 +195,20 @@ fn rows_that_make_no_sense_are_refused_by_name() {
 #[test]
 fn rows_must_be_what_the_layout_stores() {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
-    let buildings = sample::buildings();
-    let input = MapInput {
-        buildings: &buildings,
-        tx_m: &TX,
-        rx_m: &RX,
-        links: Links::Grid,
-    };
-    let mut map = writer.begin_map(0, &input).unwrap();
+    let writer = sample::writer(&root);
+    let mut map = writer.begin_map(0, &sample::input()).unwrap();
     let rows = Rows::of(0, 0..LINKS);
+    let mut refused = |rows: &LinkRows<'_>| map.push(rows).unwrap_err().to_string();
     let without_aps = LinkRows {
         aps: None,
         ..rows.as_rows()
     };
-    assert!(
-        map.push(&without_aps)
-            .unwrap_err()
-            .to_string()
-            .contains("aps: missing")
-    );
+    assert!(refused(&without_aps).contains("aps: missing"));
     let without_paths = LinkRows {
         paths: None,
         ..rows.as_rows()
     };
-    assert!(
-        map.push(&without_paths)
-            .unwrap_err()
-            .to_string()
-            .contains("paths: must be given")
-    );
+    assert!(refused(&without_paths).contains("paths: must be given"));
     let without_places = LinkRows {
         aps: Some(ProfileRows {
             db: &rows.aps_db,
@@ -253,32 +216,21 @@ fn rows_must_be_what_the_layout_stores() {
         }),
         ..rows.as_rows()
     };
-    assert!(
-        map.push(&without_places)
-            .unwrap_err()
-            .to_string()
-            .contains("places of the maxima")
-    );
+    assert!(refused(&without_places).contains("places of the maxima"));
     map.push(&rows.as_rows()).unwrap();
-    assert!(
-        map.push(&Rows::of(0, 0..1).as_rows())
-            .unwrap_err()
-            .to_string()
-            .contains("more rows than its 6 links")
-    );
+    let more = map.push(&Rows::of(0, 0..1).as_rows()).unwrap_err();
+    assert!(more.to_string().contains("more rows than its 6 links"));
 }
 
 #[test]
 fn positions_and_links_must_exist() {
     let root = tempfile::tempdir().unwrap();
-    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
-    let buildings = sample::buildings();
+    let writer = sample::writer(&root);
     let begin = |tx_m: &[[f64; 2]], links: Links<'_>| {
         let input = MapInput {
-            buildings: &buildings,
             tx_m,
-            rx_m: &RX,
             links,
+            ..sample::input()
         };
         writer.begin_map(0, &input).unwrap_err().to_string()
     };

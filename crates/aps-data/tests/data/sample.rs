@@ -8,6 +8,7 @@ use aps_data::{
     Links, MapInput, PathTable, Precision, ProfileLayout, ProfileRows, Raster, RasterGrid, Split,
 };
 use serde_json::json;
+use tempfile::TempDir;
 
 pub const ANGLES: usize = 5;
 pub const DELAYS: usize = 9;
@@ -69,10 +70,9 @@ impl Rows {
         for link in links {
             let x = f64::from(map) + link as f64 / 7.0;
             let is_valid = link % 4 != 3;
-            rows.status.push(if is_valid {
-                LinkStatus::Valid
-            } else {
-                LinkStatus::NoPath
+            rows.status.push(match is_valid {
+                true => LinkStatus::Valid,
+                false => LinkStatus::NoPath,
             });
             rows.fallback.push((link % 3) as u8);
             rows.aps_db
@@ -91,9 +91,8 @@ impl Rows {
                 table.arrival_azimuth_rad.push(x.cos());
                 table.gain.push([1e-4 / (x + 1.0), -1e-5 * path as f64]);
                 for step in 0..path {
-                    table.interaction_kind.push(
-                        [InteractionKind::Reflection, InteractionKind::Diffraction][step % 2],
-                    );
+                    let kind = InteractionKind::from_code(step as u8 % 2);
+                    table.interaction_kind.push(kind);
                     table.interaction_id.push(step as u32 + map);
                     table.interaction_point_m.push([x / 3.0, step as f64]);
                 }
@@ -126,21 +125,24 @@ pub const TX: [[f64; 2]; 2] = [[0.0, 0.5], [3.0, 3.0]];
 pub const RX: [[f64; 2]; 3] = [[1.0, 2.0], [2.0, 1.0], [0.1, 0.2]];
 pub const LINKS: usize = TX.len() * RX.len();
 
-pub fn buildings() -> Raster {
+pub static BUILDINGS: LazyLock<Raster> = LazyLock::new(|| {
     let house = vec![[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]];
     Raster::of_outlines(&[house], GRID).unwrap()
+});
+
+/// A map with a house, and all links between its terminals.
+pub fn input() -> MapInput<'static> {
+    MapInput {
+        buildings: &BUILDINGS,
+        tx_m: &TX,
+        rx_m: &RX,
+        links: Links::Grid,
+    }
 }
 
 /// Writes one map, its links in chunks of the given size.
 pub fn write_map(writer: &DatasetWriter, id: u32, chunk: usize) -> Result<(), Error> {
-    let buildings = buildings();
-    let input = MapInput {
-        buildings: &buildings,
-        tx_m: &TX,
-        rx_m: &RX,
-        links: Links::Grid,
-    };
-    let mut map = writer.begin_map(id, &input)?;
+    let mut map = writer.begin_map(id, &input())?;
     for first in (0..LINKS).step_by(chunk) {
         map.push(&Rows::of(id, first..LINKS.min(first + chunk)).as_rows())?;
     }
@@ -167,6 +169,32 @@ pub fn write(root: &Path) -> Split {
     Split::of_maps(0..4, 0)
 }
 
+/// A folder with the data set of [`write`].
+pub fn written() -> TempDir {
+    let root = tempfile::tempdir().unwrap();
+    write(root.path());
+    root
+}
+
+/// Opens the data set of a folder to be written, with the settings of [`config`].
+pub fn writer(root: &TempDir) -> DatasetWriter {
+    DatasetWriter::open(root.path(), config()).unwrap()
+}
+
+/// Changes bytes of a file from place `at` on.
+pub fn change(path: &Path, at: usize, value: &[u8]) {
+    let mut bytes = fs::read(path).unwrap();
+    bytes[at..at + value.len()].copy_from_slice(value);
+    fs::write(path, bytes).unwrap();
+}
+
+/// Changes a bit of the last byte of a file.
+pub fn damage_end(path: &Path) {
+    let mut bytes = fs::read(path).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(path, bytes).unwrap();
+}
+
 /// Reads all files below a folder.
 pub fn contents(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
@@ -177,13 +205,8 @@ pub fn contents(root: &Path) -> BTreeMap<String, Vec<u8>> {
             if path.is_dir() {
                 folders.push(path);
             } else {
-                let name = path
-                    .strip_prefix(root)
-                    .unwrap()
-                    .to_str()
-                    .unwrap()
-                    .to_owned();
-                files.insert(name, fs::read(&path).unwrap());
+                let name = path.strip_prefix(root).unwrap().to_str().unwrap();
+                files.insert(name.to_owned(), fs::read(&path).unwrap());
             }
         }
     }

@@ -20,12 +20,8 @@ fn check(value: &Value, schema: &Value, root: &Value, at: &str) {
             "$schema" | "$defs" | "title" | "description" | "pattern" => {}
             "$ref" => {
                 let target = root.pointer(rule.as_str().unwrap().strip_prefix('#').unwrap());
-                check(
-                    value,
-                    target.unwrap_or_else(|| panic!("{rule} leads nowhere")),
-                    root,
-                    at,
-                );
+                let target = target.unwrap_or_else(|| panic!("{rule} leads nowhere"));
+                check(value, target, root, at);
             }
             "const" => assert_eq!(value, rule, "{at}"),
             "enum" => assert!(
@@ -69,11 +65,8 @@ fn check(value: &Value, schema: &Value, root: &Value, at: &str) {
                 }
             }
             "properties" => {
-                let Some(object) = value.as_object() else {
-                    continue;
-                };
                 for (key, rule) in rule.as_object().unwrap() {
-                    if let Some(value) = object.get(key) {
+                    if let Some(value) = value.get(key) {
                         check(value, rule, root, &format!("{at}.{key}"));
                     }
                 }
@@ -90,14 +83,9 @@ fn check(value: &Value, schema: &Value, root: &Value, at: &str) {
                 }
             }
             "additionalProperties" => {
-                let Some(object) = value.as_object() else {
-                    continue;
-                };
-                for (key, value) in object {
-                    if schema
-                        .get("properties")
-                        .is_none_or(|known| known.get(key).is_none())
-                    {
+                let known = &schema["properties"];
+                for (key, value) in value.as_object().into_iter().flatten() {
+                    if known.get(key).is_none() {
                         assert!(rule.is_object(), "{at}.{key} is not in the schema");
                         check(value, rule, root, &format!("{at}.{key}"));
                     }
@@ -111,8 +99,7 @@ fn check(value: &Value, schema: &Value, root: &Value, at: &str) {
 #[test]
 fn manifests_follow_the_schema() {
     let schema: Value = serde_json::from_str(&spec("manifest.schema.json")).unwrap();
-    let root = tempfile::tempdir().unwrap();
-    sample::write(root.path());
+    let root = sample::written();
     let read =
         |name: &str| serde_json::from_slice(&fs::read(root.path().join(name)).unwrap()).unwrap();
     let manifest: Value = read("manifest.json");
@@ -145,25 +132,13 @@ fn plans_follow_the_schema() {
 fn schema_requires_every_key_it_knows() {
     fn walk(schema: &Value) {
         if let (Some(known), Some(required)) = (schema.get("properties"), schema.get("required")) {
-            let known: BTreeSet<&str> = known
-                .as_object()
-                .unwrap()
-                .keys()
-                .map(String::as_str)
-                .collect();
-            let required: BTreeSet<&str> = required
-                .as_array()
-                .unwrap()
-                .iter()
-                .filter_map(Value::as_str)
-                .collect();
-            assert_eq!(known, required);
+            let known = known.as_object().unwrap().keys().map(String::as_str);
+            let required = required.as_array().unwrap().iter();
+            let required: BTreeSet<&str> = required.filter_map(Value::as_str).collect();
+            assert_eq!(known.collect::<BTreeSet<_>>(), required);
         }
-        schema["$defs"]
-            .as_object()
-            .into_iter()
-            .flatten()
-            .for_each(|(_, schema)| walk(schema));
+        let parts = schema["$defs"].as_object().into_iter().flatten();
+        parts.for_each(|(_, schema)| walk(schema));
     }
     walk(&serde_json::from_str(&spec("manifest.schema.json")).unwrap());
 }
@@ -172,19 +147,16 @@ fn schema_requires_every_key_it_knows() {
 fn table_rows(page: &str) -> Vec<Vec<String>> {
     let cells = |line: &str| {
         let line = line.replace("\\|", "\u{0}");
-        line.split('|')
-            .map(|cell| {
-                cell.replace('\u{0}', "|")
-                    .trim()
-                    .trim_matches('`')
-                    .to_owned()
-            })
-            .collect()
+        let cell = |cell: &str| {
+            cell.replace('\u{0}', "|")
+                .trim()
+                .trim_matches('`')
+                .to_owned()
+        };
+        line.split('|').map(cell).collect()
     };
-    page.lines()
-        .filter(|line| line.starts_with("| "))
-        .map(cells)
-        .collect()
+    let rows = page.lines().filter(|line| line.starts_with("| "));
+    rows.map(cells).collect()
 }
 
 #[test]
@@ -210,23 +182,16 @@ fn page_lists_every_array_with_its_type_and_shape() {
         2 => "2", // of a point, and the number of transmitters
         _ => panic!("{n} could be anything"),
     };
-    let written: Vec<(String, String, String)> = map
-        .files
-        .iter()
-        .map(|file| {
-            let axes: Vec<&str> = file.shape.iter().map(|&n| letter(n)).collect();
-            let shape = if axes.len() == 1 {
-                format!("({},)", axes[0])
-            } else {
-                format!("({})", axes.join(", "))
-            };
-            (
-                file.name.trim_end_matches(".npy").into(),
-                file.dtype.clone(),
-                shape,
-            )
-        })
-        .collect();
+    let told = |file: &aps_data::FileEntry| -> (String, String, String) {
+        let axes: Vec<&str> = file.shape.iter().map(|&n| letter(n)).collect();
+        let shape = match axes[..] {
+            [only] => format!("({only},)"),
+            _ => format!("({})", axes.join(", ")),
+        };
+        let name = file.name.trim_end_matches(".npy");
+        (name.into(), file.dtype.clone(), shape)
+    };
+    let written: Vec<(String, String, String)> = map.files.iter().map(told).collect();
     let listed: Vec<(String, String, String)> = table_rows(&spec("README.md"))
         .into_iter()
         .filter(|row| row[2].starts_with(['<', '|']) && row[3].starts_with('('))
