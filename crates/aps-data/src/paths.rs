@@ -168,6 +168,22 @@ impl PathTable {
         self.end_link();
     }
 
+    /// Appends all links of another table.
+    pub fn push_table(&mut self, other: &PathTable) {
+        (0..other.links()).for_each(|link| self.push_link(other, link));
+    }
+
+    /// Returns a table of some links, in the order in which they are given.
+    ///
+    /// # Panics
+    /// When there is no such link.
+    pub fn of_links(&self, links: impl IntoIterator<Item = usize>) -> Self {
+        let mut table = PathTable::default();
+        let links = links.into_iter();
+        links.for_each(|link| table.push_link(self, link));
+        table
+    }
+
     /// Returns true when every number has the same bits.
     pub fn is_same(&self, other: &PathTable) -> bool {
         let bits = |table: &PathTable| -> Vec<u64> {

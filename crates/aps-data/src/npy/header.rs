@@ -21,6 +21,13 @@ const ZIP_MAGIC: &[u8; 4] = b"PK\x03\x04";
 /// Most characters of a description of records in a message.
 const MAX_TOLD_CHARS: usize = 80;
 
+/// Writes a shape as NumPy does, e.g. `(3,)` or `(3, 2)`.
+pub fn shape_text(shape: &[usize]) -> String {
+    let comma = if shape.len() == 1 { "," } else { "" };
+    let axes: Vec<String> = shape.iter().map(usize::to_string).collect();
+    format!("({}{comma})", axes.join(", "))
+}
+
 /// Header of an `.npy` file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
@@ -123,17 +130,7 @@ impl Header {
     /// # Panics
     /// When the shape has more than a few thousand axes: a bug of the caller.
     pub fn bytes_for(dtype: &str, shape: &[usize]) -> Vec<u8> {
-        let axes = match shape {
-            [only] => format!("({only},)"),
-            _ => format!(
-                "({})",
-                shape
-                    .iter()
-                    .map(usize::to_string)
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            ),
-        };
+        let axes = shape_text(shape);
         let mut text = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {axes}, }}");
         if let Some(first) = shape.first() {
             // NumPy leaves room for the first axis to grow to 21 digits.

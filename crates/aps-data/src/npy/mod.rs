@@ -26,7 +26,7 @@ use std::ops::Range;
 use std::path::Path;
 
 pub use element::Element;
-pub use header::{Header, MAX_HEADER_BYTES};
+pub use header::{Header, MAX_HEADER_BYTES, shape_text};
 pub use writer::Writer;
 
 /// Bytes decoded at a time: large enough to be quick, small beside any array of a map.
