@@ -97,15 +97,8 @@ impl LinkModel {
         let mut values = vec![0.0; links.len() * PolarViews::shape().values()];
         views.write(links, &mut values)?;
         let shape = (links.len(), shape.directions, shape.values());
-        let forward = || -> Result<Vec<f32>> {
-            let input = Tensor::from_vec(values, shape, self.trained.device())?;
-            let spectra = self.trained.model().forward_t(&input, false)?;
-            Ok(spectra.flatten_all()?.to_vec1()?)
-        };
-        let spectra = forward()?;
-        if let Some(bad) = spectra.iter().position(|x| !x.is_finite()) {
-            return Err(TrainingError::NotFinite(bad / ANGLE_BINS).into());
-        }
+        let input = Tensor::from_vec(values, shape, self.trained.device())?;
+        let spectra = self.trained.forward(&input, 0)?;
         let predicted = spectra.chunks(ANGLE_BINS).map(|bins| PredictedLink {
             normalised: bins.to_vec(),
             statistics: self.statistics,

@@ -18,11 +18,11 @@ pub struct Log {
 }
 
 impl Log {
-    /// Opens a log that has `rows` rows of the run so far; what a stopped run wrote beyond its checkpoint is dropped.
-    pub fn open(path: PathBuf, columns: &[String], rows: u64) -> Result<Self> {
+    /// Opens a log of such columns that has `rows` rows of the run so far; what a stopped run wrote beyond its checkpoint is dropped.
+    pub fn open(path: PathBuf, columns: &str, rows: u64) -> Result<Self> {
         let open = || -> Result<(File, Option<f64>)> {
             let kept = match rows {
-                0 => columns.join(",") + "\n",
+                0 => format!("{columns}\n"),
                 _ => first_lines(&path, columns, rows)?,
             };
             fs::write(&path, &kept)?;
@@ -51,12 +51,12 @@ impl Log {
     }
 }
 
-fn first_lines(path: &Path, columns: &[String], rows: u64) -> Result<String> {
+fn first_lines(path: &Path, columns: &str, rows: u64) -> Result<String> {
     let text = fs::read_to_string(path)?;
     let wanted = usize::try_from(rows).map_or(usize::MAX, |rows| rows.saturating_add(1));
     let lines: Vec<&str> = text.split_inclusive('\n').take(wanted).collect();
     let head = lines.first().map(|line| line.trim_end());
-    if head != Some(&columns.join(",")) {
+    if head != Some(columns) {
         return Err(TrainingError::LogColumns.into());
     }
     if lines.len() != wanted || lines.iter().any(|line| !line.ends_with('\n')) {
@@ -73,8 +73,7 @@ mod tests {
     fn a_continued_log_loses_what_its_checkpoint_has_not_seen() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("steps.csv");
-        let columns = ["step".to_owned(), "loss".to_owned()];
-        let open = |rows| Log::open(path.clone(), &columns, rows);
+        let open = |rows| Log::open(path.clone(), "step,loss", rows);
         let push = |log: &mut Log, step: usize| {
             log.push(&[step.to_string(), "0.5".into()]).unwrap();
         };

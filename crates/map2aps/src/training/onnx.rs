@@ -40,10 +40,8 @@ impl OnnxModel {
         preset: Option<Preset>,
         image_size: Option<usize>,
     ) -> Result<Self> {
-        Self::of(
-            Loaded::file(weights, kind, preset, &Device::Cpu)?,
-            image_size,
-        )
+        let loaded = Loaded::file(weights, kind, preset, &Device::Cpu)?;
+        Self::of(loaded, image_size)
     }
 
     /// Makes the file of the weights that come with `aps-model`, as [`load`](Self::load) does.
@@ -55,13 +53,8 @@ impl OnnxModel {
     }
 
     fn of(loaded: Loaded, image_size: Option<usize>) -> Result<Self> {
-        let Loaded {
-            label,
-            parameters,
-            report,
-            settings,
-        } = loaded;
-        let trained_on = settings.as_ref().map(|settings| settings.image_size);
+        let label = loaded.label;
+        let trained_on = loaded.settings.as_ref().map(|settings| settings.image_size);
         let size = image_size.or(trained_on);
         let size = size.unwrap_or(usual_image_size(label.preset));
         let has_images = label.kind.input() == InputKind::Images;
@@ -74,7 +67,7 @@ impl OnnxModel {
         if has_images {
             facts.push(("image_size", size.to_string()));
         }
-        if let Some(settings) = settings {
+        if let Some(settings) = loaded.settings {
             let statistics = serde_json::to_string(&settings.training_statistics)?;
             if has_images {
                 facts.push(("sigma_px", settings.sigma_px.to_string()));
@@ -87,10 +80,16 @@ impl OnnxModel {
             }
         }
         Ok(Self {
-            bytes: onnx::export(label, shape_for(label.kind), size, &parameters, &facts)?,
+            bytes: onnx::export(
+                label,
+                shape_for(label.kind),
+                size,
+                &loaded.parameters,
+                &facts,
+            )?,
             label,
             image_size: has_images.then_some(size),
-            report,
+            report: loaded.report,
         })
     }
 }

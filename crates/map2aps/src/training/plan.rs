@@ -197,9 +197,9 @@ impl Training {
             false => State::default(),
         };
         folder.write_settings(&settings)?;
-        let steps = Log::open(folder.steps(), &rows::step_columns(), trainer.steps_done())?;
+        let steps = Log::open(folder.steps(), rows::STEP_COLUMNS, trainer.steps_done())?;
         let scores = Log::open(folder.scores(), &rows::score_columns(), state.scores)?;
-        let times = Log::open(folder.times(), &rows::time_columns(), state.scores)?;
+        let times = Log::open(folder.times(), rows::TIME_COLUMNS, state.scores)?;
         if self.config.budget_s.is_none() {
             // A checkpoint keeps the time of a training that time ends.
             let spent = times.last().unwrap_or_default();

@@ -6,19 +6,8 @@ use aps_model::train::StepReport;
 use super::score;
 
 /// Names of [`step_cells`].
-pub fn step_columns() -> Vec<String> {
-    [
-        "step",
-        "epoch",
-        "learning_rate",
-        "loss",
-        "gradient_norm",
-        "regularizer_loss",
-        "regularizer_gradient_norm",
-    ]
-    .map(str::to_owned)
-    .into()
-}
+pub const STEP_COLUMNS: &str =
+    "step,epoch,learning_rate,loss,gradient_norm,regularizer_loss,regularizer_gradient_norm";
 
 /// Cells of the row of a step.
 pub fn step_cells(report: &StepReport) -> [String; 7] {
@@ -35,32 +24,20 @@ pub fn step_cells(report: &StepReport) -> [String; 7] {
 }
 
 /// Names of [`score_cells`].
-pub fn score_columns() -> Vec<String> {
-    let metrics = Metric::ALL
-        .iter()
-        .map(|metric| format!("dev_{}", metric.key()));
-    ["steps", "epochs", "train_loss"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(metrics)
-        .collect()
+pub fn score_columns() -> String {
+    let metrics = Metric::ALL.map(|metric| format!(",dev_{}", metric.key()));
+    format!("steps,epochs,train_loss{}", metrics.concat())
 }
 
 /// Cells of the row of scores of the development links after so many steps; `loss` is the mean since the row before.
 pub fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> Vec<String> {
-    let metrics = Metric::ALL
-        .iter()
-        .map(|&metric| score::mean(scores, metric).to_string());
-    [steps.to_string(), epochs.to_string(), loss.to_string()]
-        .into_iter()
-        .chain(metrics)
-        .collect()
+    let mut cells = vec![steps.to_string(), epochs.to_string(), loss.to_string()];
+    cells.extend(Metric::ALL.map(|metric| score::mean(scores, metric).to_string()));
+    cells
 }
 
 /// Names of [`time_cells`].
-pub fn time_columns() -> Vec<String> {
-    ["steps", "seconds"].map(str::to_owned).into()
-}
+pub const TIME_COLUMNS: &str = "steps,seconds";
 
 /// Cells of the time spent before the scores after so many steps.
 pub fn time_cells(steps: u64, seconds: f64) -> [String; 2] {

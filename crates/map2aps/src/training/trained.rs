@@ -60,23 +60,17 @@ impl Trained {
     }
 
     fn of(loaded: Loaded, device: &Device) -> Result<Self> {
-        let Loaded {
-            label,
-            parameters,
-            report,
-            settings,
-        } = loaded;
-        let counts = trainable(&parameters).into_iter();
-        let Label { kind, preset } = label;
+        let counts = trainable(&loaded.parameters).into_iter();
+        let Label { kind, preset } = loaded.label;
         Ok(Self {
-            label,
-            model: kind.build(preset, shape_for(kind), frozen(&parameters)?)?,
+            label: loaded.label,
+            model: kind.build(preset, shape_for(kind), frozen(&loaded.parameters)?)?,
             device: device.clone(),
             parameters: counts.map(|(_, var)| var.elem_count()).sum(),
-            settings,
+            settings: loaded.settings,
             maps: None,
             target: None,
-            report,
+            report: loaded.report,
         })
     }
 
@@ -205,18 +199,21 @@ impl Trained {
         batch: usize,
         mut take: impl FnMut(&[f32]) -> Result<()>,
     ) -> Result<()> {
-        predict(
-            self.model(),
-            input,
-            examples.links(),
-            batch,
-            |_, spectra| match self.target {
-                Some([Normalization::Paper(own), wanted]) => {
-                    take(&converted(spectra, own, wanted)?)
-                }
-                _ => take(spectra),
-            },
-        )
+        let take = |_, spectra: &[f32]| match self.target {
+            Some([Normalization::Paper(own), wanted]) => take(&converted(spectra, own, wanted)?),
+            _ => take(spectra),
+        };
+        predict(self.model(), input, examples.links(), batch, take)
+    }
+
+    /// Predicts the spectra of an input, the first of which is that of sample number `first`.
+    pub(super) fn forward(&self, input: &Tensor, first: usize) -> Result<Vec<f32>> {
+        let spectra = self.model.forward_t(input, false)?.flatten_all()?;
+        let spectra: Vec<f32> = spectra.to_vec1()?;
+        match spectra.iter().position(|x| !x.is_finite()) {
+            Some(bad) => Err(TrainingError::NotFinite(first + bad / ANGLE_BINS).into()),
+            None => Ok(spectra),
+        }
     }
 
     /// Predicts the spectra of condition images of any origin, shape (samples, 3, `height`, `width`), `batch` at a time, and
@@ -238,16 +235,9 @@ impl Trained {
         let image = 3_usize.saturating_mul(height).saturating_mul(width).max(1);
         let mut done = 0;
         for some in images.chunks(batch.max(1).saturating_mul(image)) {
-            let forward = || -> Result<Vec<f32>> {
-                let shape = (some.len() / image, 3, height, width);
-                let images = Tensor::from_slice(some, shape, &self.device)?;
-                let spectra = self.model.forward_t(&images, false)?;
-                Ok(spectra.flatten_all()?.to_vec1()?)
-            };
-            let spectra = forward()?;
-            if let Some(bad) = spectra.iter().position(|x| !x.is_finite()) {
-                return Err(TrainingError::NotFinite(done + bad / ANGLE_BINS).into());
-            }
+            let shape = (some.len() / image, 3, height, width);
+            let images = Tensor::from_slice(some, shape, &self.device)?;
+            let spectra = self.forward(&images, done)?;
             done += spectra.len() / ANGLE_BINS;
             take(&spectra)?;
         }
