@@ -1,7 +1,7 @@
 //! Many links traced and labelled at once, in memory.
 
 use aps_data::{FILL_DB, PathTable};
-use aps_label::{Label, Labeler, PathSample, Scratch, Status};
+use aps_label::{Label, Labeler, PathError, PathSample, Scratch, Status};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Receiver, Tracer, Transmitter};
 use rayon::prelude::*;
@@ -34,10 +34,16 @@ pub fn trace_links(
     let mut of_tx: Vec<Vec<PathTable>> = vec![Vec::new(); tx.len()];
     for (block, rx) in rx.chunks(RX_AT_ONCE).enumerate() {
         let first_rx = block * RX_AT_ONCE;
-        let rx = prepare_receivers(tracer, rx, first_rx, control)?;
+        let rx = prepare(rx, control, |r, point| {
+            let place = Place::Receiver((first_rx + r) as i64);
+            tracer.receiver(point).at(place)
+        })?;
         for (group, tx) in tx.chunks(TX_AT_ONCE).enumerate() {
             let first_tx = group * TX_AT_ONCE;
-            let tx = prepare_transmitters(tracer, tx, first_tx, control)?;
+            let tx = prepare(tx, control, |t, point| {
+                let place = Place::TransmitterRow(first_tx + t);
+                tracer.transmitter(point).at(place)
+            })?;
             let portions: Vec<(usize, usize)> = (0..tx.len())
                 .flat_map(|t| (0..rx.len()).step_by(LINKS_AT_ONCE).map(move |r| (t, r)))
                 .collect();
@@ -56,37 +62,22 @@ pub fn trace_links(
     }
     let mut all = PathTable::default();
     for table in of_tx.iter().flatten() {
-        (0..table.links()).for_each(|link| all.push_link(table, link));
+        all.push_table(table);
     }
     Ok(all)
 }
 
-fn prepare_receivers(
-    tracer: &Tracer<'_>,
-    rx: &[DVec2],
-    first: usize,
+/// Prepares terminals on all threads, each by its row.
+fn prepare<T: Send>(
+    points: &[DVec2],
     control: &Control<'_>,
-) -> Result<Vec<Receiver>> {
-    let prepare = |(r, &position): (usize, &DVec2)| {
+    one: impl Fn(usize, DVec2) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
+    let prepare = |(row, &point): (usize, &DVec2)| {
         control.check()?;
-        let place = Place::Receiver((first + r) as i64);
-        tracer.receiver(position).at(place)
+        one(row, point)
     };
-    rx.par_iter().enumerate().map(prepare).collect()
-}
-
-fn prepare_transmitters(
-    tracer: &Tracer<'_>,
-    tx: &[DVec2],
-    first: usize,
-    control: &Control<'_>,
-) -> Result<Vec<Transmitter>> {
-    let prepare = |(t, &position): (usize, &DVec2)| {
-        control.check()?;
-        let place = Place::TransmitterRow(first + t);
-        tracer.transmitter(position).at(place)
-    };
-    tx.par_iter().enumerate().map(prepare).collect()
+    points.par_iter().enumerate().map(prepare).collect()
 }
 
 fn trace_some(
@@ -151,7 +142,7 @@ pub fn label_links(
         .with_min_len(LINKS_AT_ONCE)
         .try_for_each_init(Buffers::default, |buffers, (link, ((aps, pdp), is))| {
             control.check()?;
-            let status = buffers.label(labeler, paths, link);
+            let status = buffers.label_stored(labeler, paths, link);
             *is = status.at(Place::Link(link))? == Status::Labelled;
             if *is {
                 aps.copy_from_slice(&buffers.label.aps_db);
@@ -163,25 +154,36 @@ pub fn label_links(
     Ok(labels)
 }
 
-/// Buffers of a thread.
+/// Buffers for the labels of links, one after the other: one a thread.
 #[derive(Default)]
-struct Buffers {
+pub(crate) struct Buffers {
     samples: Vec<PathSample>,
     scratch: Scratch,
-    label: Label,
+    /// The label made last.
+    pub label: Label,
 }
 
 impl Buffers {
-    fn label(
+    /// Labels a link with these paths.
+    pub fn label(
+        &mut self,
+        labeler: &Labeler,
+        paths: impl Iterator<Item = PathSample>,
+    ) -> Result<Status, PathError> {
+        self.samples.clear();
+        self.samples.extend(paths);
+        labeler.label_into(&self.samples, &mut self.scratch, &mut self.label)
+    }
+
+    /// Labels a link of a table.
+    pub fn label_stored(
         &mut self,
         labeler: &Labeler,
         paths: &PathTable,
         link: usize,
-    ) -> Result<Status, aps_label::PathError> {
-        self.samples.clear();
+    ) -> Result<Status, PathError> {
         let samples = paths.paths_of(link).map(|path| paths.sample(path));
-        self.samples.extend(samples);
-        labeler.label_into(&self.samples, &mut self.scratch, &mut self.label)
+        self.label(labeler, samples)
     }
 }
 
@@ -247,9 +249,7 @@ mod tests {
         let last = tracer.trace(tx[1], rx[RX_AT_ONCE + 9]).unwrap();
         let mut alone = PathTable::default();
         alone.push_records(&last.paths);
-        let mut found = PathTable::default();
-        found.push_link(&table, table.links() - 1);
-        assert!(found.is_same(&alone));
+        assert!(table.of_links([table.links() - 1]).is_same(&alone));
     }
 
     #[test]

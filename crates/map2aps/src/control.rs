@@ -3,36 +3,29 @@
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use aps_data::Plan;
+
 use crate::error::{Error, Result};
 
 /// Receives the progress of an operation. Methods are called from any thread of it.
+#[allow(unused_variables)]
 pub trait Progress: Sync {
     /// Takes the size of the work that begins.
-    fn begin(&self, work: Work) {
-        let _ = work;
-    }
+    fn begin(&self, work: Work) {}
 
     /// Takes the map that is worked on from now on.
-    fn map(&self, id: u32) {
-        let _ = id;
-    }
+    fn map(&self, id: u32) {}
 
     /// Takes the number of units that are done since the last call.
-    fn advance(&self, units: u64) {
-        let _ = units;
-    }
+    fn advance(&self, units: u64) {}
 
     /// Takes what a step of a training did.
     #[cfg(feature = "models")]
-    fn step(&self, report: &aps_model::train::StepReport) {
-        let _ = report;
-    }
+    fn step(&self, report: &aps_model::train::StepReport) {}
 
     /// Takes the scores of the development links after a step.
     #[cfg(feature = "models")]
-    fn scored(&self, scores: &crate::training::DevelopmentScores) {
-        let _ = scores;
-    }
+    fn scored(&self, scores: &crate::training::DevelopmentScores) {}
 }
 
 /// Ignores the progress.
@@ -59,7 +52,7 @@ pub struct Control<'a> {
     /// The operation ends soon after this becomes true.
     pub cancel: &'a AtomicBool,
     /// Command that continues the operation, one word each: an unfinished data set keeps it for its readers
-    /// ([`aps_data::Plan`]).
+    /// ([`Plan`]).
     pub command: &'a [String],
 }
 
@@ -87,6 +80,15 @@ impl Control<'_> {
     /// Returns true when the operation is to end.
     pub fn is_cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// The plan of an operation that makes these maps, for readers of the unfinished data set.
+    pub(crate) fn plan(&self, maps: Vec<u32>, shards: Option<u32>) -> Plan {
+        Plan {
+            maps,
+            shards,
+            command: self.command.to_vec(),
+        }
     }
 
     /// Ends a cancelled operation.

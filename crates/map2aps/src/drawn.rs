@@ -161,15 +161,10 @@ impl DrawnExamples {
     fn write_target(&self, number: usize, target: &mut [f32], upright: &mut [f64]) -> Result<()> {
         let (example, mirror) = self.of(number);
         self.examples.write_target(example, upright)?;
-        match &self.negated {
-            Some(negated) if mirror.y => {
-                let bins = target.iter_mut().zip(negated);
-                bins.for_each(|(value, &bin)| *value = upright[bin] as f32);
-            }
-            _ => {
-                let bins = target.iter_mut().zip(upright);
-                bins.for_each(|(value, upright)| *value = *upright as f32);
-            }
+        let negated = self.negated.as_ref().filter(|_| mirror.y);
+        for (bin, value) in target.iter_mut().enumerate() {
+            let of = negated.map_or(bin, |negated| negated[bin]);
+            *value = upright[of] as f32;
         }
         Ok(())
     }

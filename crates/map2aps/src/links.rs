@@ -7,6 +7,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
 use rayon::prelude::*;
 
+use crate::dataset::stored_paths;
 use crate::error::Result;
 use crate::maps::MapSource;
 use crate::scenes::Scenes;
@@ -58,9 +59,8 @@ impl LinkSource {
     /// A map that is not there or cannot be read, and [`MapError::OtherBuildings`](crate::MapError::OtherBuildings) for a given one.
     pub fn map(&self, id: u32) -> Result<LinkMap> {
         let data = self.dataset.map(id)?;
-        let stores_paths = self.dataset.manifest().layout.paths;
         Ok(LinkMap {
-            stored: stores_paths.then(|| self.dataset.paths(id)).transpose()?,
+            stored: stored_paths(&self.dataset, id)?,
             scene: self.scenes.scene(id, &data.buildings)?,
             trace: self.trace.clone(),
             data,
@@ -89,12 +89,8 @@ impl LinkMap {
     /// When there is no such row.
     pub fn paths(&self, rows: &[usize]) -> Result<Vec<PathTable>> {
         if let Some(stored) = &self.stored {
-            let table = |&row: &usize| {
-                let mut table = PathTable::default();
-                table.push_link(stored, row);
-                table
-            };
-            return Ok(rows.iter().map(table).collect());
+            let rows = rows.iter();
+            return Ok(rows.map(|&row| stored.of_links([row])).collect());
         }
         match (&self.scene, &self.trace) {
             (Some(scene), Some(trace)) => self.traced(scene, trace, rows),
@@ -128,12 +124,9 @@ impl LinkMap {
                 let one = |place: usize| {
                     let [_, rx] = self.data.links[rows[place]];
                     let receiver = receivers[&rx].as_ref();
+                    let receiver = receiver.expect("every receiver was prepared");
                     let mut link = Link::default();
-                    tracer.link(
-                        &tx,
-                        receiver.expect("every receiver was prepared"),
-                        &mut link,
-                    )?;
+                    tracer.link(&tx, receiver, &mut link)?;
                     let mut table = PathTable::default();
                     table.push_records(&link.paths);
                     Ok((place, table))

@@ -5,7 +5,6 @@ use std::path::Path;
 use aps_data::{Access, DatasetConfig, Layout, Split, Stored};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
-use aps_raytrace::glam::DVec2;
 
 use crate::control::Control;
 use crate::dataset::{Choice, Made, Making, Run};
@@ -121,9 +120,8 @@ impl DatasetPlan {
     /// # Errors
     /// Settings out of range, and a folder with a data set of other settings.
     pub fn missing(&self, out: &Path, maps: &[u32]) -> Result<Vec<u32>> {
-        Ok(self
-            .making(out, &self.with_copies(maps)?, Access::Whole)?
-            .todo)
+        let making = self.making(out, &self.with_copies(maps)?, Access::Whole)?;
+        Ok(making.todo)
     }
 
     /// Settings of the data set, as its manifest keeps them.
@@ -194,8 +192,7 @@ impl DatasetPlan {
     /// A map that cannot be read.
     pub fn outlines(&self, id: u32) -> Result<Vec<Vec<[f64; 2]>>> {
         let scene = self.maps.load(id, self.seed, self.scene)?;
-        let ring = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect();
-        Ok(scene.outlines().iter().map(ring).collect())
+        Ok(maps::outlines(&scene))
     }
 }
 

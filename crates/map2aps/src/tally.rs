@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use aps_data::{LinkStatus, Profile};
-use aps_label::{Label, Moments, Protocol, relative_power};
+use aps_label::{Label, MeanStd, Moments, Protocol, relative_power};
 use aps_raytrace::Link;
 use serde_json::{Value, json};
 
@@ -90,11 +90,8 @@ impl Tally {
         if !status.is_valid() {
             return;
         }
-        let top_db = label
-            .aps_db
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max);
+        let spectrum = label.aps_db.iter().copied();
+        let top_db = spectrum.fold(f64::NEG_INFINITY, f64::max);
         // The weakest bin that counts, as a path gain.
         let weakest_db = top_db - EFFECT_RANGE_DB - protocol.sent_power_db();
         let effect_db = link.omitted.effect_db(10_f64.powf(weakest_db / 10.0));
@@ -169,13 +166,14 @@ impl Tally {
             Value::Object(source) => source.clone(),
             _ => serde_json::Map::new(),
         };
-        let own = [
-            ("paths", json!(self.paths)),
-            ("dominant_peaks", json!(self.dominant_peaks)),
-            ("relative_power", self.relative_power_json()),
-            ("fallback_diffractions", json!(self.fallback)),
+        let mut own = self.statistics();
+        let of_stored = [
+            "paths",
+            "dominant_peaks",
+            "relative_power",
+            "fallback_diffractions",
         ];
-        statistics.extend(own.map(|(key, value)| (key.into(), value)));
+        statistics.extend(of_stored.map(|key| (key.into(), own[key].take())));
         if let Some(Value::Object(omitted)) = statistics.get_mut("omitted")
             && !same_label
         {
@@ -187,11 +185,8 @@ impl Tally {
 
     fn relative_power_json(&self) -> Value {
         let values = self.relative_power.count();
-        let statistics = self.relative_power.mean_std();
-        statistics.map_or(
-            Value::Null,
-            |s| json!({ "values": values, "mean": s.mean, "std": s.std }),
-        )
+        let told = |s: MeanStd| json!({ "values": values, "mean": s.mean, "std": s.std });
+        self.relative_power.mean_std().map_or(Value::Null, told)
     }
 
     /// Adds the counts of a part.

@@ -22,6 +22,14 @@ fn plan() -> DatasetPlan {
     }
 }
 
+/// Makes the data set of [`plan`].
+fn made(folder: &Path) -> Dataset {
+    plan()
+        .make(folder, &[0, 1, 2], &Control::default())
+        .unwrap();
+    Dataset::open(folder).unwrap()
+}
+
 /// Counts the calls, and cancels when a map begins.
 #[derive(Default)]
 struct Recorder {
@@ -65,15 +73,11 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        match path.is_dir() {
-            true => found.extend(
-                files(&path)
-                    .into_iter()
-                    .map(|(n, b)| (format!("{name}/{n}"), b)),
-            ),
-            false => {
-                found.insert(name, fs::read(&path).unwrap());
-            }
+        if path.is_dir() {
+            let inner = files(&path).into_iter();
+            found.extend(inner.map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
+        } else {
+            found.insert(name, fs::read(&path).unwrap());
         }
     }
     found
@@ -95,21 +99,15 @@ fn progress_adds_up_to_the_work_that_was_announced() {
     assert_eq!(*recorder.begun.lock().unwrap(), Some(work));
     assert_eq!(*recorder.units.lock().unwrap(), 60);
     assert_eq!(*recorder.maps.lock().unwrap(), [0, 1, 2]);
-    let links: Vec<(u32, u64)> = made
-        .maps
-        .iter()
-        .map(|&(id, links, _)| (id, links))
-        .collect();
-    assert_eq!(links, [(0, 20), (1, 20), (2, 20)]);
+    let links = made.maps.iter().map(|&(id, links, _)| (id, links));
+    assert!(links.eq([(0, 20), (1, 20), (2, 20)]), "{:?}", made.maps);
 }
 
 #[test]
 fn a_cancelled_data_set_keeps_whole_maps_and_the_same_call_continues_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, stopped) = (folder.path().join("whole"), folder.path().join("stopped"));
-    plan()
-        .make(&whole, &[0, 1, 2], &Control::default())
-        .unwrap();
+    made(&whole);
     let recorder = Recorder {
         cancel_at: Some(1),
         ..Recorder::default()
@@ -166,8 +164,7 @@ fn every_long_operation_can_be_cancelled() {
 fn errors_tell_what_and_where_by_their_types() {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("data");
-    plan().make(&data, &[0, 1, 2], &Control::default()).unwrap();
-    let dataset = Dataset::open(&data).unwrap();
+    let dataset = made(&data);
     let (label, stored, control) = (plan().label, Stored::default(), Control::default());
 
     let error = relabel(&dataset, &data, &label, stored, &control).unwrap_err();
@@ -211,15 +208,9 @@ fn errors_tell_what_and_where_by_their_types() {
         error.chain()
     );
 
-    let missing = choose(&[0, 1], &[1, 5]).unwrap_err();
-    let available = vec![0, 1];
-    assert_eq!(
-        missing,
-        MapError::Missing {
-            missing: vec![5],
-            available
-        }
-    );
+    let (missing, available) = (vec![5], vec![0, 1]);
+    let expected = MapError::Missing { missing, available };
+    assert_eq!(choose(&[0, 1], &[1, 5]), Err(expected));
 }
 
 #[test]
@@ -232,14 +223,8 @@ fn plans_that_name_maps_twice_or_store_delay_profiles_need_no_care() {
     plan.make(&once, &[0, 1], &control).unwrap();
     plan.make(&twice, &[1, 0, 1], &control).unwrap();
     assert!(files(&once) == files(&twice), "other bytes");
-    assert!(
-        Dataset::open(&once)
-            .unwrap()
-            .manifest()
-            .layout
-            .pdp
-            .is_some()
-    );
+    let dataset = Dataset::open(&once).unwrap();
+    assert!(dataset.manifest().layout.pdp.is_some());
 
     let split = Split {
         train: vec![0, 1],
@@ -263,9 +248,7 @@ fn plans_that_name_maps_twice_or_store_delay_profiles_need_no_care() {
 #[test]
 fn a_prediction_with_an_incomplete_row_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    plan()
-        .make(folder.path(), &[0, 1, 2], &Control::default())
-        .unwrap();
+    made(folder.path());
     let mut truth = Truth::dataset(folder.path(), Part::Test, Domain::Linear).unwrap();
     let shape = truth.shape();
     let values = &vec![0.5; shape.samples * shape.bins + 1];
@@ -285,12 +268,9 @@ fn a_prediction_with_an_incomplete_row_is_refused() {
 #[test]
 fn verification_counts_the_links_that_it_computes() {
     let folder = tempfile::tempdir().unwrap();
-    let plan = plan();
-    plan.make(folder.path(), &[0, 1, 2], &Control::default())
-        .unwrap();
-    let dataset = Dataset::open(folder.path()).unwrap();
+    let dataset = made(folder.path());
     let verify = Verify {
-        maps: Some(plan.maps),
+        maps: Some(plan().maps),
         sample: Some(usize::MAX),
         ..Verify::default()
     };
@@ -304,10 +284,7 @@ fn verification_counts_the_links_that_it_computes() {
 #[should_panic(expected = "a value for each bin")]
 fn a_row_of_another_length_takes_no_target() {
     let folder = tempfile::tempdir().unwrap();
-    plan()
-        .make(folder.path(), &[0, 1, 2], &Control::default())
-        .unwrap();
-    let dataset = Dataset::open(folder.path()).unwrap();
+    let dataset = made(folder.path());
     let examples = Examples::load(&dataset, Part::Train, Domain::Linear).unwrap();
     let _ = examples.write_target(1, &mut vec![0.0; examples.bins() / 2]);
 }

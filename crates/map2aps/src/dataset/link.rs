@@ -3,10 +3,11 @@
 use std::time::Instant;
 
 use aps_data::LinkStatus;
-use aps_label::{Label, Labeler, PathSample, Scratch, Status};
+use aps_label::{Labeler, Status};
 use aps_raytrace::{Link, Receiver, TraceError, Tracer, Transmitter};
 
 use super::rows::Rows;
+use crate::batch::Buffers;
 use crate::error::Result;
 use crate::tally::Tally;
 
@@ -15,9 +16,7 @@ use crate::tally::Tally;
 pub struct LinkMaker {
     link: Link,
     is_same_point: bool,
-    samples: Vec<PathSample>,
-    scratch: Scratch,
-    label: Label,
+    buffers: Buffers,
 }
 
 impl LinkMaker {
@@ -44,19 +43,17 @@ impl LinkMaker {
     pub fn label(&mut self, labeler: &Labeler, ends: [u32; 2], rows: &mut Rows) -> Result<()> {
         let started = Instant::now();
         let link = &self.link;
-        self.samples.clear();
-        self.samples
-            .extend(link.paths.iter().map(aps_data::sample_of));
-        let labelled = labeler.label_into(&self.samples, &mut self.scratch, &mut self.label)?;
+        let samples = link.paths.iter().map(aps_data::sample_of);
+        let labelled = self.buffers.label(labeler, samples)?;
         let status = match labelled {
             Status::Labelled if !self.is_same_point => LinkStatus::Valid,
             _ => self.status_without_label(),
         };
         rows.tally.label += started.elapsed();
-        let protocol = labeler.config().protocol;
-        rows.tally.link(link, &self.label, status, protocol);
+        let (label, protocol) = (&self.buffers.label, labeler.config().protocol);
+        rows.tally.link(link, label, status, protocol);
         let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
-        rows.push(labeler, ends, status, beyond as u8, &self.label);
+        rows.push(labeler, ends, status, beyond as u8, label);
         rows.paths.push_records(&link.paths);
         Ok(())
     }

@@ -61,11 +61,7 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
     let mut todo: Vec<(&u32, &&Part)> = sources.iter().collect();
     todo.retain(|(id, _)| !writer.has_map(**id));
     if !todo.is_empty() {
-        writer.set_plan(&Plan {
-            maps: sources.keys().copied().collect(),
-            shards: None,
-            command: control.command.to_vec(),
-        })?;
+        writer.set_plan(&control.plan(sources.keys().copied().collect(), None))?;
     }
     control.progress.begin(Work {
         units: todo.len() as u64,

@@ -11,7 +11,7 @@ mod verify;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use aps_data::{Access, DatasetConfig, DatasetWriter, Plan};
+use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, PathTable, Profile};
 use aps_label::Labeler;
 
 use crate::control::{Control, Work};
@@ -41,6 +41,18 @@ pub struct Made {
     pub maps: Vec<(u32, u64, Duration)>,
     /// A line for each map whose buildings were repaired.
     pub repairs: Vec<String>,
+}
+
+/// The delay profiles of a map, if the data set stores any.
+pub(crate) fn stored_pdp(dataset: &Dataset, id: u32) -> Result<Option<Profile>> {
+    let pdp = dataset.manifest().layout.pdp;
+    Ok(pdp.map(|_| dataset.pdp(id)).transpose()?)
+}
+
+/// The paths of a map, if the data set stores any.
+pub(crate) fn stored_paths(dataset: &Dataset, id: u32) -> Result<Option<PathTable>> {
+    let paths = dataset.manifest().layout.paths;
+    Ok(paths.then(|| dataset.paths(id)).transpose()?)
 }
 
 /// A data set that is being made, with the maps left to do.
@@ -96,11 +108,8 @@ impl Making {
         mut make: impl FnMut(&Run<'_>, u32) -> Result<Tally>,
     ) -> Result<Made> {
         if self.maps.iter().any(|&id| !self.writer.has_map(id)) {
-            self.writer.set_plan(&Plan {
-                maps: self.maps.clone(),
-                shards: self.shards,
-                command: control.command.to_vec(),
-            })?;
+            let plan = control.plan(self.maps.clone(), self.shards);
+            self.writer.set_plan(&plan)?;
         }
         control.progress.begin(Work {
             units: links,

@@ -5,13 +5,15 @@ use std::path::Path;
 use std::time::Instant;
 
 use aps_data::{
-    Access, Dataset, DatasetConfig, Layout, LinkStatus, Links, MapData, MapInput, PathTable, Stored,
+    Access, Dataset, DatasetConfig, Layout, LinkStatus, Links, MapData, MapEntry, MapInput,
+    PathTable, Stored,
 };
-use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
+use aps_label::{LabelConfig, Labeler, Status};
 
 use super::map::GROUP;
 use super::rows::Rows;
 use super::{Made, Making, Run};
+use crate::batch::Buffers;
 use crate::control::Control;
 use crate::error::{At, Place, Result};
 use crate::settings::{self, SettingsError};
@@ -64,10 +66,8 @@ pub fn relabel(
     let maps: Vec<u32> = manifest.maps.iter().map(|map| map.id).collect();
     let labeler = Labeler::new(&label)?;
     let making = Making::open(out, config, labeler, &maps, Access::Whole)?;
-    let todo = manifest
-        .maps
-        .iter()
-        .filter(|map| making.todo.contains(&map.id));
+    let is_left = |map: &&MapEntry| making.todo.contains(&map.id);
+    let todo = manifest.maps.iter().filter(is_left);
     let links = todo.map(|map| map.links as u64).sum();
     let made = making.run(links, control, |run, id| run.relabel(source, id))?;
     making.writer.finish(&manifest.split)?;
@@ -117,32 +117,21 @@ impl Run<'_> {
 
     fn label_links(&self, map: &MapData, paths: &PathTable, links: Range<usize>) -> Result<Rows> {
         let mut rows = Rows::default();
-        let (mut scratch, mut label) = (Scratch::default(), Label::default());
-        let mut samples: Vec<PathSample> = Vec::new();
+        let mut buffers = Buffers::default();
         for link in links.clone() {
             self.control.check()?;
             let started = Instant::now();
-            samples.clear();
-            samples.extend(paths.paths_of(link).map(|path| paths.sample(path)));
-            let labelled = self
-                .labeler
-                .label_into(&samples, &mut scratch, &mut label)
-                .at(Place::Link(link))?;
-            let status = match labelled {
+            let labelled = buffers.label_stored(self.labeler, paths, link);
+            let count = paths.paths_of(link).len();
+            let status = match labelled.at(Place::Link(link))? {
                 Status::Labelled => LinkStatus::Valid,
-                _ if samples.is_empty() => map.status[link],
+                _ if count == 0 => map.status[link],
                 _ => LinkStatus::Unlabelled,
             };
             rows.tally.label += started.elapsed();
-            rows.tally
-                .stored_link(samples.len(), status, map.fallback[link]);
-            rows.push(
-                self.labeler,
-                map.links[link],
-                status,
-                map.fallback[link],
-                &label,
-            );
+            let (ends, fallback) = (map.links[link], map.fallback[link]);
+            rows.tally.stored_link(count, status, fallback);
+            rows.push(self.labeler, ends, status, fallback, &buffers.label);
             rows.paths.push_link(paths, link);
         }
         rows.count_shapes(self.labeler, &self.writer.config().layout)?;

@@ -85,9 +85,7 @@ impl Rows {
         self.fallback.append(&mut other.fallback);
         self.aps.append(other.aps);
         self.pdp.append(other.pdp);
-        for link in 0..other.paths.links() {
-            self.paths.push_link(&other.paths, link);
-        }
+        self.paths.push_table(&other.paths);
         self.tally.add(&other.tally);
     }
 

@@ -189,11 +189,8 @@ impl MapSource {
             Self::Folder(folder) => {
                 let file = file_of(folder, id)?;
                 let bytes = std::fs::read(&file).at_file(Place::MapFile, &file)?;
-                let footprints = radiomapseer::footprints(&bytes);
-                Ok((
-                    footprints.at_file(Place::MapFile, &file)?,
-                    Area::RADIOMAPSEER,
-                ))
+                let footprints = radiomapseer::footprints(&bytes).at_file(Place::MapFile, &file)?;
+                Ok((footprints, Area::RADIOMAPSEER))
             }
             #[cfg(feature = "geojson")]
             Self::City(city) => {
@@ -234,9 +231,13 @@ impl fmt::Display for MapSource {
 /// # Errors
 /// A grid that makes no image.
 pub fn raster(scene: &Scene, grid: RasterGrid) -> Result<Raster> {
-    let in_numbers = |outline: &Vec<DVec2>| outline.iter().map(DVec2::to_array).collect();
-    let outlines: Vec<Vec<[f64; 2]>> = scene.outlines().iter().map(in_numbers).collect();
-    Ok(Raster::of_outlines(&outlines, grid)?)
+    Ok(Raster::of_outlines(&outlines(scene), grid)?)
+}
+
+/// Rings of a scene's buildings \[m\].
+pub(crate) fn outlines(scene: &Scene) -> Vec<Vec<[f64; 2]>> {
+    let ring = |ring: &Vec<DVec2>| ring.iter().map(DVec2::to_array).collect();
+    scene.outlines().iter().map(ring).collect()
 }
 
 /// Bounding box of some points.

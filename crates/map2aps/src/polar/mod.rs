@@ -145,12 +145,11 @@ impl PolarViews {
             })
             .collect();
         ready.par_iter().for_each(|ready| {
-            let SeenLink {
-                map, tx_m, rx_m, ..
-            } = *ready.link;
-            let (map, [tx, rx]) = (&self.maps[map], [tx_m, rx_m].map(DVec2::from));
-            ready.transmitter.get_or_init(|| map.transmitter(tx));
-            ready.receiver.get_or_init(|| map.receiver(rx));
+            let (map, link) = (&self.maps[ready.link.map], ready.link);
+            let of_tx = || map.transmitter(DVec2::from(link.tx_m));
+            let of_rx = || map.receiver(DVec2::from(link.rx_m));
+            ready.transmitter.get_or_init(of_tx);
+            ready.receiver.get_or_init(of_rx);
         });
         ready
     }

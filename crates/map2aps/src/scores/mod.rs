@@ -5,6 +5,7 @@ mod truth;
 
 use std::path::PathBuf;
 
+use aps_data::npy::shape_text;
 use aps_label::Protocol;
 use aps_metrics::{DataRange, Defect, Error as MetricsError, Evaluation, Report, Shape, Spectra};
 
@@ -21,7 +22,7 @@ const BLOCK_VALUES: usize = 1 << 21;
 #[non_exhaustive]
 pub enum ScoreError {
     /// A file with other axes.
-    #[error("'{}' has shape {}, expected {expected}", path.display(), axes(found))]
+    #[error("'{}' has shape {}, expected {expected}", path.display(), shape_text(found))]
     Shape {
         /// The file.
         path: PathBuf,
@@ -65,17 +66,6 @@ pub enum ScoreError {
         /// Defect of the first.
         first: Defect,
     },
-}
-
-/// A shape as NumPy writes it.
-fn axes(axes: &[usize]) -> String {
-    match axes {
-        [only] => format!("({only},)"),
-        axes => {
-            let axes: Vec<String> = axes.iter().map(usize::to_string).collect();
-            format!("({})", axes.join(", "))
-        }
-    }
 }
 
 /// Form that a data set's labels are turned into before a prediction is compared with them.

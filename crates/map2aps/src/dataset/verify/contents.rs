@@ -7,6 +7,7 @@ use aps_raytrace::scene::Location;
 use serde_json::Value;
 
 use super::Findings;
+use crate::dataset::stored_paths;
 use crate::error::Result;
 use crate::maps;
 use crate::settings;
@@ -32,11 +33,8 @@ pub fn check(
         let is_wrong = |p: [f64; 2]| {
             let grid = map.buildings.grid();
             let size = [grid.width, grid.height].map(|n| n as f64 * grid.metres_per_pixel);
-            let is_outside = p
-                .iter()
-                .zip(size)
-                .any(|(&x, size)| !(-MARGIN_M..=size + MARGIN_M).contains(&x));
-            match is_outside {
+            let is_beyond = |(&x, size): (&f64, f64)| !(-MARGIN_M..=size + MARGIN_M).contains(&x);
+            match p.iter().zip(size).any(is_beyond) {
                 true => Some("outside the map"),
                 false => map.buildings.is_deep_inside(p).then_some("in a building"),
             }
@@ -98,12 +96,7 @@ fn check_counts(dataset: &Dataset, entry: &MapEntry, findings: &mut Findings<'_>
     let is_right =
         entry.tx == tx && sampling.pool().contains(&entry.rx) && entry.links + missing == tx * rx;
     if !is_right {
-        let MapEntry {
-            tx: t,
-            rx: r,
-            links: l,
-            ..
-        } = entry;
+        let (t, r, l) = (entry.tx, entry.rx, entry.links);
         let (from, to) = sampling.pool().into_inner();
         findings.add(format!(
             "map {}: {t} transmitters, {r} receivers, {l} links and {missing} missing; its settings make {tx}, {from} to \
@@ -161,10 +154,7 @@ fn check_statistics(
     if let (Some(aps), Ok(label)) = (&map.aps, settings::label_of(&manifest.configuration)) {
         tally.shapes(aps, map.valid_links(), label.protocol)?;
     }
-    let paths = match manifest.layout.paths {
-        true => Some(dataset.paths(map.id)?),
-        false => None,
-    };
+    let paths = stored_paths(dataset, map.id)?;
     for (link, &status) in map.status.iter().enumerate() {
         let count = paths.as_ref().map_or(0, |paths| paths.paths_of(link).len());
         tally.stored_link(count, status, map.fallback[link]);

@@ -7,7 +7,7 @@ use aps_raytrace::{Scene, TraceConfig, Tracer};
 use rayon::prelude::*;
 
 use super::Findings;
-use crate::dataset::{LinkMaker, Rows};
+use crate::dataset::{LinkMaker, Rows, stored_paths, stored_pdp};
 use crate::error::Result;
 use crate::sampling::{self, Receivers, Sampling};
 use crate::settings;
@@ -58,10 +58,8 @@ impl<'d> Recomputation<'d> {
         let drawn = sampling::draw(given, manifest.seed, entry.id, tx, self.sampling.pool());
         let is_drawn = drawn.is_ok_and(|drawn| {
             let same = |drawn: &[DVec2], stored: &[[f64; 2]]| {
-                drawn
-                    .iter()
-                    .map(|p| p.to_array())
-                    .eq(stored.iter().copied())
+                let drawn = drawn.iter().map(DVec2::to_array);
+                drawn.eq(stored.iter().copied())
             };
             same(&drawn.tx, &map.tx_m) && same(&drawn.rx, &map.rx_m)
         });
@@ -77,16 +75,8 @@ impl<'d> Recomputation<'d> {
         let tracer = Tracer::new(given, self.trace.clone())?;
         let stored = Stored {
             map,
-            pdp: manifest
-                .layout
-                .pdp
-                .map(|_| self.dataset.pdp(entry.id))
-                .transpose()?,
-            paths: manifest
-                .layout
-                .paths
-                .then(|| self.dataset.paths(entry.id))
-                .transpose()?,
+            pdp: stored_pdp(self.dataset, entry.id)?,
+            paths: stored_paths(self.dataset, entry.id)?,
         };
         let differences: Vec<Option<String>> = links
             .par_iter()
@@ -174,13 +164,8 @@ impl<'d> Recomputation<'d> {
                 }
             }
         }
-        if let Some(table) = &stored.paths {
-            let mut paths = PathTable::default();
-            paths.push_link(table, link);
-            if !paths.is_same(&rows.paths) {
-                return Ok(Some("paths are".into()));
-            }
-        }
-        Ok(None)
+        let paths = stored.paths.as_ref().map(|table| table.of_links([link]));
+        let differ = paths.is_some_and(|paths| !paths.is_same(&rows.paths));
+        Ok(differ.then(|| "paths are".into()))
     }
 }

@@ -10,8 +10,7 @@ use std::path::Path;
 
 use aps_data::released::LinkName;
 use aps_data::{
-    DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Plan, Raster, RasterGrid, Split,
-    Totals,
+    DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Raster, RasterGrid, Split, Totals,
 };
 use rayon::prelude::*;
 
@@ -45,16 +44,12 @@ fn make<T>(
     maps: &BTreeMap<u32, Vec<T>>,
     control: &Control<'_>,
     mut map: impl FnMut(&DatasetWriter, u32, &[T]) -> Result<()>,
-) -> Result<Totals> {
+) -> Result<Imported> {
     let seed = config.seed;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
     let todo = || maps.iter().filter(|(id, _)| !writer.has_map(**id));
     if todo().next().is_some() {
-        writer.set_plan(&Plan {
-            maps: maps.keys().copied().collect(),
-            shards: None,
-            command: control.command.to_vec(),
-        })?;
+        writer.set_plan(&control.plan(maps.keys().copied().collect(), None))?;
     }
     control.progress.begin(Work {
         units: todo().map(|(_, files)| files.len() as u64).sum(),
@@ -67,7 +62,10 @@ fn make<T>(
         map(&writer, id, files).at(Place::Map(id))?;
     }
     let ids = writer.map_ids();
-    Ok(writer.finish(&Split::of_maps(ids, seed))?.totals)
+    Ok(Imported {
+        totals: writer.finish(&Split::of_maps(ids, seed))?.totals,
+        left_out: LeftOut::default(),
+    })
 }
 
 /// Writes a map of links that are named after their ends, a file each, which `link` reads.
@@ -143,12 +141,9 @@ impl Ends {
             places.binary_search(&place).expect("it was collected") as u32
         };
         let metres = |places: &[[i32; 2]]| places.iter().map(|p| p.map(f64::from)).collect();
-        let links = names.iter();
-        let links = links
-            .map(|n| [row(&tx, n.tx_m), row(&rx, n.rx_m)])
-            .collect();
+        let link = |n: &LinkName| [row(&tx, n.tx_m), row(&rx, n.rx_m)];
         Self {
-            links,
+            links: names.iter().map(link).collect(),
             tx_m: metres(&tx),
             rx_m: metres(&rx),
         }

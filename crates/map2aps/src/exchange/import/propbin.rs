@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs;
+use std::iter::repeat_n;
 use std::path::{Path, PathBuf};
 
 use aps_data::propbin::{self, Chain, Propbin, Receiver};
@@ -97,10 +98,10 @@ impl ImportPropbin {
             }),
         };
         let mut left_out = LeftOut::default();
-        let totals = make(out, config, &maps, control, |writer, id, files| {
+        let made = make(out, config, &maps, control, |writer, id, files| {
             self.map(writer, id, files, &labeler, &mut left_out, control)
         })?;
-        Ok(Imported { totals, left_out })
+        Ok(Imported { left_out, ..made })
     }
 
     /// The files of each map in the order of their transmitters.
@@ -122,11 +123,8 @@ impl ImportPropbin {
             else {
                 continue;
             };
-            let number = stem
-                .rsplit('_')
-                .next()
-                .and_then(|n| n.parse().ok())
-                .unwrap_or(u64::MAX);
+            let number = stem.rsplit('_').next().and_then(|n| n.parse().ok());
+            let number = number.unwrap_or(u64::MAX);
             let key = (self.map_of(&path)?, number, stem.to_owned());
             if let Some(other) = numbered.insert(key, path.clone()) {
                 let files = [other, path];
@@ -143,15 +141,12 @@ impl ImportPropbin {
     /// The number of the innermost folder `map_N` around a file.
     fn map_of(&self, path: &Path) -> Result<u32> {
         let whole = std::path::absolute(path)?;
-        let numbers = whole
-            .parent()
-            .into_iter()
-            .flat_map(Path::ancestors)
-            .filter_map(|folder| {
-                let name = folder.file_name()?.to_str()?;
-                name.strip_prefix("map_")?.parse().ok()
-            });
-        Ok(numbers.into_iter().next().unwrap_or(self.map_id))
+        let number = |folder: &Path| {
+            let name = folder.file_name()?.to_str()?;
+            name.strip_prefix("map_")?.parse().ok()
+        };
+        let found = whole.ancestors().skip(1).find_map(number);
+        Ok(found.unwrap_or(self.map_id))
     }
 
     fn map(
@@ -171,23 +166,15 @@ impl ImportPropbin {
                 Ok((place(file.source_m()), receivers.collect()))
             })
             .collect::<Result<_>>()?;
-        let rx = self.choose(
-            id,
-            places
-                .iter()
-                .flat_map(|(_, rx)| rx.iter().copied())
-                .collect(),
-        )?;
+        let all = places.iter().flat_map(|(_, rx)| rx.iter().copied());
+        let rx = self.choose(id, all.collect())?;
         let row: HashMap<Point, u32> = rx.iter().copied().zip(0..).collect();
         let mut links = Vec::new();
         for (tx, (_, receivers)) in places.iter().enumerate() {
             let mut seen = HashSet::new();
             let receivers = receivers.iter().filter(|&&place| seen.insert(place));
-            links.extend(
-                receivers
-                    .filter_map(|place| row.get(place))
-                    .map(|&rx| [tx as u32, rx]),
-            );
+            let receivers = receivers.filter_map(|place| row.get(place));
+            links.extend(receivers.map(|&rx| [tx as u32, rx]));
         }
         let metres = |(x, y): Point| [x, y].map(|bits| f64::from(f32::from_bits(bits)));
         let mut map = writer.begin_map(
@@ -216,12 +203,9 @@ impl ImportPropbin {
         let key = |&(x, y): &Point| [y, x].map(f32::from_bits);
         places.sort_by(|a, b| key(a).partial_cmp(&key(b)).expect("places are finite"));
         if let Some(count) = self.rx_per_map {
-            if count > places.len() {
-                let found = places.len();
-                return Err(ExchangeError::Receivers {
-                    found,
-                    asked: count,
-                });
+            let (found, asked) = (places.len(), count);
+            if asked > found {
+                return Err(ExchangeError::Receivers { found, asked });
             }
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
             rng.set_stream(u64::from(id));
@@ -316,12 +300,12 @@ fn add_path(rows: &mut Rows, path: &propbin::Path) -> PathSample {
     let amplitude = libm::exp10(-f64::from(path.loss_db) / 20.0);
     // Theirs points along the way the wave travels, ours back to where it comes from.
     let arrival_azimuth_rad = turned(f64::from(path.arrival.azimuth_rad));
-    rows.paths.delay_s.push(delay_s);
-    rows.paths
-        .departure_azimuth_rad
-        .push(f64::from(path.departure.azimuth_rad));
-    rows.paths.arrival_azimuth_rad.push(arrival_azimuth_rad);
-    rows.paths.gain.push([amplitude, 0.0]);
+    let departure_azimuth_rad = f64::from(path.departure.azimuth_rad);
+    let table = &mut rows.paths;
+    table.delay_s.push(delay_s);
+    table.departure_azimuth_rad.push(departure_azimuth_rad);
+    table.arrival_azimuth_rad.push(arrival_azimuth_rad);
+    table.gain.push([amplitude, 0.0]);
     PathSample {
         delay_s,
         arrival_azimuth_rad,
@@ -349,14 +333,11 @@ fn add_chain(rows: &mut Rows, chain: &Chain<'_>, [source, receiver]: [[f32; 3]; 
         Chain::Rooftop(_) => InteractionKind::Diffraction,
         Chain::Points(_) | Chain::Vertices(_) => InteractionKind::Other(255),
     };
-    rows.paths
-        .interaction_kind
-        .extend(points.iter().map(|_| kind));
-    rows.paths
-        .interaction_id
-        .extend(points.iter().map(|_| UNKNOWN_ID));
-    rows.paths.interaction_point_m.append(&mut points);
-    rows.paths.end_path();
+    let (table, count) = (&mut rows.paths, points.len());
+    table.interaction_kind.extend(repeat_n(kind, count));
+    table.interaction_id.extend(repeat_n(UNKNOWN_ID, count));
+    table.interaction_point_m.append(&mut points);
+    table.end_path();
 }
 
 /// An angle half a turn further, in (-pi, pi] if it was.

@@ -9,9 +9,7 @@ use aps_data::{Axis, DatasetConfig, Layout, LinkStatus, Precision, ProfileLayout
 use aps_label::{ANGLE_BINS, LabelConfig};
 use serde_json::json;
 
-use super::{
-    ExchangeError, Imported, LeftOut, buildings, make, must_have_maps, named_files, write_named,
-};
+use super::{ExchangeError, Imported, buildings, make, must_have_maps, named_files, write_named};
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
@@ -65,14 +63,10 @@ impl ImportReleased {
                 "label": LabelConfig { pdp, ..LabelConfig::released() },
             }),
         };
-        let totals = make(out, config, &maps, control, |writer, id, names| {
+        make(out, config, &maps, control, |writer, id, names| {
             let buildings = buildings(source, id)?;
             let link = |name: &LinkName| self.link(name, &layout);
             write_named(writer, id, names, &buildings, control, link)
-        })?;
-        Ok(Imported {
-            totals,
-            left_out: LeftOut::default(),
         })
     }
 

@@ -16,7 +16,7 @@ use aps_data::{
 use aps_label::LabelConfig;
 use serde_json::json;
 
-use super::{ExchangeError, Imported, LeftOut, make, must_have_maps, named_files, write_named};
+use super::{ExchangeError, Imported, make, must_have_maps, named_files, write_named};
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
@@ -69,7 +69,7 @@ impl ImportSamples {
             layout,
             configuration: json!({ "import": "samples", "label": LabelConfig::released() }),
         };
-        let totals = make(out, config, &maps, control, |writer, id, names| {
+        make(out, config, &maps, control, |writer, id, names| {
             let buildings = buildings_of(&self.read(&names[0])?, layout.raster);
             let buildings = buildings.at(Place::LinkName(names[0]))?;
             let link = |name: &LinkName| {
@@ -77,10 +77,6 @@ impl ImportSamples {
                 rows.at(Place::LinkName(*name))
             };
             write_named(writer, id, names, &buildings, control, link)
-        })?;
-        Ok(Imported {
-            totals,
-            left_out: LeftOut::default(),
         })
     }
 
