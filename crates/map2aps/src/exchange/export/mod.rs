@@ -18,6 +18,7 @@ use super::ExchangeError;
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result};
 use crate::maps::choose;
+use crate::targets::labelled_links;
 
 /// Kept in the folder, so that one export is not continued by another.
 const RECORD_FILE: &str = "export.json";
@@ -163,10 +164,8 @@ impl Export {
     }
 
     fn links(&self, dataset: &Dataset, ids: &[u32]) -> u64 {
-        let maps = dataset.manifest().maps.iter();
-        let maps = maps.filter(|map| ids.contains(&map.id));
-        let valid: u64 = maps.map(|map| map.valid()).sum();
-        valid.min(self.limit.map_or(u64::MAX, |limit| limit as u64))
+        let valid = labelled_links(dataset, ids);
+        valid.min(self.limit.unwrap_or(usize::MAX)) as u64
     }
 
     /// Notes what is exported, or refuses to go on with another export.

@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 
 use aps_data::released::{LinkName, ProfileFile};
 use aps_data::{Dataset, MapData, PathTable, Profile, replace_unsynced};
-use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch};
+use aps_label::{LabelConfig, Labeler, Status};
+use half::slice::HalfFloatSliceExt;
 
 use super::create_folder;
+use crate::batch::Buffers;
+use crate::dataset::stored_pdp;
 use crate::error::{At, Place, Result};
 use crate::exchange::ExchangeError;
 
@@ -30,14 +33,6 @@ enum Source<'a> {
     },
 }
 
-/// Buffers of one thread.
-#[derive(Default)]
-pub struct Buffers {
-    samples: Vec<PathSample>,
-    scratch: Scratch,
-    label: Label,
-}
-
 impl<'a> Released<'a> {
     pub fn new(dataset: &Dataset, map: &'a MapData, zero_places: bool) -> Result<Self> {
         let manifest = dataset.manifest();
@@ -46,19 +41,12 @@ impl<'a> Released<'a> {
         let (source, bins) = match (label, &map.aps) {
             (Some(label), _) if manifest.layout.paths => {
                 let labeler = Box::new(Labeler::new(&LabelConfig { pdp: true, ..label })?);
-                let bins = [
-                    Some(labeler.angles_deg().len()),
-                    Some(labeler.delays_s().len()),
-                ];
+                let bins = [labeler.angles_deg(), labeler.delays_s()].map(|axis| Some(axis.len()));
                 let table = dataset.paths(map.id)?;
                 (Source::Paths { table, labeler }, bins)
             }
             (_, Some(aps)) if aps.argmax().is_some() || zero_places => {
-                let pdp = manifest
-                    .layout
-                    .pdp
-                    .map(|_| dataset.pdp(map.id))
-                    .transpose()?;
+                let pdp = stored_pdp(dataset, map.id)?;
                 let bins = [Some(aps.bins()), pdp.as_ref().map(Profile::bins)];
                 (Source::Stored { aps, pdp }, bins)
             }
@@ -66,9 +54,8 @@ impl<'a> Released<'a> {
             (_, None) => return Err(ExchangeError::NoSpectra.into()),
         };
         let length = |bins: usize| {
-            ProfileFile::rounded(&vec![0.0; bins], &vec![0.0; bins])
-                .to_bytes()
-                .len() as u64
+            let zeros = vec![0.0; bins];
+            ProfileFile::rounded(&zeros, &zeros).to_bytes().len() as u64
         };
         Ok(Self {
             source,
@@ -80,23 +67,13 @@ impl<'a> Released<'a> {
     fn profiles(&self, link: usize, buffers: &mut Buffers) -> Result<[Option<ProfileFile>; 2]> {
         match &self.source {
             Source::Paths { table, labeler } => {
-                let Buffers {
-                    samples,
-                    scratch,
-                    label,
-                } = buffers;
-                samples.clear();
-                let paths = table.paths_of(link);
-                samples.extend(paths.map(|path| table.sample(path)));
-                let status = labeler.label_into(samples, scratch, label)?;
-                if status != aps_label::Status::Labelled {
+                let status = buffers.label_stored(labeler, table, link)?;
+                if status != Status::Labelled {
                     return Err(ExchangeError::NoLabel.into());
                 }
-                let delay_ns: Vec<f64> = label
-                    .aps_delay_s
-                    .iter()
-                    .map(|s| (s * 1e9).clamp(0.0, 1000.0))
-                    .collect();
+                let label = &buffers.label;
+                let delays_s = label.aps_delay_s.iter();
+                let delay_ns: Vec<f64> = delays_s.map(|s| (s * 1e9).clamp(0.0, 1000.0)).collect();
                 Ok([
                     Some(ProfileFile::rounded(&label.aps_db, &delay_ns)),
                     Some(ProfileFile::rounded(&label.pdp_db, &label.pdp_angle_deg)),
@@ -129,9 +106,8 @@ impl<'a> Released<'a> {
     ) -> Result<u64> {
         let paths = [name.aps_file(), name.pdp_file()].map(|file| out.join(file));
         let is_there = |(file, length): (&PathBuf, &Option<u64>)| {
-            length.is_none_or(|n| {
-                fs::metadata(file).is_ok_and(|found| found.is_file() && found.len() == n)
-            })
+            let has = |n| fs::metadata(file).is_ok_and(|found| found.is_file() && found.len() == n);
+            length.is_none_or(has)
         };
         if paths.iter().zip(&self.lengths).all(is_there) {
             return Ok(0);
@@ -154,12 +130,9 @@ fn stored(profile: &Profile, link: usize) -> ProfileFile {
     profile.read_relative_db(link, &mut row);
     let max_db = f64::from(profile.max_db()[link]);
     let db: Vec<f64> = row.iter().map(|&v| max_db + f64::from(v)).collect();
-    let places = match profile.argmax() {
-        Some(places) => places[link * bins..][..bins]
-            .iter()
-            .map(|v| v.to_f64())
-            .collect(),
-        None => vec![0.0; bins],
-    };
+    let mut places = vec![0.0; bins];
+    if let Some(stored) = profile.argmax() {
+        stored[link * bins..][..bins].convert_to_f64_slice(&mut places);
+    }
     ProfileFile::rounded(&db, &places)
 }

@@ -1,7 +1,5 @@
 //! The card of the tables, as hubs of data sets show it.
 
-use std::fmt::Write;
-
 use aps_data::{Dataset, Part};
 
 use super::Written;
@@ -67,12 +65,9 @@ fn size_of(links: usize) -> &'static str {
 fn table_of(columns: &[Column]) -> String {
     let mut text = String::from("| column | type | unit | meaning |\n|---|---|---|---|\n");
     for column in columns {
-        let (kind, name) = (type_of(&column.values), column.name);
-        let _ = writeln!(
-            text,
-            "| `{name}` | {kind} | {} | {} |",
-            column.unit, column.meaning
-        );
+        let (name, kind) = (column.name, type_of(&column.values));
+        let (unit, meaning) = (column.unit, column.meaning);
+        text += &format!("| `{name}` | {kind} | {unit} | {meaning} |\n");
     }
     text
 }
@@ -87,80 +82,52 @@ impl About<'_> {
     /// The card: a header in YAML, then Markdown.
     pub fn card(&self) -> String {
         let manifest = self.dataset.manifest();
-        let mut text = format!(
-            "---\npretty_name: Angle power spectra of city maps\nlicense: other\nlicense_name: {LICENCE}\n\
-             annotations_creators:\n- machine-generated\nsource_datasets:\n- original\nsize_categories:\n- {}\n\
-             task_categories:\n- tabular-regression\ntags:\n- radio\n- ray-tracing\n- angle-power-spectrum\n\
-             configs:\n- config_name: links\n  default: true\n  data_files:\n",
-            size_of(self.links)
-        );
+        let setting = |pointer: &str| {
+            let found = manifest.configuration.pointer(pointer);
+            found.map_or("unknown".into(), ToString::to_string)
+        };
+        let (mut files_of_parts, mut splits) = (String::new(), String::new());
         for part in self.parts() {
             let (split, folder) = (split_of(part), folder_of(Some(part)));
-            text += &format!("  - split: {split}\n    path: data/{folder}/*.parquet\n");
-        }
-        text += "- config_name: buildings\n  data_files: buildings.parquet\n---\n\n# Angle power spectra of city maps\n\n";
-        let configuration = &manifest.configuration;
-        let setting = |pointer: &str| {
-            configuration
-                .pointer(pointer)
-                .map_or("unknown".into(), ToString::to_string)
-        };
-        let _ = write!(
-            text,
-            "{} radio links in {} city maps, each with the angle power spectrum that its propagation paths make at a receiving \
-             array. Written by map2aps {}.\n\n## Splits\n\nMaps are in one part alone. `develop` is called `validation` here.\n\n\
-             | split | maps | links | files | bytes |\n|---|---|---|---|---|\n",
-            self.links,
-            self.maps(None),
-            env!("CARGO_PKG_VERSION")
-        );
-        for part in self.parts() {
+            files_of_parts += &format!("  - split: {split}\n    path: data/{folder}/*.parquet\n");
             let files = || self.written.iter().filter(|file| file.part == Some(part));
             let bytes: u64 = files().map(|file| file.bytes).sum();
             let links: usize = files().map(|file| file.rows).sum();
-            let _ = writeln!(
-                text,
-                "| {} | {} | {links} | {} | {bytes} |",
-                split_of(part),
-                self.maps(Some(part)),
-                files().count()
-            );
+            let (maps, files) = (self.maps(Some(part)), files().count());
+            splits += &format!("| {split} | {maps} | {links} | {files} | {bytes} |\n");
         }
-        text += "\n## Columns\n\nA row is a link.\n\n";
-        text += &table_of(self.columns);
-        text += "\n";
-        if let Some(aps) = manifest.layout.aps {
+        let bins = manifest.layout.aps.map(|aps| {
             let (first, last) = (aps.axis.values().next(), aps.axis.values().last());
-            let _ = write!(
-                text,
+            format!(
                 "`aps_db` has {} bins, from {} to {} deg in equal steps, counter-clockwise from x. ",
                 aps.axis.count,
                 first.unwrap_or_default(),
                 last.unwrap_or_default()
-            );
-        }
-        let _ = write!(
-            text,
-            "Values of a link whose `status` is not `valid` mean nothing.\n\nA row of `buildings.parquet` is a map:\n\n{}\n\
-             ## How it was made\n\nMaps: {}. Carrier: {} Hz. At most {} reflections, {} diffractions and {} \
-             interactions on a path. Labels: protocol {}, array {}. Seed: {}. All settings:\n\n```json\n{}\n```\n\n## Licence\n\n\
-             The spectra follow from the maps: whoever passes them on needs the maps' licence, and names it in the header above \
-             in place of `{LICENCE}`, with a `license_link` to its text, and in `croissant.json`. Synthetic maps have none.\n\n\
-             ## Citation\n\nName the authors of the maps, and map2aps {} with the settings above. The benchmark is that of\n\n\
-             ```bibtex\n{CITATION}\n```\n",
-            table_of(self.buildings),
-            setting("/maps"),
-            setting("/trace/frequency_hz"),
-            setting("/trace/max_reflections"),
-            setting("/trace/max_diffractions"),
-            setting("/trace/max_interactions"),
-            setting("/label/protocol"),
-            setting("/label/array"),
-            manifest.seed,
-            serde_json::to_string_pretty(configuration).unwrap_or_default(),
-            env!("CARGO_PKG_VERSION"),
-        );
-        text
+            )
+        });
+        format!(
+            include_str!("card.txt"),
+            licence = LICENCE,
+            size = size_of(self.links),
+            files = files_of_parts,
+            links = self.links,
+            maps = self.maps(None),
+            version = env!("CARGO_PKG_VERSION"),
+            splits = splits,
+            columns = table_of(self.columns),
+            bins = bins.unwrap_or_default(),
+            buildings = table_of(self.buildings),
+            source = setting("/maps"),
+            frequency_hz = setting("/trace/frequency_hz"),
+            reflections = setting("/trace/max_reflections"),
+            diffractions = setting("/trace/max_diffractions"),
+            interactions = setting("/trace/max_interactions"),
+            protocol = setting("/label/protocol"),
+            array = setting("/label/array"),
+            seed = manifest.seed,
+            settings = serde_json::to_string_pretty(&manifest.configuration).unwrap_or_default(),
+            citation = CITATION,
+        )
     }
 
     /// Number of maps with files, of a part or in all.

@@ -13,6 +13,15 @@ pub struct Column {
     pub values: Values,
 }
 
+fn column(name: &'static str, unit: &'static str, meaning: &'static str, values: Values) -> Column {
+    Column {
+        name,
+        unit,
+        meaning,
+        values,
+    }
+}
+
 /// Values of a column, one a row.
 pub enum Values {
     Integers(Vec<i32>),
@@ -42,12 +51,6 @@ pub fn of_links(
     paths: Option<&PathTable>,
     rows: Range<usize>,
 ) -> Vec<Column> {
-    let column = |name, unit, meaning, values| Column {
-        name,
-        unit,
-        meaning,
-        values,
-    };
     let integers =
         |value: &dyn Fn(usize) -> i32| Values::Integers(rows.clone().map(value).collect());
     let end = |end: usize, axis: usize| {
@@ -169,15 +172,10 @@ fn of_paths(paths: &PathTable, rows: Range<usize>) -> Vec<Column> {
             paths.gain[path][1]
         }),
     ];
-    let columns = columns
-        .into_iter()
-        .map(|(name, unit, meaning, value)| Column {
-            name,
-            unit,
-            meaning,
-            values: lists(value),
-        });
-    columns.collect()
+    let columns = columns.into_iter();
+    columns
+        .map(|(name, unit, meaning, value)| column(name, unit, meaning, lists(value)))
+        .collect()
 }
 
 /// The images of the maps' buildings.
@@ -205,12 +203,6 @@ impl Buildings {
 
     /// The columns.
     pub fn columns(self) -> Vec<Column> {
-        let column = |name, unit, meaning, values| Column {
-            name,
-            unit,
-            meaning,
-            values,
-        };
         vec![
             column("map", "", "number of the map", Values::Integers(self.maps)),
             column("split", "", "part of the split", Values::Texts(self.parts)),

@@ -32,20 +32,12 @@ pub fn description(about: &About<'_>, buildings: &Written) -> Value {
         let split = split_of(part);
         let description = format!("A link a row, of the maps of the part {split}.");
         let source = json!({ "fileSet": { "@id": split } });
-        records(
-            &format!("links-{split}"),
-            &description,
-            &source,
-            about.columns,
-        )
+        let id = format!("links-{split}");
+        records(&id, &description, &source, about.columns)
     });
     let source = json!({ "fileObject": { "@id": buildings.name } });
-    let mut maps = records(
-        "buildings",
-        "A map a row, with the image of its buildings.",
-        &source,
-        about.buildings,
-    );
+    let description = "A map a row, with the image of its buildings.";
+    let mut maps = records("buildings", description, &source, about.buildings);
     maps["key"] = json!({ "@id": "buildings/map" });
     json!({
         "@context": context(),
@@ -111,47 +103,7 @@ fn field(records: &str, source: &Value, column: &Column) -> Value {
     field
 }
 
-/// The names that the format asks for.
+/// Reads the names that the format asks for.
 fn context() -> Value {
-    json!({
-        "@language": "en",
-        "@vocab": "https://schema.org/",
-        "citeAs": "cr:citeAs",
-        "column": "cr:column",
-        "conformsTo": "dct:conformsTo",
-        "cr": "http://mlcommons.org/croissant/",
-        "data": { "@id": "cr:data", "@type": "@json" },
-        "dataBiases": "cr:dataBiases",
-        "dataCollection": "cr:dataCollection",
-        "dataType": { "@id": "cr:dataType", "@type": "@vocab" },
-        "dct": "http://purl.org/dc/terms/",
-        "equivalentProperty": "cr:equivalentProperty",
-        "examples": { "@id": "cr:examples", "@type": "@json" },
-        "extract": "cr:extract",
-        "field": "cr:field",
-        "fileObject": "cr:fileObject",
-        "fileProperty": "cr:fileProperty",
-        "fileSet": "cr:fileSet",
-        "format": "cr:format",
-        "includes": "cr:includes",
-        "isLiveDataset": "cr:isLiveDataset",
-        "jsonPath": "cr:jsonPath",
-        "key": "cr:key",
-        "md5": "cr:md5",
-        "parentField": "cr:parentField",
-        "path": "cr:path",
-        "personalSensitiveInformation": "cr:personalSensitiveInformation",
-        "rai": "http://mlcommons.org/croissant/RAI/",
-        "recordSet": "cr:recordSet",
-        "references": "cr:references",
-        "regex": "cr:regex",
-        "repeated": "cr:repeated",
-        "replace": "cr:replace",
-        "samplingRate": "cr:samplingRate",
-        "sc": "https://schema.org/",
-        "separator": "cr:separator",
-        "source": "cr:source",
-        "subField": "cr:subField",
-        "transform": "cr:transform",
-    })
+    serde_json::from_str(include_str!("context.json")).expect("the file is JSON")
 }

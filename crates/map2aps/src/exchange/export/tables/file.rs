@@ -81,27 +81,21 @@ fn write(writer: &mut SerializedColumnWriter<'_>, values: &Values) -> ParquetRes
         Values::Doubles(v) => writer.typed::<DoubleType>().write_batch(v, None, None)?,
         Values::Texts(v) => {
             let bytes: Vec<ByteArray> = v.iter().map(|text| text.as_str().into()).collect();
-            writer
-                .typed::<ByteArrayType>()
-                .write_batch(&bytes, None, None)?
+            let writer = writer.typed::<ByteArrayType>();
+            writer.write_batch(&bytes, None, None)?
         }
         Values::Bytes(v) => {
             let bytes: Vec<ByteArray> = v.iter().cloned().map(ByteArray::from).collect();
-            writer
-                .typed::<ByteArrayType>()
-                .write_batch(&bytes, None, None)?
+            let writer = writer.typed::<ByteArrayType>();
+            writer.write_batch(&bytes, None, None)?
         }
         Values::FloatLists(v, lengths) => {
-            let (defined, repeated) = levels(lengths);
-            writer
-                .typed::<FloatType>()
-                .write_batch(v, Some(&defined), Some(&repeated))?
+            let (writer, (defined, repeated)) = (writer.typed::<FloatType>(), levels(lengths));
+            writer.write_batch(v, Some(&defined), Some(&repeated))?
         }
         Values::DoubleLists(v, lengths) => {
-            let (defined, repeated) = levels(lengths);
-            writer
-                .typed::<DoubleType>()
-                .write_batch(v, Some(&defined), Some(&repeated))?
+            let (writer, (defined, repeated)) = (writer.typed::<DoubleType>(), levels(lengths));
+            writer.write_batch(v, Some(&defined), Some(&repeated))?
         }
     };
     Ok(())

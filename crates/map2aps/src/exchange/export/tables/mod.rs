@@ -13,13 +13,13 @@ mod croissant;
 mod file;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use aps_data::{Dataset, MapData, Part, PathTable, Profile, replace_unsynced};
-use sha2::{Digest, Sha256};
+use aps_data::{Dataset, MapData, Part, PathTable, Profile, replace_unsynced, sha256_of};
 
 use super::{Export, Exported, create_folder};
 use crate::control::{Control, Work};
+use crate::dataset::{stored_paths, stored_pdp};
 use crate::error::{At, Place, Result};
 use columns::Column;
 
@@ -61,10 +61,8 @@ fn export_within(
     control: &Control<'_>,
 ) -> Result<Exported> {
     let maps = dataset.manifest().maps.iter();
-    let links: usize = maps
-        .filter(|map| ids.contains(&map.id))
-        .map(|map| map.links)
-        .sum();
+    let maps = maps.filter(|map| ids.contains(&map.id));
+    let links: usize = maps.map(|map| map.links).sum();
     let most = export.limit.unwrap_or(usize::MAX);
     control.progress.begin(Work {
         units: links.min(most) as u64,
@@ -83,27 +81,16 @@ fn export_within(
         let rows = left.min(map.links.len());
         left -= rows;
         let table = Table {
-            pdp: dataset
-                .manifest()
-                .layout
-                .pdp
-                .map(|_| dataset.pdp(id))
-                .transpose()?,
-            paths: dataset
-                .manifest()
-                .layout
-                .paths
-                .then(|| dataset.paths(id))
-                .transpose()?,
+            pdp: stored_pdp(dataset, id)?,
+            paths: stored_paths(dataset, id)?,
             map,
         };
         let folder = format!("data/{}", columns::folder_of(part));
         create_folder(&out.join(&folder))?;
         for (number, rows) in table.portions(rows, file_bytes).into_iter().enumerate() {
-            let suffix = if number == 0 {
-                String::new()
-            } else {
-                format!("-{number}")
+            let suffix = match number {
+                0 => String::new(),
+                _ => format!("-{number}"),
             };
             let name = format!("{folder}/map_{id:04}{suffix}.parquet");
             let firsts = rows.clone().step_by(GROUP_ROWS);
@@ -141,12 +128,7 @@ fn export_within(
 
 /// Removes tables of these maps that an export of more links, or of another split, left.
 fn remove_others(out: &Path, ids: &[u32], written: &[Written]) -> Result<()> {
-    for part in [
-        None,
-        Some(Part::Train),
-        Some(Part::Develop),
-        Some(Part::Test),
-    ] {
+    for part in Part::ALL.map(Some).into_iter().chain([None]) {
         let folder = format!("data/{}", columns::folder_of(part));
         let entries = match fs::read_dir(out.join(&folder)) {
             Ok(entries) => entries,
@@ -186,7 +168,7 @@ impl Written {
         rows: usize,
         make: impl FnOnce() -> Result<Vec<u8>>,
     ) -> Result<Self> {
-        let path: PathBuf = out.join(&name);
+        let path = out.join(&name);
         let bytes = match file::whole(&path, rows) {
             Some(bytes) => bytes,
             None => {
@@ -195,13 +177,12 @@ impl Written {
                 bytes
             }
         };
-        let digits = Sha256::digest(&bytes);
         Ok(Self {
             name,
             part,
             rows,
             bytes: bytes.len() as u64,
-            sha256: digits.iter().map(|byte| format!("{byte:02x}")).collect(),
+            sha256: sha256_of(&bytes),
         })
     }
 }
@@ -222,10 +203,8 @@ impl Table {
         let of_spectra: usize = self.map.aps.iter().chain(&self.pdp).map(bins).sum();
         let (mut portions, mut first, mut bytes) = (Vec::new(), 0, 0);
         for row in 0..rows {
-            let paths = self
-                .paths
-                .as_ref()
-                .map_or(0, |paths| paths.paths_of(row).len());
+            let paths = self.paths.as_ref();
+            let paths = paths.map_or(0, |paths| paths.paths_of(row).len());
             let row_bytes = 100 + of_spectra + 5 * 8 * paths;
             if bytes + row_bytes > most_bytes && row > first {
                 portions.push(first..row);
@@ -243,12 +222,6 @@ impl Table {
     fn columns(&self, rows: std::ops::Range<usize>) -> Vec<Column> {
         columns::of_links(&self.map, self.pdp.as_ref(), self.paths.as_ref(), rows)
     }
-}
-
-/// Reads a file, for tests.
-#[cfg(test)]
-fn read(path: &Path) -> Vec<u8> {
-    fs::read(path).unwrap()
 }
 
 #[cfg(test)]

@@ -1,15 +1,20 @@
-use std::fs::File;
-use std::path::Path;
+use std::fs::{File, read};
+use std::path::{Path, PathBuf};
 
 use aps_data::{Dataset, Part, Stored};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, RowAccessor};
+use serde_json::Value;
+use tempfile::TempDir;
 
 use super::columns::{Column, Values};
 use super::{Table, create_folder, export_within};
 use crate::{Control, DatasetPlan, Export, ExportLayout, MapSource};
 
-fn dataset(root: &Path) -> Dataset {
+/// A data set in a folder, and the place beside it where it is exported to.
+fn setting() -> (TempDir, Dataset, PathBuf) {
+    let root = tempfile::tempdir().unwrap();
+    let (data, out) = (root.path().join("data"), root.path().join("out"));
     let plan = DatasetPlan {
         maps: MapSource::Synthetic { count: 4 },
         tx_per_map: 2,
@@ -21,41 +26,41 @@ fn dataset(root: &Path) -> Dataset {
         },
         ..DatasetPlan::default()
     };
-    plan.make(root, &[0, 1, 2, 3], &Control::default()).unwrap();
-    Dataset::open(root).unwrap()
+    plan.make(&data, &[0, 1, 2, 3], &Control::default())
+        .unwrap();
+    (root, Dataset::open(&data).unwrap(), out)
+}
+
+/// Folder of the tables of a map in an export.
+fn folder_of(dataset: &Dataset, out: &Path, id: u32) -> PathBuf {
+    let part = dataset.manifest().split.part_of(id);
+    out.join("data").join(super::columns::folder_of(part))
+}
+
+fn open(folder: &Path, name: &str) -> Option<SerializedFileReader<File>> {
+    let file = File::open(folder.join(name)).ok()?;
+    Some(SerializedFileReader::new(file).unwrap())
 }
 
 #[test]
 fn a_row_holds_the_link_that_the_data_set_holds() {
-    let root = tempfile::tempdir().unwrap();
-    let (data, out) = (root.path().join("data"), root.path().join("out"));
-    let dataset = dataset(&data);
+    let (_root, dataset, out) = setting();
     let export = Export::new(ExportLayout::Parquet);
     let exported = export.run(&dataset, &out, &Control::default()).unwrap();
     assert_eq!(exported.links, 40);
     for entry in &dataset.manifest().maps {
-        let part = dataset.manifest().split.part_of(entry.id);
-        let folder = super::columns::folder_of(part);
-        let path = out.join(format!("data/{folder}/map_{:04}.parquet", entry.id));
-        let file = SerializedFileReader::new(File::open(path).unwrap()).unwrap();
-        let (map, paths) = (
-            dataset.map(entry.id).unwrap(),
-            dataset.paths(entry.id).unwrap(),
-        );
-        let rows: Vec<_> = file
-            .get_row_iter(None)
-            .unwrap()
-            .map(Result::unwrap)
-            .collect();
+        let id = entry.id;
+        let folder = folder_of(&dataset, &out, id);
+        let file = open(&folder, &format!("map_{id:04}.parquet")).unwrap();
+        let (map, paths) = (dataset.map(id).unwrap(), dataset.paths(id).unwrap());
+        let rows = file.get_row_iter(None).unwrap().map(Result::unwrap);
+        let rows: Vec<_> = rows.collect();
         assert_eq!(rows.len(), 10);
         for (link, row) in rows.iter().enumerate() {
             let value = |name: &str| {
                 let mut columns = row.get_column_iter();
-                columns
-                    .find(|(column, _)| *column == name)
-                    .unwrap()
-                    .1
-                    .clone()
+                let found = columns.find(|(column, _)| *column == name);
+                found.unwrap().1.clone()
             };
             let list = |name: &str| match value(name) {
                 Field::ListInternal(list) => list.elements().to_vec(),
@@ -82,45 +87,30 @@ fn a_row_holds_the_link_that_the_data_set_holds() {
 
 #[test]
 fn an_export_is_kept_and_described_and_another_is_refused() {
-    let root = tempfile::tempdir().unwrap();
-    let (data, out) = (root.path().join("data"), root.path().join("out"));
-    let dataset = dataset(&data);
+    let (root, dataset, out) = setting();
     let export = Export::new(ExportLayout::Parquet);
     let first = export.run(&dataset, &out, &Control::default()).unwrap();
     let card = std::fs::read_to_string(out.join("README.md")).unwrap();
     assert!(card.starts_with("---\npretty_name"), "{card}");
-    let croissant = super::read(&out.join("croissant.json"));
-    let croissant: serde_json::Value = serde_json::from_slice(&croissant).unwrap();
-    assert_eq!(
-        croissant["distribution"].as_array().unwrap().len(),
-        4 + 1 + 3
-    );
+    let croissant = read(out.join("croissant.json")).unwrap();
+    let croissant: Value = serde_json::from_slice(&croissant).unwrap();
+    let files = croissant["distribution"].as_array().unwrap();
+    assert_eq!(files.len(), 4 + 1 + 3);
     let records = croissant["recordSet"].as_array().unwrap();
     let ids = records.iter().map(|set| set["@id"].as_str().unwrap());
-    assert_eq!(
-        ids.collect::<Vec<_>>(),
-        ["links-train", "links-validation", "links-test", "buildings"]
-    );
+    let expected = ["links-train", "links-validation", "links-test", "buildings"];
+    assert_eq!(ids.collect::<Vec<_>>(), expected);
     let of_buildings = records[3]["field"].as_array().unwrap();
-    let source = |field: &serde_json::Value| {
+    fn source(field: &Value) -> &str {
         assert_eq!(field["source"]["fileObject"]["@id"], "buildings.parquet");
-        field["source"]["extract"]["column"].clone()
-    };
-    let columns: Vec<_> = of_buildings.iter().map(source).collect();
-    assert_eq!(
-        columns,
-        [
-            "map",
-            "split",
-            "height",
-            "width",
-            "metres_per_pixel",
-            "pixels"
-        ]
-    );
+        field["source"]["extract"]["column"].as_str().unwrap()
+    }
+    let columns: Vec<&str> = of_buildings.iter().map(source).collect();
+    let columns = columns.join(" ");
+    assert_eq!(columns, "map split height width metres_per_pixel pixels");
     let told = |set: usize, name: &str| {
         let fields = records[set]["field"].as_array().unwrap();
-        let ends = |field: &&serde_json::Value| {
+        let ends = |field: &&Value| {
             let id = field["@id"].as_str().unwrap();
             id.rsplit('/').next() == Some(name)
         };
@@ -143,15 +133,18 @@ fn an_export_is_kept_and_described_and_another_is_refused() {
     // Nobody told when it is published.
     assert_eq!(croissant.get("datePublished"), None);
     let map = out.join(croissant["distribution"][0]["contentUrl"].as_str().unwrap());
-    let whole = super::read(&map);
+    let whole = read(&map).unwrap();
     // One that was cut off is written anew, the others stay.
     std::fs::write(&map, &whole[..whole.len() / 2]).unwrap();
     let second = export.run(&dataset, &out, &Control::default()).unwrap();
-    assert_eq!((super::read(&map), second), (whole, first));
+    assert_eq!((read(&map).unwrap(), second), (whole, first));
     let other = root.path().join("again");
     export.run(&dataset, &other, &Control::default()).unwrap();
     for file in ["README.md", "croissant.json", "buildings.parquet"] {
-        assert_eq!(super::read(&other.join(file)), super::read(&out.join(file)));
+        assert_eq!(
+            read(other.join(file)).unwrap(),
+            read(out.join(file)).unwrap()
+        );
     }
     let other = Export::new(ExportLayout::Samples);
     let refused = other.run(&dataset, &out, &Control::default()).unwrap_err();
@@ -160,9 +153,7 @@ fn an_export_is_kept_and_described_and_another_is_refused() {
 
 #[test]
 fn the_card_tells_parts_columns_making_licence_and_citation() {
-    let root = tempfile::tempdir().unwrap();
-    let (data, out) = (root.path().join("data"), root.path().join("out"));
-    let dataset = dataset(&data);
+    let (_root, dataset, out) = setting();
     let export = Export::new(ExportLayout::Parquet);
     export.run(&dataset, &out, &Control::default()).unwrap();
     let card = std::fs::read_to_string(out.join("README.md")).unwrap();
@@ -212,14 +203,9 @@ fn the_card_tells_parts_columns_making_licence_and_citation() {
     ] {
         assert!(text.contains(told), "{told} is not in:\n{text}");
     }
-    let order = [
-        "Splits",
-        "Columns",
-        "How it was made",
-        "Licence",
-        "Citation",
-    ];
+    let order = "Splits, Columns, How it was made, Licence, Citation".split(", ");
     let places = order.map(|title| text.find(&format!("\n## {title}\n")));
+    let places: Vec<_> = places.collect();
     assert!(places.is_sorted() && places[0].is_some(), "{places:?}");
 }
 
@@ -237,9 +223,7 @@ fn size_of(columns: &[Column]) -> usize {
 
 #[test]
 fn a_map_beyond_the_bound_of_a_file_goes_into_several() {
-    let root = tempfile::tempdir().unwrap();
-    let (data, out) = (root.path().join("data"), root.path().join("out"));
-    let dataset = dataset(&data);
+    let (_root, dataset, out) = setting();
     let table = Table {
         map: dataset.map(0).unwrap(),
         pdp: Some(dataset.pdp(0).unwrap()),
@@ -267,15 +251,14 @@ fn a_map_beyond_the_bound_of_a_file_goes_into_several() {
     let (ids, control) = ([0, 1, 2, 3], Control::default());
     let export = Export::new(ExportLayout::Parquet);
     export_within(3 * largest, &export, &ids, &dataset, &out, &control).unwrap();
-    let part = dataset.manifest().split.part_of(0);
-    let folder = out.join("data").join(super::columns::folder_of(part));
+    let folder = folder_of(&dataset, &out, 0);
     let mut rows = 0;
     for number in 0..table.portions(10, 3 * largest).len() {
         let name = match number {
             0 => "map_0000.parquet".to_owned(),
             _ => format!("map_0000-{number}.parquet"),
         };
-        let file = SerializedFileReader::new(File::open(folder.join(name)).unwrap()).unwrap();
+        let file = open(&folder, &name).unwrap();
         rows += file.metadata().file_metadata().num_rows();
     }
     assert_eq!(rows, 10);
@@ -283,9 +266,7 @@ fn a_map_beyond_the_bound_of_a_file_goes_into_several() {
 
 #[test]
 fn a_folder_of_others_is_refused_and_stays_as_it_is() {
-    let root = tempfile::tempdir().unwrap();
-    let (data, out) = (root.path().join("data"), root.path().join("out"));
-    let dataset = dataset(&data);
+    let (_root, dataset, out) = setting();
     std::fs::create_dir(&out).unwrap();
     std::fs::write(out.join("README.md"), "mine").unwrap();
     for layout in [ExportLayout::Parquet, ExportLayout::Released] {
@@ -298,26 +279,23 @@ fn a_folder_of_others_is_refused_and_stays_as_it_is() {
         entries.map(|entry| entry.unwrap().file_name())
     };
     assert_eq!(names().collect::<Vec<_>>(), ["README.md"]);
-    assert_eq!(super::read(&out.join("README.md")), b"mine");
+    assert_eq!(read(out.join("README.md")).unwrap(), b"mine");
     // A clone of an empty repository has hidden files alone.
     std::fs::rename(out.join("README.md"), out.join(".gitattributes")).unwrap();
     let export = Export::new(ExportLayout::Parquet);
     export.run(&dataset, &out, &Control::default()).unwrap();
-    assert_eq!(super::read(&out.join(".gitattributes")), b"mine");
+    assert_eq!(read(out.join(".gitattributes")).unwrap(), b"mine");
 }
 
 #[test]
 fn tables_that_a_larger_export_of_a_map_left_are_removed() {
-    let root = tempfile::tempdir().unwrap();
-    let (data, out) = (root.path().join("data"), root.path().join("out"));
-    let dataset = dataset(&data);
+    let (_root, dataset, out) = setting();
     let export = Export {
         maps: Some(vec![0, 1]),
         ..Export::new(ExportLayout::Parquet)
     };
     export.run(&dataset, &out, &Control::default()).unwrap();
-    let part = dataset.manifest().split.part_of(0);
-    let own = out.join("data").join(super::columns::folder_of(part));
+    let own = folder_of(&dataset, &out, 0);
     std::fs::create_dir_all(out.join("data/other")).unwrap();
     let of_map = [
         own.join("map_0000-1.parquet"),
@@ -336,16 +314,7 @@ fn tables_that_a_larger_export_of_a_map_left_are_removed() {
 
 #[test]
 fn a_limit_leaves_links_out_and_maps_with_none_have_no_table() {
-    let root = tempfile::tempdir().unwrap();
-    let (data, out) = (root.path().join("data"), root.path().join("out"));
-    let dataset = dataset(&data);
-    let table = |id: u32| {
-        let part = dataset.manifest().split.part_of(id);
-        let folder = super::columns::folder_of(part);
-        let path = out.join(format!("data/{folder}/map_{id:04}.parquet"));
-        let file = File::open(path).ok()?;
-        Some(SerializedFileReader::new(file).unwrap())
-    };
+    let (_root, dataset, out) = setting();
     // A file of another limit is made anew.
     for (limit, expected) in [(Some(13), 13), (None, 40), (Some(0), 0)] {
         let export = Export {
@@ -357,7 +326,8 @@ fn a_limit_leaves_links_out_and_maps_with_none_have_no_table() {
         let (mut rows, mut columns) = (0, Vec::new());
         for entry in &dataset.manifest().maps {
             // Readers of a folder take no file without rows.
-            let Some(file) = table(entry.id) else {
+            let folder = folder_of(&dataset, &out, entry.id);
+            let Some(file) = open(&folder, &format!("map_{:04}.parquet", entry.id)) else {
                 continue;
             };
             let metadata = file.metadata().file_metadata();
@@ -366,11 +336,8 @@ fn a_limit_leaves_links_out_and_maps_with_none_have_no_table() {
             columns.push(metadata.schema_descr().num_columns());
         }
         assert_eq!(rows, expected as i64);
-        assert!(
-            columns
-                .iter()
-                .all(|&count| count > 10 && count == columns[0])
-        );
+        let is_whole = |&count: &usize| count > 10 && count == columns[0];
+        assert!(columns.iter().all(is_whole));
         assert_eq!(columns.is_empty(), expected == 0);
     }
 }
