@@ -58,10 +58,8 @@ impl<'py> Argument<'py> {
             .map_err(|error| PyValueError::new_err(format!("{name}: no array: {error}")))?;
         let array = array.cast_into::<PyUntypedArray>()?;
         let (letters, kind_name) = kind.about();
-        let lengths = |n: &Option<usize>| n.map_or("n".into(), |n| n.to_string());
-        let lengths: Vec<String> = shape.iter().map(lengths).collect();
-        let comma = if shape.len() == 1 { "," } else { "" };
-        let expected = format!("{kind_name} of shape ({}{comma})", lengths.join(", "));
+        let length = |n: &Option<usize>| n.map_or("n".into(), |n| n.to_string());
+        let expected = format!("{kind_name} of shape {}", tuple(shape.iter().map(length)));
         let argument = Self {
             name,
             expected,
@@ -81,15 +79,10 @@ impl<'py> Argument<'py> {
 
     /// The exception for this argument.
     pub fn refuse(&self, why: impl Display) -> PyErr {
-        let shape = self.array.shape();
-        let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
-        let comma = if shape.len() == 1 { "," } else { "" };
+        let (name, expected, dtype) = (self.name, &self.expected, self.array.dtype());
+        let shape = tuple(self.array.shape().iter().map(usize::to_string));
         PyValueError::new_err(format!(
-            "{}: expected {}, got dtype {} of shape ({}{comma}){why}",
-            self.name,
-            self.expected,
-            self.array.dtype(),
-            shape.join(", ")
+            "{name}: expected {expected}, got dtype {dtype} of shape {shape}{why}"
         ))
     }
 
@@ -112,18 +105,18 @@ impl<'py> Argument<'py> {
             let out_of_range = |_| self.refuse(format_args!(": {value} is out of range"));
             T::try_from(value).map_err(out_of_range)
         };
-        match self.has_type::<u64>() {
-            true => self
-                .values::<u64>()?
-                .into_iter()
-                .map(|n| convert(n.into()))
-                .collect(),
-            false => self
-                .values::<i64>()?
-                .into_iter()
-                .map(|n| convert(n.into()))
-                .collect(),
-        }
+        let values: Vec<i128> = match self.has_type::<u64>() {
+            true => self.values::<u64>()?.into_iter().map(i128::from).collect(),
+            false => self.values::<i64>()?.into_iter().map(i128::from).collect(),
+        };
+        values.into_iter().map(convert).collect()
+    }
+
+    /// Copies points, rows of two numbers.
+    pub fn points(&self) -> PyResult<Vec<DVec2>> {
+        let values = self.values::<f64>()?;
+        let (points, _) = values.as_chunks();
+        Ok(points.iter().copied().map(DVec2::from).collect())
     }
 
     /// Copies the values, row by row, into a type.
@@ -145,9 +138,14 @@ pub fn points(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Vec<DVec
         Ok(one) => one,
         Err(_) => Argument::new(value, name, Kind::Real, &[None, Some(2)])?,
     };
-    let values = argument.values::<f64>()?;
-    let (points, _) = values.as_chunks();
-    Ok(points.iter().copied().map(DVec2::from).collect())
+    argument.points()
+}
+
+/// Lengths as Python writes them in a tuple.
+fn tuple(lengths: impl Iterator<Item = String>) -> String {
+    let lengths: Vec<String> = lengths.collect();
+    let comma = if lengths.len() == 1 { "," } else { "" };
+    format!("({}{comma})", lengths.join(", "))
 }
 
 /// Largest size of what is made at once \[bytes\]. Where memory is promised freely, more would be granted, and end the program

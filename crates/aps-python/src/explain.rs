@@ -3,7 +3,7 @@
 use aps_report::explain::{Explained, Explanation};
 use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
-use map2aps::aps_label::{LabelConfig, Protocol};
+use map2aps::aps_label::LabelConfig;
 use map2aps::aps_raytrace::glam::DVec2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -39,7 +39,7 @@ fn page(
     config: &LabelConfig,
     title: &str,
 ) -> PyResult<String> {
-    let protocol: Protocol = config.protocol;
+    let protocol = config.protocol;
     let explanation = Explanation::of(link, protocol, config)
         .map_err(|error| PyValueError::new_err(format!("the link cannot be explained: {error}")))?;
     let explanation = explanation.ok_or_else(|| {

@@ -79,23 +79,17 @@ impl Wanted for String {
     }
 }
 
-impl Wanted for u32 {
-    fn wanted() -> String {
-        format!("an integer from 0 to {}", Self::MAX)
-    }
+macro_rules! integers {
+    ($($type:ty),*) => {$(
+        impl Wanted for $type {
+            fn wanted() -> String {
+                format!("an integer from 0 to {}", Self::MAX)
+            }
+        }
+    )*};
 }
 
-impl Wanted for u64 {
-    fn wanted() -> String {
-        format!("an integer from 0 to {}", Self::MAX)
-    }
-}
-
-impl Wanted for usize {
-    fn wanted() -> String {
-        format!("an integer from 0 to {}", Self::MAX)
-    }
-}
+integers!(u32, u64, usize);
 
 impl Wanted for f64 {
     fn wanted() -> String {

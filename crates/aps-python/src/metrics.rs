@@ -69,9 +69,10 @@ pub fn metrics<'py>(
     })?;
     let range = match optional(data_range, "data_range")? {
         Some(range) => DataRange::new(range).map_err(crate::error::exception)?,
-        None => evaluation
-            .truth_range()
-            .ok_or_else(|| nothing_scored(&evaluation))?,
+        None => {
+            let range = evaluation.truth_range();
+            range.ok_or_else(|| nothing_scored(&evaluation))?
+        }
     };
     if evaluation.scored().is_empty() {
         return Err(nothing_scored(&evaluation));
@@ -81,10 +82,8 @@ pub fn metrics<'py>(
         let report = serde_json::to_string(&evaluation.report(range))?;
         Ok((evaluation, report, columns))
     })?;
-    let rows = evaluation
-        .scored()
-        .iter()
-        .map(|sample| sample.sample as i64);
+    let rows = evaluation.scored().iter();
+    let rows: Vec<i64> = rows.map(|sample| sample.sample as i64).collect();
     let rejected = evaluation.rejected().iter();
     let rejected: Vec<i64> = rejected.map(|sample| sample.sample as i64).collect();
     let values = PyDict::new(py);
@@ -94,12 +93,10 @@ pub fn metrics<'py>(
     }
     let found = PyDict::new(py);
     found.set_item("values", values)?;
-    found.set_item(
-        "rows",
-        shaped(py, rows.collect::<Vec<_>>(), [evaluation.scored().len()])?,
-    )?;
-    let count = rejected.len();
-    found.set_item("rejected", shaped(py, rejected, [count])?)?;
+    for (name, rows) in [("rows", rows), ("rejected", rejected)] {
+        let count = rows.len();
+        found.set_item(name, shaped(py, rows, [count])?)?;
+    }
     found.set_item("report", report)?;
     Ok(found)
 }

@@ -147,11 +147,8 @@ impl Paths {
 
     /// The paths of some links, in their order.
     fn take(&self, links: Vec<usize>) -> Self {
-        let mut table = PathTable::default();
-        for &link in &links {
-            table.push_link(&self.table, link);
-        }
         let ends_m = links.iter().map(|&link| self.ends_m[link]).collect();
+        let table = self.table.of_links(links);
         Self { table, ends_m }
     }
 }

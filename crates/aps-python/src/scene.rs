@@ -25,13 +25,12 @@ pub struct Scene {
 }
 
 fn settings(close_gaps_m: Option<Given<f64>>) -> PyResult<SceneSettings> {
+    let default = SceneSettings::default();
     let given = optional(close_gaps_m, "close_gaps_m")?;
-    Ok(
-        given.map_or_else(SceneSettings::default, |close_gaps_m| SceneSettings {
-            close_gaps_m,
-            ..SceneSettings::default()
-        }),
-    )
+    Ok(SceneSettings {
+        close_gaps_m: given.unwrap_or(default.close_gaps_m),
+        ..default
+    })
 }
 
 fn of_file(
@@ -49,10 +48,7 @@ fn of_file(
 /// A building: a ring, or its outer ring and those of its courtyards.
 fn footprint(polygon: &Bound<'_, PyAny>) -> PyResult<Footprint> {
     let ring = |ring: &Bound<'_, PyAny>| {
-        let argument = Argument::new(ring, "polygons", Kind::Real, &[None, Some(2)])?;
-        let values = argument.values::<f64>()?;
-        let (points, _) = values.as_chunks();
-        Ok::<Vec<DVec2>, PyErr>(points.iter().copied().map(DVec2::from).collect())
+        Argument::new(ring, "polygons", Kind::Real, &[None, Some(2)])?.points()
     };
     // Of a ring the first number, of rings the first point.
     let first = polygon.get_item(0).and_then(|first| first.get_item(0));
