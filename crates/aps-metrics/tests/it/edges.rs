@@ -1,17 +1,11 @@
 //! Input that is empty, constant, negative, not finite or of the wrong shape.
 
 use aps_metrics::{
-    DataRange, Defect, Error, Evaluation, Metric, PeakCensus, Protocol, SampleScores, Scorer, Side,
-    Spectra, spectrum_peaks,
+    DataRange, Defect, Error, Evaluation, Metric, PeakCensus, Protocol, Scorer, Side, Spectra,
+    spectrum_peaks,
 };
 
-const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
-fn score(protocol: Protocol, truth: &[f64], prediction: &[f64]) -> SampleScores {
-    Scorer::new(protocol)
-        .score(truth, prediction)
-        .expect("scorable")
-}
+use crate::common::{PROTOCOLS, dominant_bins, peak_bins, range, score};
 
 fn push(truth: &[f32], prediction: &[f32], bins: usize) -> Result<Evaluation, Error> {
     let mut evaluation = Evaluation::new(Protocol::Paper);
@@ -42,16 +36,10 @@ fn wrong_shapes_are_named() {
 #[test]
 fn empty_spectra_are_an_error() {
     assert_eq!(Spectra::<f32>::new(&[], 0).err(), Some(Error::NoBins));
-    assert_eq!(
-        Scorer::new(Protocol::Paper)
-            .score::<f64, f64>(&[], &[])
-            .err(),
-        Some(Error::NoBins)
-    );
-    assert_eq!(
-        spectrum_peaks::<f64>(&[], &Protocol::Paper.definition()).err(),
-        Some(Error::NoBins)
-    );
+    let scores = Scorer::new(Protocol::Paper).score::<f64, f64>(&[], &[]);
+    assert_eq!(scores, Err(Error::NoBins));
+    let peaks = spectrum_peaks::<f64>(&[], &Protocol::Paper.definition());
+    assert_eq!(peaks, Err(Error::NoBins));
 }
 
 #[test]
@@ -64,7 +52,7 @@ fn incomplete_rows_are_an_error() {
 fn no_samples_have_an_empty_report() {
     let evaluation = push(&[], &[], 180).expect("no rows are fine");
     assert_eq!(evaluation.truth_range(), None);
-    let report = evaluation.report(DataRange::new(1.0).expect("positive"));
+    let report = evaluation.report(range(1.0));
     assert_eq!(report.overall.samples, 0);
     assert_eq!(report.overall.get(Metric::Mae), None);
     assert!(report.maps.is_empty());
@@ -92,30 +80,14 @@ fn values_that_are_not_finite_are_listed_and_in_no_mean() {
     let prediction = [1.0, 2.0, 1.0, 1.0, nan, 1.0, 1.0, 2.0, f32::INFINITY];
     let evaluation = push(&truth, &prediction, 3).expect("three rows");
     assert_eq!(evaluation.samples(), 3);
-    let rejected: Vec<_> = evaluation
-        .rejected()
-        .iter()
-        .map(|r| (r.sample, r.defect))
-        .collect();
-    assert_eq!(
-        rejected,
-        [
-            (
-                1,
-                Defect {
-                    side: Side::Truth,
-                    bin: 1
-                }
-            ),
-            (
-                2,
-                Defect {
-                    side: Side::Prediction,
-                    bin: 2
-                }
-            ),
-        ]
-    );
+    let defect = |side, bin| Defect { side, bin };
+    let rejected = evaluation.rejected().iter();
+    let rejected: Vec<_> = rejected.map(|r| (r.sample, r.defect)).collect();
+    let expected = [
+        (1, defect(Side::Truth, 1)),
+        (2, defect(Side::Prediction, 2)),
+    ];
+    assert_eq!(rejected, expected);
     // The truth of a rejected prediction still counts for the range.
     let range = evaluation.truth_range().expect("two finite truths");
     assert_eq!(range.get(), 8.0);
@@ -129,16 +101,9 @@ fn values_that_are_not_finite_are_listed_and_in_no_mean() {
 
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.1e70] {
         let error = Scorer::new(Protocol::Paper).score(&[0.0, 1.0], &[0.0, bad]);
-        let defect = Defect {
-            side: Side::Prediction,
-            bin: 1,
-        };
-        assert_eq!(error.err(), Some(Error::Unscorable(defect)));
-        let error = Error::NotFinite { index: 1 };
-        assert_eq!(
-            spectrum_peaks(&[0.0, bad], &Protocol::Paper.definition()),
-            Err(error)
-        );
+        assert_eq!(error, Err(Error::Unscorable(defect(Side::Prediction, 1))));
+        let peaks = spectrum_peaks(&[0.0, bad], &Protocol::Paper.definition());
+        assert_eq!(peaks, Err(Error::NotFinite { index: 1 }));
     }
 }
 
@@ -191,18 +156,12 @@ fn one_bin_has_no_peaks() {
 fn negative_spectra_follow_the_protocol() {
     // Highest at bin 1, lowest at bin 3.
     let negative = [-4.0, -1.0, -4.0, -8.0, -4.0];
-    let peaks = |protocol: Protocol| {
-        let peaks = spectrum_peaks(&negative, &protocol.definition()).expect("finite");
-        peaks.all().iter().map(|peak| peak.bin).collect::<Vec<_>>()
-    };
     // There is no positive maximum to scale by.
-    assert_eq!(peaks(Protocol::Paper), []);
+    assert_eq!(peak_bins(&negative, Protocol::Paper), []);
     // Division by a negative maximum turns the spectrum upside down.
-    assert_eq!(peaks(Protocol::Released), [3]);
+    assert_eq!(peak_bins(&negative, Protocol::Released), [3]);
     // Its divisor, max + 1e-8, is 0 here.
-    let zero_divisor = [-1.0, -1e-8, -1.0];
-    let found = spectrum_peaks(&zero_divisor, &Protocol::Released.definition()).expect("finite");
-    assert!(found.all().is_empty());
+    assert_eq!(peak_bins(&[-1.0, -1e-8, -1.0], Protocol::Released), []);
 }
 
 #[test]
@@ -225,21 +184,14 @@ fn a_peak_at_the_end_exists_on_the_ring_only() {
 fn ten_equal_peaks_are_each_just_below_a_tenth() {
     // 1 / (10 + 1e-8) < 0.1, so none is dominant and the first highest is kept.
     let comb: Vec<f64> = (0..20).map(|bin| f64::from(bin % 2)).collect();
-    let peaks = spectrum_peaks(&comb, &Protocol::Paper.definition()).expect("finite");
-    assert_eq!(peaks.all().len(), 10);
-    let dominant: Vec<_> = peaks.dominant().iter().map(|peak| peak.bin).collect();
-    assert_eq!(dominant, [1]);
+    assert_eq!(peak_bins(&comb, Protocol::Paper).len(), 10);
+    assert_eq!(dominant_bins(&comb, Protocol::Paper), [1]);
 }
 
 #[test]
 fn a_peak_of_exactly_the_least_prominence_counts() {
     // 1 / 20 rounds to the threshold 0.05 itself. The released code divides by 20 + 1e-8.
-    let peaks = |values: &[f64], protocol: Protocol| {
-        spectrum_peaks(values, &protocol.definition())
-            .expect("finite")
-            .all()
-            .len()
-    };
+    let peaks = |values: &[f64], protocol| peak_bins(values, protocol).len();
     assert_eq!(peaks(&[0.0, 20.0, 0.0, 1.0, 0.0], Protocol::Paper), 2);
     assert_eq!(peaks(&[0.0, 20.0, 0.0, 1.0, 0.0], Protocol::Released), 1);
     // So does 7 / 140, but not 7 * (1 / 140).
@@ -249,8 +201,8 @@ fn a_peak_of_exactly_the_least_prominence_counts() {
 #[test]
 fn floors_of_the_logarithms() {
     let scores = score(Protocol::Released, &[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]);
-    let range = DataRange::new(10.0).expect("positive");
-    assert_eq!((scores.psnr_db(range), scores.nmse_db()), (140.0, -120.0));
+    assert_eq!(scores.psnr_db(range(10.0)), 140.0);
+    assert_eq!(scores.nmse_db(), -120.0);
 }
 
 #[test]
@@ -266,21 +218,16 @@ fn maps_are_told_apart() {
     evaluation
         .push(rows, predicted, None)
         .expect("maps may be unknown");
-    let range = DataRange::new(1.0).expect("positive");
-    let report = evaluation.report(range);
-    let ids: Vec<_> = report
-        .maps
-        .iter()
-        .map(|m| (m.map_id, m.group.samples))
-        .collect();
-    assert_eq!(ids, [(46, 1), (50, 3)]);
+    let report = evaluation.report(range(1.0));
+    let ids = report.maps.iter().map(|m| (m.map_id, m.group.samples));
+    assert_eq!(ids.collect::<Vec<_>>(), [(46, 1), (50, 3)]);
     assert_eq!(report.overall.samples, 8);
 
     let mut alone = Evaluation::new(Protocol::Paper);
     let rows = Spectra::new(&truth[..3], 1).expect("three rows");
     let predicted = Spectra::new(&[1.0, 3.0, 3.0], 1).expect("three rows");
     alone.push(rows, predicted, None).expect("equal shapes");
-    assert_eq!(report.maps[1].group, alone.report(range).overall);
+    assert_eq!(report.maps[1].group, alone.report(range(1.0)).overall);
 }
 
 #[test]
@@ -295,7 +242,7 @@ fn a_report_counts_peaks() {
     evaluation
         .push(view(&truth), view(&prediction), None)
         .expect("equal shapes");
-    let report = evaluation.report(DataRange::new(1.0).expect("positive"));
+    let report = evaluation.report(range(1.0));
     let expected = PeakCensus {
         dominant_true_peaks: 7,
         at_most_two: 2,

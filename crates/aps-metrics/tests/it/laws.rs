@@ -1,22 +1,17 @@
 //! Laws that hold for all spectra.
 
 use aps_metrics::{
-    DataRange, Definition, Evaluation, Metric, Peak, PeakFinder, Protocol, SampleScores, Scorer,
-    Spectra, Topology, spectrum_peaks,
+    Definition, Evaluation, Metric, Peak, PeakFinder, Protocol, Scorer, Spectra, Topology,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
 
+use crate::common::{PROTOCOLS, range, score, spectrum_peaks};
+
 const BINS: usize = 36;
 
-fn score(protocol: Protocol, truth: &[f64], prediction: &[f64]) -> SampleScores {
-    Scorer::new(protocol)
-        .score(truth, prediction)
-        .expect("finite spectra of equal length")
-}
-
 fn protocol() -> impl Strategy<Value = Protocol> {
-    prop_oneof![Just(Protocol::Paper), Just(Protocol::Released)]
+    prop::sample::select(&PROTOCOLS[..])
 }
 
 /// Few levels: ties, plateaus, constants and negative spectra are likely.
@@ -87,13 +82,8 @@ pub(crate) fn peaks_by_walking(values: &[f64], topology: Topology) -> Vec<(Peak,
         if below(left - 1) && below(left + run as isize) {
             let bin = (left + (run as isize - 1) / 2).rem_euclid(count);
             let prominence = height - base(bin, -1).max(base(bin, 1));
-            peaks.push((
-                Peak {
-                    bin: bin as usize,
-                    height,
-                },
-                prominence,
-            ));
+            let bin = bin as usize;
+            peaks.push((Peak { bin, height }, prominence));
         }
     }
     peaks.sort_by_key(|(peak, _)| peak.bin);
@@ -165,9 +155,8 @@ proptest! {
         }),
     ) {
         let scores = score(protocol, &truth, &prediction);
-        let range = DataRange::new(1.0).expect("positive");
         for metric in Metric::ALL {
-            prop_assert!(metric.of(&scores, range).is_finite(), "{:?}: {:?}", metric, scores);
+            prop_assert!(metric.of(&scores, range(1.0)).is_finite(), "{:?}: {:?}", metric, scores);
         }
         prop_assert!((-1.0..=1.0).contains(&scores.cosine));
         prop_assert!((0.0..=180.0).contains(&scores.spectral_angle_deg()));
@@ -240,7 +229,7 @@ proptest! {
 
     #[test]
     fn dominant_peaks_are_peaks_and_never_missing(protocol in protocol(), values in spectrum()) {
-        let peaks = spectrum_peaks(&values, &protocol.definition()).expect("finite");
+        let peaks = spectrum_peaks(&values, protocol);
         prop_assert_eq!(peaks.all().is_empty(), peaks.dominant().is_empty());
         prop_assert!(peaks.dominant().iter().all(|peak| peaks.all().contains(peak)));
         prop_assert_eq!(peaks.strongest().is_some(), !peaks.all().is_empty());
@@ -273,8 +262,7 @@ proptest! {
         prop_assert_eq!(&scored(&[0..cut, cut..20]), &whole);
 
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let range = DataRange::new(2.0).expect("positive");
-        prop_assert_eq!(pool.install(|| scored(all).report(range)), whole.report(range));
+        prop_assert_eq!(pool.install(|| scored(all).report(range(2.0))), whole.report(range(2.0)));
     }
 
     #[test]

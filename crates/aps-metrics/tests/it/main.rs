@@ -2,6 +2,8 @@
 
 /// The cluster bootstrap.
 mod bootstrap;
+/// Scores, peaks and ranges of good input.
+mod common;
 /// Input that is empty, constant, negative, not finite or of the wrong shape.
 mod edges;
 /// Values computed by SciPy and NumPy.

@@ -1,7 +1,9 @@
 //! The worked example of docs/protocol.md: a linear array hears one path from 30 deg and shows
 //! equal lobes at 30 and 150 deg; a hair decides which is the higher.
 
-use aps_metrics::{Protocol, SampleScores, Scorer, spectrum_peaks};
+use aps_metrics::Protocol;
+
+use crate::common::{dominant_bins, score};
 
 /// Lobes of 4 deg standard deviation at the given azimuths \[deg\] and heights, on the paper's
 /// grid, mean removed.
@@ -18,27 +20,13 @@ fn lobes(lobes: &[(f64, f64)]) -> Vec<f64> {
     linear.iter().map(|v| v - mean).collect()
 }
 
-fn score(truth: &[f64], prediction: &[f64]) -> SampleScores {
-    Scorer::new(Protocol::Paper)
-        .score(truth, prediction)
-        .expect("finite")
-}
-
 #[test]
 fn a_perfect_shape_with_swapped_twins() {
     let truth = lobes(&[(30.0, 1.0), (150.0, 0.99)]);
     let prediction = lobes(&[(30.0, 0.99), (150.0, 1.0)]);
-    let peaks = spectrum_peaks(&truth, &Protocol::Paper.definition()).expect("finite");
-    assert_eq!(
-        peaks
-            .dominant()
-            .iter()
-            .map(|peak| peak.bin)
-            .collect::<Vec<_>>(),
-        [105, 165]
-    );
+    assert_eq!(dominant_bins(&truth, Protocol::Paper), [105, 165]);
 
-    let scores = score(&truth, &prediction);
+    let scores = score(Protocol::Paper, &truth, &prediction);
     assert!(scores.cosine > 0.9999);
     assert_eq!((scores.ple_deg, scores.recall), (0.0, [1.0, 1.0]));
     assert_eq!(scores.top_error_deg, Some(120.0));
@@ -49,10 +37,8 @@ fn a_perfect_shape_with_swapped_twins() {
 
 #[test]
 fn a_prediction_with_only_the_twin() {
-    let scores = score(
-        &lobes(&[(30.0, 1.0), (150.0, 0.99)]),
-        &lobes(&[(152.0, 1.0)]),
-    );
+    let truth = lobes(&[(30.0, 1.0), (150.0, 0.99)]);
+    let scores = score(Protocol::Paper, &truth, &lobes(&[(152.0, 1.0)]));
     assert_eq!((scores.ple_deg, scores.recall), (62.0, [0.5, 0.5]));
     assert_eq!(scores.mirror_ple_deg, 2.0);
     assert!(!scores.hit(4.0) && scores.mirror_hit(2.0));

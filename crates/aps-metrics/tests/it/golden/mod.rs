@@ -2,23 +2,14 @@
 
 mod spectra;
 
-use aps_metrics::{
-    DataRange, Evaluation, Metric, Peak, PeakFinder, Protocol, Scorer, Spectra, Topology,
-    spectrum_peaks,
-};
+use aps_metrics::{Evaluation, Metric, Peak, PeakFinder, Scorer, Spectra, Topology};
 use spectra::{BINS, load, samples};
 
+use crate::common::{PROTOCOLS, peak_bins, range};
 use crate::laws::peaks_by_walking;
 
 /// The script's data range, in the unit of the spectra.
 const DATA_RANGE: f64 = 16.0;
-
-/// Protocols in the order the script stores them.
-const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
-fn range() -> DataRange {
-    DataRange::new(DATA_RANGE).expect("positive")
-}
 
 #[test]
 fn prominences_of_all_local_maxima_are_equal() {
@@ -46,8 +37,7 @@ fn peak_bins_are_equal() {
         let mut stored = stored.into_iter().map(usize::from);
         for sample in samples() {
             for spectrum in [&sample.truth, &sample.prediction] {
-                let peaks = spectrum_peaks(spectrum, &protocol.definition()).expect("finite");
-                let found: Vec<usize> = peaks.all().iter().map(|p| p.bin).collect();
+                let found = peak_bins(spectrum, protocol);
                 let count = stored.next().expect("a count");
                 let expected: Vec<usize> = stored.by_ref().take(count).collect();
                 assert_eq!(found, expected, "{protocol:?} {}", sample.name);
@@ -73,7 +63,7 @@ fn metrics_agree_to_9_digits() {
                 .expect("finite");
             let expected = [&flat[..5], &peaky[..5], &flat[5..], &peaky[5..]].concat();
             for (metric, expected) in Metric::ALL.into_iter().zip(expected) {
-                let found = metric.of(&scores, range());
+                let found = metric.of(&scores, range(DATA_RANGE));
                 assert_close(found, expected, metric, &sample.name);
             }
         }
@@ -84,14 +74,8 @@ fn metrics_agree_to_9_digits() {
 fn summaries_agree_to_9_digits() {
     let expected: Vec<f64> = load("summary.npy");
     let samples = samples();
-    let truth: Vec<f64> = samples
-        .iter()
-        .flat_map(|s| s.truth.iter().copied())
-        .collect();
-    let prediction: Vec<f64> = samples
-        .iter()
-        .flat_map(|s| s.prediction.iter().copied())
-        .collect();
+    let truth: Vec<f64> = samples.iter().flat_map(|s| s.truth.clone()).collect();
+    let prediction: Vec<f64> = samples.iter().flat_map(|s| s.prediction.clone()).collect();
     let view = |values| Spectra::new(values, BINS).expect("whole rows");
     let mut expected = expected.chunks(9);
     for protocol in PROTOCOLS {
@@ -99,7 +83,7 @@ fn summaries_agree_to_9_digits() {
         evaluation
             .push(view(&truth), view(&prediction), None)
             .expect("equal shapes");
-        let report = evaluation.report(range());
+        let report = evaluation.report(range(DATA_RANGE));
         for metric in Metric::ALL {
             let d = report.overall.get(metric).expect("samples");
             let found = [
