@@ -28,6 +28,8 @@
 //! intervals come out too narrow: where maps differ more than transmitters, the variance of the mean
 //! is estimated too small by the factor 1 - 1/maps, which is 11 % of the width for five maps.
 
+use std::ops::Range;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -100,21 +102,20 @@ impl Bootstrap {
         }
         let mut drawn = vec![0; self.replicates * keys.len()];
         if !keys.is_empty() {
-            let maps: Vec<&[(u32, u32)]> = keys.chunk_by(|a, b| a.0 == b.0).collect();
-            let starts: Vec<usize> = maps
-                .iter()
-                .scan(0, |start, map| {
-                    Some(std::mem::replace(start, *start + map.len()))
-                })
-                .collect();
+            // The clusters of each map.
+            let mut maps: Vec<Range<usize>> = Vec::new();
+            for map in keys.chunk_by(|a, b| a.0 == b.0) {
+                let start = maps.last().map_or(0, |before| before.end);
+                maps.push(start..start + map.len());
+            }
             let replicates = drawn.par_chunks_mut(keys.len()).enumerate();
             replicates.for_each(|(replicate, counts)| {
                 let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
                 rng.set_stream(replicate as u64);
                 for _ in 0..maps.len() {
-                    let map = below(&mut rng, maps.len());
-                    for _ in 0..maps[map].len() {
-                        counts[starts[map] + below(&mut rng, maps[map].len())] += 1;
+                    let map = &maps[below(&mut rng, maps.len())];
+                    for _ in 0..map.len() {
+                        counts[map.start + below(&mut rng, map.len())] += 1;
                     }
                 }
             });

@@ -64,7 +64,7 @@ pub fn spectrum_peaks<T: Real>(
     if spectrum.is_empty() {
         return Err(Error::NoBins);
     }
-    let values: Vec<f64> = spectrum.iter().map(|v| v.to_f64()).collect();
+    let values: Vec<f64> = spectrum.iter().map(|&v| v.into()).collect();
     if let Some(index) = first_defect(&values) {
         return Err(Error::NotFinite { index });
     }

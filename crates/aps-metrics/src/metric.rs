@@ -60,47 +60,30 @@ pub enum Better {
 /// Each metric in the order of its variant, with key, heading, unit and direction.
 const ABOUT: [(Metric, &str, &str, &str, Better); 16] = {
     use Better::{Higher, Lower};
+    use Metric::*;
     [
-        (Metric::Mae, "mae", "MAE", "", Lower),
-        (Metric::PsnrDb, "psnr_db", "PSNR", "dB", Higher),
-        (Metric::Cosine, "cosine", "CosSim", "", Higher),
-        (Metric::NmseDb, "nmse_db", "NMSE", "dB", Lower),
+        (Mae, "mae", "MAE", "", Lower),
+        (PsnrDb, "psnr_db", "PSNR", "dB", Higher),
+        (Cosine, "cosine", "CosSim", "", Higher),
+        (NmseDb, "nmse_db", "NMSE", "dB", Lower),
         (
-            Metric::SpectralAngleDeg,
+            SpectralAngleDeg,
             "spectral_angle_deg",
             "Angle",
             "deg",
             Lower,
         ),
-        (Metric::PleDeg, "ple_deg", "PLE", "deg", Lower),
-        (Metric::Hit2Deg, "hit_2deg", "Hit@2", "", Higher),
-        (Metric::Hit4Deg, "hit_4deg", "Hit@4", "", Higher),
-        (Metric::Recall2Deg, "recall_2deg", "Rec.@2", "", Higher),
-        (Metric::Recall4Deg, "recall_4deg", "Rec.@4", "", Higher),
-        (Metric::Mse, "mse", "MSE", "", Lower),
-        (Metric::Rmse, "rmse", "RMSE", "", Lower),
-        (Metric::Nmse, "nmse", "NMSE lin.", "", Lower),
-        (
-            Metric::MirrorPleDeg,
-            "mirror_ple_deg",
-            "mirror PLE",
-            "deg",
-            Lower,
-        ),
-        (
-            Metric::MirrorHit2Deg,
-            "mirror_hit_2deg",
-            "mirror Hit@2",
-            "",
-            Higher,
-        ),
-        (
-            Metric::MirrorHit4Deg,
-            "mirror_hit_4deg",
-            "mirror Hit@4",
-            "",
-            Higher,
-        ),
+        (PleDeg, "ple_deg", "PLE", "deg", Lower),
+        (Hit2Deg, "hit_2deg", "Hit@2", "", Higher),
+        (Hit4Deg, "hit_4deg", "Hit@4", "", Higher),
+        (Recall2Deg, "recall_2deg", "Rec.@2", "", Higher),
+        (Recall4Deg, "recall_4deg", "Rec.@4", "", Higher),
+        (Mse, "mse", "MSE", "", Lower),
+        (Rmse, "rmse", "RMSE", "", Lower),
+        (Nmse, "nmse", "NMSE lin.", "", Lower),
+        (MirrorPleDeg, "mirror_ple_deg", "mirror PLE", "deg", Lower),
+        (MirrorHit2Deg, "mirror_hit_2deg", "mirror Hit@2", "", Higher),
+        (MirrorHit4Deg, "mirror_hit_4deg", "mirror Hit@4", "", Higher),
     ]
 };
 

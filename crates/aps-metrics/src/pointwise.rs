@@ -33,18 +33,13 @@ impl Sums {
         for (lane, (&t, &p)) in truth_rest.iter().zip(prediction_rest).enumerate() {
             add(&mut lanes, lane, t, p);
         }
-        let [
-            absolute_error,
-            squared_error,
-            truth_power,
-            prediction_power,
-            product,
-        ] = lanes.map(|partial| partial.iter().sum());
+        let [absolute, squared, truth, prediction, product] =
+            lanes.map(|partial| partial.iter().sum());
         Self {
-            absolute_error,
-            squared_error,
-            truth_power,
-            prediction_power,
+            absolute_error: absolute,
+            squared_error: squared,
+            truth_power: truth,
+            prediction_power: prediction,
             product,
         }
     }

@@ -40,10 +40,10 @@ pub(crate) struct RangeScan {
 }
 
 impl RangeScan {
-    /// A scan of values that are finite.
+    /// A scan of values that are finite, at least one.
     pub fn of(values: &[f64]) -> Self {
-        let bounds = (!values.is_empty()).then(|| (minimum(values), maximum(values)));
-        RangeScan { bounds }
+        let bounds = Some((minimum(values), maximum(values)));
+        Self { bounds }
     }
 
     /// Takes everything `other` has seen into account.

@@ -100,13 +100,6 @@ impl PeakCensus {
     }
 }
 
-/// Distribution of one metric over all samples and over the samples of each map.
-struct Spread {
-    metric: Metric,
-    overall: Option<Distribution>,
-    maps: Vec<Option<Distribution>>,
-}
-
 impl Evaluation {
     /// Summarises what has been pushed. `range` is given or [`Evaluation::truth_range`].
     ///
@@ -119,30 +112,25 @@ impl Evaluation {
                 rows_of_map.entry(id).or_default().push(row);
             }
         }
-        let spread = |metric: Metric| {
+        // By metric: the distribution over the samples of each map, then over all.
+        let distributions = |metric: Metric| {
             let column = self.column(metric, range);
             let of_map = |rows: &Vec<usize>| rows.iter().map(|&row| column[row]).collect();
-            let maps = rows_of_map
-                .values()
-                .map(of_map)
-                .map(Distribution::of)
-                .collect();
-            Spread {
-                metric,
-                maps,
-                overall: Distribution::of(column),
-            }
+            let of_maps = rows_of_map.values().map(of_map).map(Distribution::of);
+            let mut distributions: Vec<_> = of_maps.collect();
+            distributions.push(Distribution::of(column));
+            distributions
         };
-        let spreads: Vec<Spread> = Metric::ALL.into_par_iter().map(spread).collect();
-        let metrics = |pick: &dyn Fn(&Spread) -> Option<Distribution>| {
-            let named = |spread: &Spread| {
-                let metric = spread.metric;
-                pick(spread).map(|distribution| MetricReport {
+        let all: Vec<_> = Metric::ALL.into_par_iter().map(distributions).collect();
+        let metrics = |group: usize| {
+            let all = Metric::ALL.into_iter().zip(&all);
+            let reports = all.filter_map(|(metric, of_groups)| {
+                of_groups[group].map(|distribution| MetricReport {
                     metric,
                     distribution,
                 })
-            };
-            spreads.iter().filter_map(named).collect()
+            });
+            reports.collect()
         };
 
         let maps = rows_of_map
@@ -152,15 +140,13 @@ impl Evaluation {
                 map_id,
                 group: GroupReport {
                     samples: rows.len(),
-                    metrics: metrics(&|spread| spread.maps[place]),
+                    metrics: metrics(place),
                     peaks: PeakCensus::of(rows.iter().map(|&row| &scored[row])),
                 },
             });
         let rejected = |side| {
-            self.rejected()
-                .iter()
-                .filter(|r| r.defect.side == side)
-                .count()
+            let rejected = self.rejected().iter();
+            rejected.filter(|r| r.defect.side == side).count()
         };
         Report {
             definition: *self.definition(),
@@ -169,7 +155,7 @@ impl Evaluation {
             rejected_predictions: rejected(Side::Prediction),
             overall: GroupReport {
                 samples: scored.len(),
-                metrics: metrics(&|spread| spread.overall),
+                metrics: metrics(rows_of_map.len()),
                 peaks: PeakCensus::of(scored.iter()),
             },
             maps: maps.collect(),

@@ -132,15 +132,10 @@ impl Scorer {
         prediction: &[P],
     ) -> Result<SampleScores, Error> {
         if truth.len() != prediction.len() {
+            let shape = |bins| Shape { samples: 1, bins };
             return Err(Error::ShapeMismatch {
-                truth: Shape {
-                    samples: 1,
-                    bins: truth.len(),
-                },
-                prediction: Shape {
-                    samples: 1,
-                    bins: prediction.len(),
-                },
+                truth: shape(truth.len()),
+                prediction: shape(prediction.len()),
             });
         }
         if truth.is_empty() {
@@ -154,32 +149,24 @@ impl Scorer {
     /// Scores two rows of the same, positive length.
     pub(crate) fn score_row<T: Real, P: Real>(&mut self, truth: &[T], prediction: &[P]) -> Row {
         self.truth.clear();
-        self.truth.extend(truth.iter().map(|v| v.to_f64()));
+        self.truth.extend(truth.iter().map(|&v| v.into()));
         self.prediction.clear();
-        self.prediction
-            .extend(prediction.iter().map(|v| v.to_f64()));
+        let prediction = prediction.iter().map(|&v| v.into());
+        self.prediction.extend(prediction);
 
-        let mut truth_range = RangeScan::default();
-        if let Some(bin) = first_defect(&self.truth) {
+        let defect = |side: Side, values: &[f64]| match first_defect(values) {
+            Some(bin) => Err(Defect { side, bin }),
+            None => Ok(()),
+        };
+        if let Err(defect) = defect(Side::Truth, &self.truth) {
             return Row {
-                truth_range,
-                scores: Err(Defect {
-                    side: Side::Truth,
-                    bin,
-                }),
+                truth_range: RangeScan::default(),
+                scores: Err(defect),
             };
         }
-        truth_range.merge(RangeScan::of(&self.truth));
-        let scores = match first_defect(&self.prediction) {
-            Some(bin) => Err(Defect {
-                side: Side::Prediction,
-                bin,
-            }),
-            None => Ok(self.score_finite()),
-        };
         Row {
-            truth_range,
-            scores,
+            truth_range: RangeScan::of(&self.truth),
+            scores: defect(Side::Prediction, &self.prediction).map(|()| self.score_finite()),
         }
     }
 

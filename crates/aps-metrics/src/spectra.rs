@@ -13,22 +13,9 @@ mod sealed {
 }
 
 /// A number a spectrum may be stored in: `f32` or `f64`. All computation is in `f64`.
-pub trait Real: sealed::Sealed + Copy + Send + Sync {
-    /// The same value as `f64`; exact.
-    fn to_f64(self) -> f64;
-}
-
-impl Real for f32 {
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-}
-
-impl Real for f64 {
-    fn to_f64(self) -> f64 {
-        self
-    }
-}
+pub trait Real: sealed::Sealed + Copy + Into<f64> + Send + Sync {}
+impl Real for f32 {}
+impl Real for f64 {}
 
 /// A borrowed, row-major array of spectra, shape (samples, bins).
 #[derive(Debug, Clone, Copy)]
