@@ -1,7 +1,9 @@
-//! Helpers that several test files share: the tolerance, and links to try.
+//! Helpers that several test files share: labelers, the tolerance, and links to try.
 
-use aps_label::{PathSample, Protocol};
+use aps_label::{Label, LabelConfig, Labeler, PathSample, Protocol};
 use proptest::prelude::*;
+
+pub const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
 
 /// Error of a square root of the array response or of the pulse, for the benchmark's array: N psi
 /// and f_s tau are up to 25 and 700 and carry a few relative 1e-16 each, NumPy's as well as ours.
@@ -15,20 +17,30 @@ pub fn linear(db: f64) -> f64 {
     10_f64.powf(0.1 * db)
 }
 
+/// The labeler of a preset, with the PDP.
+pub fn labeler(protocol: Protocol) -> Labeler {
+    let preset = LabelConfig::of(protocol);
+    Labeler::new(&LabelConfig {
+        pdp: true,
+        ..preset
+    })
+    .expect("valid preset")
+}
+
+pub fn label(labeler: &Labeler, paths: &[PathSample]) -> Label {
+    labeler.label(paths).expect("good paths").expect("a label")
+}
+
 /// Sum of the powers the protocol counts.
 pub fn total_power(protocol: Protocol, paths: &[PathSample]) -> f64 {
     let used =
         |path: &&PathSample| protocol == Protocol::Paper || (-310.0..0.0).contains(&path.gain_db);
-    let send_db = if protocol == Protocol::Released {
-        1.0
-    } else {
-        0.0
+    let send_db = match protocol {
+        Protocol::Released => 1.0,
+        Protocol::Paper => 0.0,
     };
-    paths
-        .iter()
-        .filter(used)
-        .map(|path| linear(send_db + path.gain_db))
-        .sum()
+    let used = paths.iter().filter(used);
+    used.map(|path| linear(send_db + path.gain_db)).sum()
 }
 
 /// Error allowed for a power of about `power` in a link of power `total`.

@@ -1,57 +1,43 @@
 //! Against values made by `tests/golden/label.py`: NumPy's straightforward formula, and single
 //! elements of Q in 60 digits.
 
-use crate::common::{MAXIMUM_ERROR, assert_power, assert_power_db, linear, tolerance, total_power};
-use aps_label::{LabelConfig, Labeler, PathSample, Protocol};
+use crate::common::{
+    MAXIMUM_ERROR, PROTOCOLS, assert_power, assert_power_db, label, labeler, linear, tolerance,
+    total_power,
+};
+use aps_label::{PathSample, Protocol};
 use serde_json::Value;
 
 const GOLDEN: &str = include_str!("../../../../tests/golden/label.json");
 
-fn golden() -> Value {
-    serde_json::from_str(GOLDEN).expect("label.json is JSON")
+/// One of the file's lists.
+fn golden(list: &str) -> Vec<Value> {
+    let mut file: Value = serde_json::from_str(GOLDEN).expect("label.json is JSON");
+    serde_json::from_value(file[list].take()).expect("a list")
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
-    let array = value.as_array().expect("an array");
-    array
-        .iter()
-        .map(|x| x.as_f64().expect("a number"))
-        .collect()
+    serde_json::from_value(value.clone()).expect("a list of numbers")
 }
 
 fn paths(scene: &Value) -> Vec<PathSample> {
-    let rows = scene["paths"].as_array().expect("an array");
-    rows.iter()
-        .map(|row| {
-            let row = numbers(row);
-            PathSample {
-                delay_s: row[0],
-                arrival_azimuth_rad: row[1],
-                gain_db: row[2],
-            }
-        })
-        .collect()
-}
-
-fn labeler(protocol: Protocol) -> Labeler {
-    Labeler::new(&LabelConfig {
-        pdp: true,
-        ..LabelConfig::of(protocol)
-    })
-    .expect("valid preset")
+    let rows: Vec<[f64; 3]> = serde_json::from_value(scene["paths"].clone()).expect("rows");
+    let path = |[delay_s, arrival_azimuth_rad, gain_db]: [f64; 3]| PathSample {
+        delay_s,
+        arrival_azimuth_rad,
+        gain_db,
+    };
+    rows.into_iter().map(path).collect()
 }
 
 #[test]
 fn powers_agree_with_numpy() {
-    for scene in golden()["scenes"].as_array().expect("scenes") {
-        let paths = paths(scene);
-        for protocol in [Protocol::Paper, Protocol::Released] {
+    for scene in golden("scenes") {
+        let paths = paths(&scene);
+        for protocol in PROTOCOLS {
             let what = format!("{protocol}, {}", scene["name"]);
             let want = &scene[protocol.to_string()];
-            let label = labeler(protocol)
-                .label(&paths)
-                .expect("good paths")
-                .expect("a label");
+            let label = label(&labeler(protocol), &paths);
             let total = total_power(protocol, &paths);
             for (name, got) in [("aps_db", &label.aps_db), ("pdp_db", &label.pdp_db)] {
                 let want = numbers(&want[name]);
@@ -81,36 +67,29 @@ fn places_of_the_sampled_maxima_agree_with_numpy() {
     let (angles, delays) = (labeler.angles_deg(), labeler.delays_s());
     let mut equal = 0;
     let mut all = 0;
-    for scene in golden()["scenes"].as_array().expect("scenes") {
-        let paths = paths(scene);
+    for scene in golden("scenes") {
+        let paths = paths(&scene);
         let total = total_power(Protocol::Released, &paths);
-        let label = labeler.label(&paths).expect("good paths").expect("a label");
+        let label = label(&labeler, &paths);
         let q = |tau, theta: f64| labeler.q(&paths, tau, theta.to_radians()).expect("finite");
-        for (j, at) in numbers(&scene["released"]["aps_delay_index"])
-            .into_iter()
-            .enumerate()
-        {
-            let (got, want) = (label.aps_delay_s[j], delays[at as usize]);
+        let mut check = |what: String, places: [f64; 2], q: &dyn Fn(f64) -> f64| {
+            let [got, want] = places;
             equal += usize::from(got == want);
             assert_power(
-                q(got, angles[j]),
-                q(want, angles[j]),
+                q(got),
+                q(want),
                 total,
-                &format!("{}: delay {j}", scene["name"]),
+                &format!("{}: {what}", scene["name"]),
             );
+        };
+        let indices = |name: &str| numbers(&scene["released"][name]).into_iter();
+        for (j, at) in indices("aps_delay_index").enumerate() {
+            let places = [label.aps_delay_s[j], delays[at as usize]];
+            check(format!("delay {j}"), places, &|tau| q(tau, angles[j]));
         }
-        for (i, at) in numbers(&scene["released"]["pdp_angle_index"])
-            .into_iter()
-            .enumerate()
-        {
-            let (got, want) = (label.pdp_angle_deg[i], angles[at as usize]);
-            equal += usize::from(got == want);
-            assert_power(
-                q(delays[i], got),
-                q(delays[i], want),
-                total,
-                &format!("{}: angle {i}", scene["name"]),
-            );
+        for (i, at) in indices("pdp_angle_index").enumerate() {
+            let places = [label.pdp_angle_deg[i], angles[at as usize]];
+            check(format!("angle {i}"), places, &|theta| q(delays[i], theta));
         }
         all += label.aps_delay_s.len() + label.pdp_angle_deg.len();
     }
@@ -122,9 +101,8 @@ fn places_of_the_sampled_maxima_agree_with_numpy() {
 
 #[test]
 fn single_elements_agree_with_sixty_digits() {
-    let golden = golden();
-    let scenes = golden["scenes"].as_array().expect("scenes");
-    for point in golden["exact"].as_array().expect("points") {
+    let scenes = golden("scenes");
+    for point in golden("exact") {
         let protocol: Protocol = point["protocol"]
             .as_str()
             .expect("a name")
@@ -146,16 +124,12 @@ fn single_elements_agree_with_sixty_digits() {
 
 #[test]
 fn released_maxima_agree_with_sixty_digits() {
-    let golden = golden();
-    let scenes = golden["scenes"].as_array().expect("scenes");
+    let scenes = golden("scenes");
     let mut worst_db = 0.0_f64;
-    for case in golden["exact_maxima"].as_array().expect("cases") {
+    for case in golden("exact_maxima") {
         let scene = &scenes[case["scene"].as_u64().expect("an index") as usize];
         let paths = paths(scene);
-        let label = labeler(Protocol::Released)
-            .label(&paths)
-            .expect("good paths")
-            .expect("a label");
+        let label = label(&labeler(Protocol::Released), &paths);
         let total = total_power(Protocol::Released, &paths);
         for (bin, q) in numbers(&case["bins"]).into_iter().zip(numbers(&case["q"])) {
             let (got, want) = (label.aps_db[bin as usize], 10.0 * (q + 1e-35).log10());
@@ -171,20 +145,13 @@ fn released_maxima_agree_with_sixty_digits() {
 
 #[test]
 fn released_drops_gain_and_losses_beyond_310_db() {
-    let golden = golden();
-    let scenes = golden["scenes"].as_array().expect("scenes");
-    let scene = scenes
-        .iter()
-        .find(|s| s["name"] == "dropped by the released protocol");
-    let paths = paths(scene.expect("the scene"));
+    let scenes = golden("scenes");
+    let is_meant = |scene: &&Value| scene["name"] == "dropped by the released protocol";
+    let paths = paths(scenes.iter().find(is_meant).expect("the scene"));
     let labeler = labeler(Protocol::Released);
     let kept = labeler.label(&paths[3..]).expect("good paths");
     assert_eq!(labeler.label(&paths).expect("good paths"), kept);
     assert_eq!(labeler.label(&paths[..3]).expect("good paths"), None);
-    let strongest = kept
-        .expect("a label")
-        .aps_db
-        .into_iter()
-        .fold(f64::MIN, f64::max);
-    assert!(linear(strongest) > 0.0);
+    let aps_db = kept.expect("a label").aps_db;
+    assert!(linear(aps_db.into_iter().fold(f64::MIN, f64::max)) > 0.0);
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::common::{PROTOCOLS, label};
 use aps_label::{
     Array, ConfigError, Label, LabelConfig, Labeler, MAX_DELAY_S, MAX_PATHS, PathError, PathSample,
     Protocol, Scratch, Status,
@@ -30,7 +31,7 @@ fn a_bad_path_is_named_and_leaves_no_label() {
             PathSample { gain_db: x, ..GOOD },
         ]
     });
-    for protocol in [Protocol::Paper, Protocol::Released] {
+    for protocol in PROTOCOLS {
         let labeler = labeler(protocol);
         let mut scratch = Scratch::default();
         let mut label = Label::default();
@@ -50,30 +51,20 @@ fn a_bad_path_is_named_and_leaves_no_label() {
 #[test]
 fn an_impossible_delay_is_an_error() {
     for delay_s in [-1e-12, 300.0, 1.1 * MAX_DELAY_S] {
-        let error = labeler(Protocol::Paper)
-            .label(&[PathSample { delay_s, ..GOOD }])
-            .unwrap_err();
-        assert_eq!(
-            error,
-            PathError::Delay {
-                index: 0,
-                value: delay_s
-            }
-        );
+        let labeler = labeler(Protocol::Paper);
+        let error = labeler.label(&[PathSample { delay_s, ..GOOD }]);
+        let error = error.unwrap_err();
+        let (index, value) = (0, delay_s);
+        assert_eq!(error, PathError::Delay { index, value });
         assert!(error.to_string().contains("seconds"));
     }
 }
 
 #[test]
 fn more_paths_than_a_link_can_have_are_an_error() {
+    let (count, max) = (MAX_PATHS + 1, MAX_PATHS);
     let error = labeler(Protocol::Paper).label(&[GOOD; MAX_PATHS + 1]);
-    assert_eq!(
-        error,
-        Err(PathError::TooMany {
-            count: MAX_PATHS + 1,
-            max: MAX_PATHS
-        })
-    );
+    assert_eq!(error, Err(PathError::TooMany { count, max }));
 }
 
 #[test]
@@ -89,7 +80,7 @@ fn a_link_without_counted_paths_has_no_label() {
     ] {
         let labeler = labeler(protocol);
         assert_eq!(labeler.label(paths), Ok(None));
-        let mut label = labeler.label(&[GOOD]).expect("good").expect("a label");
+        let mut label = label(&labeler, &[GOOD]);
         let status = labeler.label_into(paths, &mut Scratch::default(), &mut label);
         assert_eq!(status, Ok(Status::NoPath));
         assert_eq!(label, Label::default(), "the former label is gone");
@@ -149,7 +140,7 @@ fn the_protocols_look_in_opposite_directions() {
             arrival_azimuth_rad: PI / 3.0,
             ..GOOD
         };
-        let label = labeler.label(&[path]).expect("good").expect("a label");
+        let label = label(&labeler, &[path]);
         let peak = (0..180)
             .max_by(|&a, &b| label.aps_db[a].total_cmp(&label.aps_db[b]))
             .expect("bins");
@@ -163,10 +154,7 @@ fn paper_label_of_one_path_is_its_gain_and_delay() {
         arrival_azimuth_rad: 0.0,
         ..GOOD
     };
-    let label = labeler(Protocol::Paper)
-        .label(&[path])
-        .expect("good")
-        .expect("a label");
+    let label = label(&labeler(Protocol::Paper), &[path]);
     assert!((label.aps_db[90] + 90.0).abs() <= 1e-6);
     assert_eq!(label.aps_delay_s[90], 3e-7);
 }
@@ -180,10 +168,7 @@ fn released_label_loses_almost_twelve_db_half_way_between_two_delays() {
         arrival_azimuth_rad: PI,
         ..GOOD
     };
-    let label = labeler(Protocol::Released)
-        .label(&[path])
-        .expect("good")
-        .expect("a label");
+    let label = label(&labeler(Protocol::Released), &[path]);
     let peak = label.aps_db.iter().copied().fold(f64::MIN, f64::max);
     assert!((-89.0 - peak - 11.8).abs() < 0.5, "peak {peak}");
 }

@@ -1,22 +1,11 @@
 //! Laws every label obeys, for links drawn at random.
 
-use crate::common::{MAXIMUM_ERROR, assert_power_db, linear, link, path, tolerance, total_power};
+use crate::common::{
+    MAXIMUM_ERROR, PROTOCOLS, assert_power_db, label, labeler, linear, link, path, tolerance,
+    total_power,
+};
 use aps_label::{Array, Label, LabelConfig, Labeler, PathSample, Protocol, Scratch, Status};
 use proptest::prelude::*;
-
-const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
-fn labeler(protocol: Protocol) -> Labeler {
-    Labeler::new(&LabelConfig {
-        pdp: true,
-        ..LabelConfig::of(protocol)
-    })
-    .expect("valid preset")
-}
-
-fn label(labeler: &Labeler, paths: &[PathSample]) -> Label {
-    labeler.label(paths).expect("good paths").expect("a label")
-}
 
 fn circular(protocol: Protocol, elements: usize) -> Labeler {
     let array = Array::UniformCircular {
