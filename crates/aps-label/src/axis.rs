@@ -48,25 +48,12 @@ impl Axis {
 
     /// Returns the values of the axis, with the rounding of `numpy.linspace`.
     pub fn values(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
-        let Axis {
-            start,
-            stop,
-            count,
-            endpoint,
-        } = *self;
-        let intervals = if endpoint {
-            count.saturating_sub(1)
-        } else {
-            count
-        };
-        let step = (stop - start) / intervals.max(1) as f64;
-        (0..count).map(move |i| {
-            let is_stop = endpoint && count > 1 && i == count - 1;
-            if is_stop {
-                stop
-            } else {
-                start + i as f64 * step
-            }
+        let axis = *self;
+        let intervals = axis.count.saturating_sub(usize::from(axis.endpoint));
+        let step = (axis.stop - axis.start) / intervals.max(1) as f64;
+        (0..axis.count).map(move |i| match axis.endpoint && i > 0 && i == intervals {
+            true => axis.stop,
+            false => axis.start + i as f64 * step,
         })
     }
 }

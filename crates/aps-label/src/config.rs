@@ -178,51 +178,33 @@ mod tests {
     #[test]
     fn each_bad_field_is_named() {
         let base = LabelConfig::released();
-        let with_axis = |points, last_s| LabelConfig {
-            delay_axis: DelayAxis { points, last_s },
-            ..base.clone()
+        let error = |change: &dyn Fn(&mut LabelConfig)| {
+            let mut config = base.clone();
+            change(&mut config);
+            config.validate().expect_err("a bad field")
         };
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let config = LabelConfig {
-                sampling_rate_hz: bad,
-                ..base.clone()
-            };
-            assert!(matches!(
-                config.validate(),
-                Err(ConfigError::SamplingRate { .. })
-            ));
-            assert!(matches!(
-                with_axis(128, bad).validate(),
-                Err(ConfigError::DelayEnd { .. })
-            ));
+            let of_rate = error(&|config| config.sampling_rate_hz = bad);
+            assert!(matches!(of_rate, ConfigError::SamplingRate { .. }));
+            let of_end = error(&|config| config.delay_axis.last_s = bad);
+            assert!(matches!(of_end, ConfigError::DelayEnd { .. }));
             let array = Array::UniformLinear {
                 elements: 16,
                 spacing_wavelengths: bad,
             };
-            let config = LabelConfig {
-                array,
-                ..base.clone()
-            };
-            assert!(matches!(
-                config.validate(),
-                Err(ConfigError::Wavelengths { .. })
-            ));
+            let of_spacing = error(&|config| config.array = array);
+            assert!(matches!(of_spacing, ConfigError::Wavelengths { .. }));
         }
         for bad in [0, 1, usize::MAX] {
-            assert!(matches!(
-                with_axis(bad, 1e-6).validate(),
-                Err(ConfigError::DelayPoints { .. })
-            ));
+            let of_points = error(&|config| config.delay_axis.points = bad);
+            assert!(matches!(of_points, ConfigError::DelayPoints { .. }));
         }
         let array = Array::UniformCircular {
             elements: 0,
             radius_wavelengths: 1.0,
         };
-        let config = LabelConfig { array, ..base };
-        assert_eq!(
-            config.validate(),
-            Err(ConfigError::Elements { elements: 0 })
-        );
+        let of_elements = error(&|config| config.array = array);
+        assert_eq!(of_elements, ConfigError::Elements { elements: 0 });
     }
 
     #[test]

@@ -86,20 +86,14 @@ struct Maxima {
 impl Maxima {
     /// Finds the maximum of each point of `across` over the points of `over` that can win.
     fn fill(&mut self, across: Matrix<'_>, over: Matrix<'_>) {
-        let Self {
-            selector,
-            lanes,
-            rows,
-            best,
-            first,
-        } = self;
+        let (selector, rows) = (&mut self.selector, &mut self.rows);
         selector.select(over.values, over.blocks, over.points);
-        pack_lanes(across.values, across.blocks, lanes);
+        pack_lanes(across.values, across.blocks, &mut self.lanes);
         pack_rows(over.values, over.blocks, &selector.rows, rows);
-        best.resize(across.blocks, [0.0; LANES]);
-        first.resize(across.blocks, [0.0; LANES]);
+        self.best.resize(across.blocks, [0.0; LANES]);
+        self.first.resize(across.blocks, [0.0; LANES]);
         let paths = across.values.len() / across.blocks;
-        lane_maxima(paths, lanes, rows, best, first);
+        lane_maxima(paths, &self.lanes, rows, &mut self.best, &mut self.first);
     }
 }
 
@@ -135,11 +129,7 @@ impl Labeler {
     /// The first field of `config` that is out of range.
     pub fn new(config: &LabelConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let angles_deg = config
-            .protocol
-            .angle_axis_deg()
-            .values()
-            .collect::<Vec<_>>();
+        let angles_deg: Vec<f64> = config.protocol.angle_axis_deg().values().collect();
         let delays_s = config.delay_axis.delays_s();
         let mut delay_lanes = Vec::new();
         in_lanes(delays_s.iter().copied(), &mut delay_lanes);
@@ -271,25 +261,19 @@ impl Labeler {
     fn fill_response(&self, scratch: &mut Scratch) {
         let size = scratch.paths.len() * self.columns.blocks();
         scratch.response.resize(size, [0.0; LANES]);
-        let Scratch {
-            paths,
-            phases,
-            response,
-            ..
-        } = scratch;
-        self.columns.response(paths, phases, response);
+        let (phases, response) = (&mut scratch.phases, &mut scratch.response);
+        self.columns.response(&scratch.paths, phases, response);
     }
 
     /// S_k(tau) over the delay axis.
     fn fill_pulse(&self, scratch: &mut Scratch) {
-        let size = scratch.paths.len() * self.delay_lanes.len();
-        scratch.pulse.resize(size, [0.0; LANES]);
-        let rate = self.config.sampling_rate_hz;
+        let (places, pulse) = (&scratch.paths.delay_s, &mut scratch.pulse);
+        pulse.resize(places.len() * self.delay_lanes.len(), [0.0; LANES]);
         pulses(
-            rate,
+            self.config.sampling_rate_hz,
             &self.delay_lanes,
-            &scratch.paths.delay_s,
-            &mut scratch.pulse,
+            places,
+            pulse,
         );
     }
 
@@ -300,17 +284,10 @@ impl Labeler {
             self.matrix_of_columns(&scratch.response),
             self.matrix_of_delays(&scratch.pulse),
         );
-        let (powers, first) = (maxima.best.as_flattened_mut(), maxima.first.as_flattened());
-        let (of_bin, selector) = (&self.columns.of_bin, &maxima.selector);
-        label.aps_delay_s.extend(
-            of_bin
-                .iter()
-                .map(|&column| self.delays_s[selector.winner(powers[column], first[column])]),
-        );
-        self.to_db(scratch.paths.strongest_db, powers);
-        label
-            .aps_db
-            .extend(of_bin.iter().map(|&column| powers[column]));
+        let (first, selector) = (maxima.first.as_flattened(), &maxima.selector);
+        let delay_s = |column: usize, power| self.delays_s[selector.winner(power, first[column])];
+        let powers = maxima.best.as_flattened_mut();
+        self.write_aps(scratch.paths.strongest_db, powers, delay_s, label);
     }
 
     /// The maximum over a continuous delay.
@@ -324,18 +301,25 @@ impl Labeler {
             self.columns.blocks(),
             self.columns.len(),
         );
-        let of_bin = &self.columns.of_bin;
         let places = search.place.as_flattened();
-        label.aps_delay_s.extend(
-            of_bin
-                .iter()
-                .map(|&column| earliest + places[column] / rate),
-        );
+        let delay_s = |column: usize, _| earliest + places[column] / rate;
         let powers = search.best.as_flattened_mut();
-        self.to_db(scratch.paths.strongest_db, powers);
-        label
-            .aps_db
-            .extend(of_bin.iter().map(|&column| powers[column]));
+        self.write_aps(scratch.paths.strongest_db, powers, delay_s, label);
+    }
+
+    /// Writes the maxima of the columns bin by bin, and where they are, given column and power.
+    fn write_aps(
+        &self,
+        strongest_db: f64,
+        powers: &mut [f64],
+        delay_s: impl Fn(usize, f64) -> f64,
+        label: &mut Label,
+    ) {
+        let columns = || self.columns.of_bin.iter().copied();
+        let delays_s = columns().map(|column| delay_s(column, powers[column]));
+        label.aps_delay_s.extend(delays_s);
+        self.to_db(strongest_db, powers);
+        label.aps_db.extend(columns().map(|column| powers[column]));
     }
 
     /// The maximum over the angles.

@@ -103,13 +103,8 @@ mod tests {
         moments
             .add(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0])
             .expect("finite");
-        assert_eq!(
-            moments.mean_std(),
-            Some(MeanStd {
-                mean: 5.0,
-                std: 2.0
-            })
-        );
+        let (mean, std) = (5.0, 2.0);
+        assert_eq!(moments.mean_std(), Some(MeanStd { mean, std }));
         assert_eq!(moments.count(), 8);
     }
 

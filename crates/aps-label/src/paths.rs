@@ -92,11 +92,11 @@ impl Paths {
             return Ok(());
         };
         // Towards the last interaction, or the opposite: the direction of travel.
-        let (send_db, sense) = match protocol {
-            Protocol::Paper => (0.0, 1.0),
-            Protocol::Released => (protocol.sent_power_db(), -1.0),
+        let sense = match protocol {
+            Protocol::Paper => 1.0,
+            Protocol::Released => -1.0,
         };
-        self.strongest_db = send_db + strongest;
+        self.strongest_db = power_db(protocol, strongest);
         for path in &self.sorted {
             let below_db = strongest - path.gain_db;
             if below_db > NEGLIGIBLE_DB {
