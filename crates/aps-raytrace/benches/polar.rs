@@ -3,24 +3,15 @@
 //! The default synthetic city, or the RadioMapSeer map that `POLAR_MAP` names; 180 directions, two bounces; one thread with
 //! `RAYON_NUM_THREADS=1`.
 
+mod common;
+
 use std::hint::black_box;
 
 use aps_raytrace::Scene;
-use aps_raytrace::glam::DVec2;
 use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap, gather};
-use aps_raytrace::scene::{CityConfig, Location};
+use aps_raytrace::scene::CityConfig;
+use common::outdoor;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-
-fn outdoor(scene: &Scene, count: usize) -> Vec<DVec2> {
-    (0..)
-        .map(|i: u32| {
-            let j = i.wrapping_mul(2_654_435_761) >> 9;
-            DVec2::new(f64::from(j % 257), f64::from(j / 257 % 257))
-        })
-        .filter(|&p| scene.locate(p) == Location::Outdoor)
-        .take(count)
-        .collect()
-}
 
 fn polar(c: &mut Criterion) {
     let scene = match std::env::var("POLAR_MAP") {

@@ -2,23 +2,14 @@
 //!
 //! The default synthetic city, 256 m x 256 m; one scene, 8 transmitters, 64 receivers.
 
+mod common;
+
 use std::hint::black_box;
 
-use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{CityConfig, Location};
+use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer, Transmitter};
+use common::outdoor;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-
-fn outdoor(scene: &Scene, count: usize) -> Vec<DVec2> {
-    (0..)
-        .map(|i: u32| {
-            let j = i.wrapping_mul(2_654_435_761) >> 9;
-            DVec2::new(f64::from(j % 257), f64::from(j / 257 % 257))
-        })
-        .filter(|&p| scene.locate(p) == Location::Outdoor)
-        .take(count)
-        .collect()
-}
 
 fn stages(c: &mut Criterion) {
     let city = CityConfig::default();
@@ -28,16 +19,14 @@ fn stages(c: &mut Criterion) {
     c.bench_function("scene", |b| {
         b.iter(|| Scene::new(black_box(&footprints), scene.area()).unwrap());
     });
+    let with_fallback = TraceConfig {
+        max_fallback_diffractions: 4,
+        ..TraceConfig::default()
+    };
     let limits = [
         ("R2", TraceConfig::reflections_only(2)),
-        (
-            "R2 D1",
-            TraceConfig {
-                max_fallback_diffractions: 0,
-                ..TraceConfig::default()
-            },
-        ),
-        ("R2 D1 fallback", TraceConfig::default()),
+        ("R2 D1", TraceConfig::default()),
+        ("R2 D1 fallback", with_fallback),
     ];
     for (name, config) in limits {
         let mut group = c.benchmark_group(name);
