@@ -60,6 +60,24 @@ pub enum RepairKind {
     },
 }
 
+impl RepairKind {
+    /// Name of several findings of this kind. A report lists them in the order of the variants.
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Reoriented => "reoriented",
+            Self::DuplicateVertex { .. } => "duplicate vertices",
+            Self::CollinearVertex { .. } => "collinear vertices",
+            Self::SelfIntersection { .. } => "self-intersections",
+            Self::Sliver => "slivers dropped",
+            Self::Overlaps { .. } => "overlapping pairs",
+            Self::Touches { .. } => "touching pairs",
+            Self::CourtyardFilled { .. } => "courtyards filled by a building",
+            Self::RingsReordered => "holes taken for outer rings",
+            Self::Gap { .. } => "gaps closed",
+        }
+    }
+}
+
 /// Findings of one scene, in the order of the buildings.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RepairReport {
@@ -88,41 +106,15 @@ impl RepairReport {
 /// One line: how often each kind was found, or "clean".
 impl fmt::Display for RepairReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        use RepairKind as K;
-        type Select = fn(&K) -> bool;
-        let kinds: [(&str, Select); 10] = [
-            ("reoriented", |k| matches!(k, K::Reoriented)),
-            ("duplicate vertices", |k| {
-                matches!(k, K::DuplicateVertex { .. })
-            }),
-            ("collinear vertices", |k| {
-                matches!(k, K::CollinearVertex { .. })
-            }),
-            ("self-intersections", |k| {
-                matches!(k, K::SelfIntersection { .. })
-            }),
-            ("slivers dropped", |k| matches!(k, K::Sliver)),
-            ("overlapping pairs", |k| matches!(k, K::Overlaps { .. })),
-            ("touching pairs", |k| matches!(k, K::Touches { .. })),
-            ("courtyards filled by a building", |k| {
-                matches!(k, K::CourtyardFilled { .. })
-            }),
-            ("holes taken for outer rings", |k| {
-                matches!(k, K::RingsReordered)
-            }),
-            ("gaps closed", |k| matches!(k, K::Gap { .. })),
-        ];
-        let mut separator = "";
-        for (name, select) in kinds {
-            let count = self.count(select);
-            if count > 0 {
-                write!(f, "{separator}{count} {name}")?;
-                separator = ", ";
-            }
+        if self.is_clean() {
+            return f.write_str("clean");
         }
-        if separator.is_empty() {
-            write!(f, "clean")?;
-        }
-        Ok(())
+        let mut kinds: Vec<RepairKind> = self.repairs.iter().map(|r| r.kind).collect();
+        kinds.sort_unstable();
+        let same_kind = kinds.chunk_by(|p, q| p.name() == q.name());
+        let counts: Vec<String> = same_kind
+            .map(|kinds| format!("{} {}", kinds.len(), kinds[0].name()))
+            .collect();
+        f.write_str(&counts.join(", "))
     }
 }
