@@ -73,7 +73,7 @@ fn is_at_or_behind(walls: &[Wall], id: u32, skip: u32) -> bool {
 }
 
 /// Returns true when the corner at the start of wall `id` points outwards.
-fn is_convex(walls: &[Wall], id: u32) -> bool {
+pub(crate) fn is_convex(walls: &[Wall], id: u32) -> bool {
     let wall = &walls[id as usize];
     orient(walls[wall.previous as usize].a, wall.a, wall.b) > 0.0
 }
@@ -170,12 +170,8 @@ mod tests {
 
     #[test]
     fn through_two_corners_of_a_house() {
-        check(
-            &[rect(0.0, 0.0, 10.0, 10.0)],
-            (-5.0, -5.0),
-            (15.0, 15.0),
-            true,
-        );
+        let house = [rect(0.0, 0.0, 10.0, 10.0)];
+        check(&house, (-5.0, -5.0), (15.0, 15.0), true);
     }
 
     #[test]

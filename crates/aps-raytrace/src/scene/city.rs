@@ -75,11 +75,8 @@ impl CityConfig {
 
     /// Block intervals along one axis: start and length.
     fn strips(&self, rng: &mut ChaCha8Rng) -> Vec<(i32, i32)> {
-        let (size, block, street) = (
-            self.size_m as i32,
-            self.block_m as i32,
-            self.street_m as i32,
-        );
+        let sizes = [self.size_m, self.block_m, self.street_m];
+        let [size, block, street] = sizes.map(|size| size as i32);
         let mut strips = Vec::new();
         let mut at = rng.random_range(street / 2..=street);
         loop {
@@ -180,10 +177,8 @@ fn row(Block { x, y, w, h }: Block, rng: &mut ChaCha8Rng, out: &mut Vec<Footprin
 
 /// An L around two sides of the block.
 fn angle(Block { x, y, w, h }: Block, rng: &mut ChaCha8Rng, out: &mut Vec<Footprint>) {
-    let (a, b) = (
-        rng.random_range(w / 4..=w / 2),
-        rng.random_range(h / 4..=h / 2),
-    );
+    let a = rng.random_range(w / 4..=w / 2);
+    let b = rng.random_range(h / 4..=h / 2);
     out.push(polygon([
         (x, y),
         (x + w, y),
@@ -199,12 +194,8 @@ fn bars(Block { x, y, w, h }: Block, rng: &mut ChaCha8Rng, out: &mut Vec<Footpri
     let lane = rng.random_range(4..=h / 3);
     let depth = (h - lane) / 2;
     out.push(rectangle(x, y, w, depth));
-    out.push(rectangle(
-        x + rng.random_range(0..=4),
-        y + h - depth,
-        w - 4,
-        depth,
-    ));
+    let x = x + rng.random_range(0..=4);
+    out.push(rectangle(x, y + h - depth, w - 4, depth));
 }
 
 /// A rectangle turned against the street grid.
@@ -222,29 +213,23 @@ fn slanted(Block { x, y, w, h }: Block, rng: &mut ChaCha8Rng, out: &mut Vec<Foot
 mod tests {
     use super::*;
 
+    fn footprints(seed: u64) -> Vec<Footprint> {
+        let config = CityConfig {
+            seed,
+            ..CityConfig::default()
+        };
+        config.footprints().unwrap()
+    }
+
     #[test]
     fn one_seed_is_one_city() {
-        let config = CityConfig::default();
-        assert_eq!(config.footprints().unwrap(), config.footprints().unwrap());
-        let other = CityConfig {
-            seed: 2,
-            ..config.clone()
-        };
-        assert_ne!(config.footprints().unwrap(), other.footprints().unwrap());
+        assert_eq!(footprints(1), footprints(1));
+        assert_ne!(footprints(1), footprints(2));
     }
 
     #[test]
     fn cities_hold_every_kind_of_building() {
-        let footprints: Vec<Footprint> = (0..8)
-            .flat_map(|seed| {
-                CityConfig {
-                    seed,
-                    ..CityConfig::default()
-                }
-                .footprints()
-                .unwrap()
-            })
-            .collect();
+        let footprints: Vec<Footprint> = (0..8).flat_map(footprints).collect();
         assert!(footprints.iter().any(|f| !f.holes.is_empty()));
         assert!(footprints.iter().any(|f| f.outer.len() == 12));
         assert!(footprints.iter().any(|f| f.outer.len() == 6));

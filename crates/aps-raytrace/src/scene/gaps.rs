@@ -13,7 +13,7 @@ use glam::DVec2;
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
-use super::ring::segments_meet;
+use super::ring::{by_first_edge, by_height, edge_box, segments_meet};
 
 /// Part of a filling's length by which it reaches into both walls, so that the grid's rounding leaves no slit beside it.
 const OVERLAP_SHARE: f64 = 1.0 / 64.0;
@@ -39,10 +39,7 @@ pub(super) struct Filling {
 
 /// Finds the slits narrower than `width_m` and fills them; a filling reaches up to `overlap_m` into its walls.
 pub(super) fn fillings(edges: &[Edge], width_m: f64, overlap_m: f64) -> Vec<Filling> {
-    let boxes: Vec<Aabb> = edges
-        .iter()
-        .map(|e| Aabb::new(e.a.min(e.b), e.a.max(e.b)))
-        .collect();
+    let boxes: Vec<Aabb> = edges.iter().map(|e| edge_box(e.a, e.b)).collect();
     let bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
     let mut found = Vec::new();
     for (i, edge) in edges.iter().enumerate() {
@@ -56,10 +53,7 @@ pub(super) fn fillings(edges: &[Edge], width_m: f64, overlap_m: f64) -> Vec<Fill
                 .filter_map(|j| filling(edge, &edges[j], width_m, overlap_m)),
         );
     }
-    found.sort_by(|p, q| {
-        let key = |f: &Filling| (f.points[0].y, f.points[0].x, f.points[1].y, f.points[1].x);
-        key(p).partial_cmp(&key(q)).expect("coordinates are finite")
-    });
+    found.sort_by(|p, q| by_first_edge(&p.points, &q.points));
     found
 }
 
@@ -75,8 +69,8 @@ fn is_bay(edges: &[Edge], from: usize, to: usize, width_m: f64) -> bool {
 
 /// The filling between two walls; `None` where they touch, are further apart or do not face each other.
 fn filling(p: &Edge, q: &Edge, width_m: f64, overlap_m: f64) -> Option<Filling> {
-    let key = |e: &Edge| (e.a.y, e.a.x, e.b.y, e.b.x);
-    let (p, q) = if key(p) <= key(q) { (p, q) } else { (q, p) };
+    let order = by_first_edge(&[p.a, p.b], &[q.a, q.b]);
+    let (p, q) = if order.is_le() { (p, q) } else { (q, p) };
     if segments_meet(p.a, p.b, q.a, q.b) {
         return None;
     }
@@ -173,11 +167,7 @@ fn nearest(p: &Edge, q: &Edge) -> (DVec2, DVec2) {
 
 /// The convex hull, counter-clockwise from the lowest, then leftmost point (Andrew's monotone chain).
 fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|p, q| {
-        (p.y, p.x)
-            .partial_cmp(&(q.y, q.x))
-            .expect("coordinates are finite")
-    });
+    points.sort_by(by_height);
     points.dedup();
     let mut hull: Vec<DVec2> = Vec::with_capacity(points.len() + 1);
     for chain in [
@@ -201,30 +191,33 @@ fn convex_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ring::doubled_area;
     use super::*;
 
-    fn edge(a: (f64, f64), b: (f64, f64), building: usize) -> Edge {
+    fn edge(a: (f64, f64), b: (f64, f64), building: usize, next: usize) -> Edge {
+        let (a, b) = (a.into(), b.into());
         Edge {
-            a: a.into(),
-            b: b.into(),
+            a,
+            b,
             building,
-            next: usize::MAX,
+            next,
         }
     }
 
+    /// Fillings between the east wall of a house and another wall, of a building of its own or of the same.
+    fn found(a: (f64, f64), b: (f64, f64), building: usize) -> Vec<Filling> {
+        // Each is followed by itself: there is no bay between them.
+        let east = |next| edge((1.0, 0.0), (1.0, 10.0), 0, next);
+        let forth = fillings(&[east(0), edge(a, b, building, 1)], 0.04, 1e-6);
+        let back = fillings(&[edge(a, b, building, 0), east(1)], 0.04, 1e-6);
+        assert_eq!(forth, back, "the order matters");
+        forth
+    }
+
     #[track_caller]
-    fn check(p: Edge, q: Edge, expected: Option<f64>) {
-        // Each is followed by itself: they are of different buildings.
-        let found = [[p, q], [q, p]].map(|mut edges| {
-            for (i, edge) in edges.iter_mut().enumerate() {
-                edge.next = i;
-            }
-            fillings(&edges, 0.04, 1e-6)
-        });
-        assert_eq!(found[0], found[1], "the order matters");
-        let area = found[0]
-            .first()
-            .map(|f| super::super::ring::doubled_area(&f.points) / 2.0);
+    fn check(a: (f64, f64), b: (f64, f64), building: usize, expected: Option<f64>) {
+        let found = found(a, b, building);
+        let area = found.first().map(|f| doubled_area(&f.points) / 2.0);
         match (area, expected) {
             (None, None) => {}
             (Some(area), Some(expected)) => assert!((area - expected).abs() < 2e-5, "{area}"),
@@ -232,58 +225,33 @@ mod tests {
         }
     }
 
-    /// The east wall of a house.
-    const EAST: ((f64, f64), (f64, f64)) = ((1.0, 0.0), (1.0, 10.0));
-
     #[test]
     fn facing_walls_are_joined_over_their_whole_length() {
-        let p = edge(EAST.0, EAST.1, 3);
-        check(p, edge((1.01, 10.0), (1.01, 0.0), 5), Some(0.1));
-        check(p, edge((1.05, 10.0), (1.05, 0.0), 5), None);
+        check((1.01, 10.0), (1.01, 0.0), 1, Some(0.1));
+        check((1.05, 10.0), (1.05, 0.0), 1, None);
     }
 
     #[test]
     fn longer_wall_is_joined_as_far_as_it_is_near() {
         // The shorter wall, 2 m, and at each end 0.0387 m of the longer one, at which the slit is 0.01 m wide.
         let reach = (0.04_f64.powi(2) - 0.01_f64.powi(2)).sqrt();
-        let p = edge(EAST.0, EAST.1, 0);
-        check(
-            p,
-            edge((1.01, 6.0), (1.01, 4.0), 1),
-            Some(0.01 * (2.0 + reach)),
-        );
+        check((1.01, 6.0), (1.01, 4.0), 1, Some(0.01 * (2.0 + reach)));
     }
 
     #[test]
     fn back_to_back_walls_of_a_thin_house_are_left() {
-        check(
-            edge(EAST.0, EAST.1, 0),
-            edge((0.99, 10.0), (0.99, 0.0), 0),
-            None,
-        );
+        check((0.99, 10.0), (0.99, 0.0), 0, None);
     }
 
     #[test]
     fn touching_walls_are_left() {
-        check(
-            edge(EAST.0, EAST.1, 0),
-            edge((1.03, 10.0), (1.0, 0.0), 1),
-            None,
-        );
-        check(
-            edge(EAST.0, EAST.1, 0),
-            edge((1.03, 5.0), (1.0, 3.0), 1),
-            None,
-        );
+        check((1.03, 10.0), (1.0, 0.0), 1, None);
+        check((1.03, 5.0), (1.0, 3.0), 1, None);
     }
 
     #[test]
     fn corners_across_a_slit_are_joined() {
-        let north = edge((2.0, -0.02), (1.02, -0.02), 1);
-        let mut edges = [edge(EAST.0, EAST.1, 0), north];
-        (edges[0].next, edges[1].next) = (0, 1);
-        let hull = fillings(&edges, 0.04, 1e-6);
-        let points = &hull[0].points;
+        let points = &found((2.0, -0.02), (1.02, -0.02), 1)[0].points;
         assert!(
             points.contains(&DVec2::new(1.0, 0.0)) && points.contains(&DVec2::new(1.02, -0.02))
         );

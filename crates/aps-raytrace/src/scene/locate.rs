@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-use super::ring::{MAX_COORDINATE_M, is_on_edge, winding_step};
-use super::{Scene, Wall};
+use super::ring::{is_on_edge, is_position, winding_step};
+use super::{Area, Scene, Wall};
 use crate::error::TerminalError;
 use crate::predicates::{orient, strictly_between};
 
@@ -93,22 +93,23 @@ impl Scene {
     /// Waves in the plane cannot leave a courtyard: two points in different ones have no path.
     #[must_use]
     pub fn courtyard_of(&self, p: DVec2) -> Option<usize> {
-        self.courtyards.iter().position(|ring| {
-            let steps = ring
-                .iter()
-                .map(|&id| &self.walls[id as usize])
-                .map(|wall| winding_step(wall.a, wall.b, p));
-            steps.sum::<i32>() != 0
-        })
+        let mut courtyards = self.courtyards.iter();
+        courtyards.position(|ring| self.winds_around(ring, p))
+    }
+
+    /// Tells if a ring of walls winds around a point.
+    fn winds_around(&self, ring: &[u32], p: DVec2) -> bool {
+        let walls = ring.iter().map(|&id| &self.walls[id as usize]);
+        let steps = walls.map(|wall| winding_step(wall.a, wall.b, p));
+        steps.sum::<i32>() != 0
     }
 
     /// For each courtyard, whether any of `points` lies in it or on its walls. Where none does, nothing in that courtyard
     /// meets any of them.
     pub(crate) fn courtyards_with(&self, points: impl Iterator<Item = DVec2> + Clone) -> Vec<bool> {
         let holds = |ring: &[u32], p: DVec2| {
-            let walls = || ring.iter().map(|&id| &self.walls[id as usize]);
-            walls().map(|w| winding_step(w.a, w.b, p)).sum::<i32>() != 0
-                || walls().any(|w| is_on_edge(w.a, w.b, p))
+            let mut walls = ring.iter().map(|&id| &self.walls[id as usize]);
+            self.winds_around(ring, p) || walls.any(|w| is_on_edge(w.a, w.b, p))
         };
         let rings = self.courtyards.iter();
         rings
@@ -122,25 +123,20 @@ impl Scene {
     /// [`TerminalError`] for coordinates that are not finite or beyond 1e9 m and for every place but
     /// [`Location::Outdoor`].
     pub fn check_terminal(&self, p: DVec2) -> Result<(), TerminalError> {
-        if !(p.is_finite() && p.abs().max_element() <= MAX_COORDINATE_M) {
+        if !is_position(p) {
             return Err(TerminalError::NotFinite(p.x, p.y));
         }
-        match (self.locate(p), self.area) {
-            (Location::Outdoor, _) => Ok(()),
-            (Location::OnWall { wall }, _) => Err(TerminalError::OnWall { position: p, wall }),
-            (Location::Inside { building }, _) => Err(TerminalError::InsideBuilding {
-                position: p,
-                building,
-            }),
-            (Location::OutsideArea, area) => {
-                let area = area.expect("only a scene with an area has an outside");
-                Err(TerminalError::OutsideArea {
-                    position: p,
-                    min: area.min,
-                    max: area.max,
-                })
+        let position = p;
+        Err(match self.locate(position) {
+            Location::Outdoor => return Ok(()),
+            Location::OnWall { wall } => TerminalError::OnWall { position, wall },
+            Location::Inside { building } => TerminalError::InsideBuilding { position, building },
+            Location::OutsideArea => {
+                let area = self.area;
+                let Area { min, max } = area.expect("only a scene with an area has an outside");
+                TerminalError::OutsideArea { position, min, max }
             }
-        }
+        })
     }
 }
 
@@ -161,7 +157,7 @@ fn meets_open_segment(wall: &Wall, p: DVec2, q: DVec2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Area, Footprint};
+    use crate::scene::Footprint;
 
     #[test]
     fn courtyard_building_has_all_four_places() {

@@ -28,8 +28,7 @@ pub use tiles::{Tile, Tiling, TilingError};
 
 use crate::error::SceneError;
 use crate::material::Material;
-use crate::occlusion::Stretch;
-use crate::predicates::orient;
+use crate::occlusion::{self, Stretch};
 use crate::wall_index::WallIndex;
 
 /// Buildings below this area \[m^2\] are dropped as slivers.
@@ -301,9 +300,7 @@ impl Scene {
     /// unless another building touches it.
     #[must_use]
     pub fn is_convex(&self, id: u32) -> bool {
-        let wall = &self.walls[id as usize];
-        let before = &self.walls[wall.previous as usize];
-        orient(before.a, wall.a, wall.b) > 0.0
+        occlusion::is_convex(&self.walls, id)
     }
 
     /// Returns true when the open segment from `p` to `q` meets the inside of a building.
@@ -340,11 +337,10 @@ impl Scene {
     /// Subtracting it is exact for every vertex (Sterbenz: no coordinate is more than twice
     /// another), so that the walls so moved are the same walls with more digits to compute in.
     pub(crate) fn origin(&self) -> DVec2 {
-        let corners = || self.walls.iter().map(|w| w.a);
-        let (Some(min), Some(max)) = (corners().reduce(DVec2::min), corners().reduce(DVec2::max))
-        else {
+        if self.walls.is_empty() {
             return DVec2::ZERO;
-        };
+        }
+        let (min, max) = ring::bounds(self.walls.iter().map(|wall| wall.a));
         let axis = |min: f64, max: f64| {
             let nearest = if min > 0.0 { min.floor() } else { max.ceil() };
             let farthest = min.abs().max(max.abs());
@@ -379,10 +375,8 @@ impl Scene {
 
 /// The longer side of the box around all buildings \[m\].
 fn extent_m(footprints: &[Footprint]) -> f64 {
-    let points = || footprints.iter().flat_map(|f| f.outer.iter().copied());
-    let (min, max) = points().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| {
-        (min.min(p), max.max(p))
-    });
+    let points = footprints.iter().flat_map(|f| f.outer.iter().copied());
+    let (min, max) = ring::bounds(points);
     // Points that are not finite are refused when their ring is cleaned.
     (max - min).max_element()
 }

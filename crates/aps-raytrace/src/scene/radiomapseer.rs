@@ -73,12 +73,8 @@ mod tests {
 
     #[test]
     fn byte_order_mark_is_no_part_of_the_text() {
-        assert_eq!(
-            parse_radiomapseer("\u{feff}[[[0,0],[1,0],[1,1]]]")
-                .unwrap()
-                .len(),
-            1
-        );
+        let buildings = parse_radiomapseer("\u{feff}[[[0,0],[1,0],[1,1]]]").unwrap();
+        assert_eq!(buildings.len(), 1);
     }
 
     #[test]

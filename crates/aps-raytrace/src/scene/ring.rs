@@ -1,5 +1,7 @@
 //! Cleaning of single rings: closing vertex, duplicates, collinear vertices, orientation.
 
+use std::cmp::Ordering;
+
 use glam::DVec2;
 use parry2d_f64::bounding_volume::Aabb;
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
@@ -9,7 +11,65 @@ use crate::error::SceneError;
 use crate::predicates::orient;
 
 /// Largest magnitude of a coordinate \[m\]: far beyond any map projection, far below overflow.
-pub(super) const MAX_COORDINATE_M: f64 = 1e9;
+const MAX_COORDINATE_M: f64 = 1e9;
+
+/// Tells if a point is finite and its coordinates are within [`MAX_COORDINATE_M`].
+pub(super) fn is_position(p: DVec2) -> bool {
+    p.is_finite() && p.abs().max_element() <= MAX_COORDINATE_M
+}
+
+/// Lower left and upper right corner of the box around some points; without any, inside out: the first is infinite.
+pub(super) fn bounds(points: impl Iterator<Item = DVec2>) -> (DVec2, DVec2) {
+    points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| {
+        (min.min(p), max.max(p))
+    })
+}
+
+/// Box around the edge from `a` to `b`.
+pub(super) fn edge_box(a: DVec2, b: DVec2) -> Aabb {
+    Aabb::new(a.min(b), a.max(b))
+}
+
+/// Order of finite points: the lowest first, then the leftmost.
+pub(super) fn by_height(p: &DVec2, q: &DVec2) -> Ordering {
+    let order = (p.y, p.x).partial_cmp(&(q.y, q.x));
+    order.expect("coordinates are finite")
+}
+
+/// Order of rings by their first edge.
+pub(super) fn by_first_edge(p: &[DVec2], q: &[DVec2]) -> Ordering {
+    by_height(&p[0], &q[0]).then_with(|| by_height(&p[1], &q[1]))
+}
+
+/// Number of different points, or 3 if there are more.
+pub(super) fn distinct_up_to_3(points: &[DVec2]) -> usize {
+    let Some(a) = points.first() else {
+        return 0;
+    };
+    let Some(b) = points.iter().find(|&p| p != a) else {
+        return 1;
+    };
+    2 + usize::from(points.iter().any(|p| p != a && p != b))
+}
+
+/// Removes the vertices of a ring that `is_needless` names, which is given the vertex before, the vertex and the one after. Each
+/// removal can make the neighbours needless in turn: it looks again until nothing changes, or two are left.
+pub(super) fn prune<T>(ring: &mut Vec<T>, mut is_needless: impl FnMut(&T, &T, &T) -> bool) {
+    let mut i = 0;
+    let mut unchanged = 0;
+    while ring.len() >= 3 && unchanged < ring.len() {
+        let n = ring.len();
+        i %= n;
+        if is_needless(&ring[(i + n - 1) % n], &ring[i], &ring[(i + 1) % n]) {
+            ring.remove(i);
+            i = (i + ring.len() - 1) % ring.len();
+            unchanged = 0;
+        } else {
+            i += 1;
+            unchanged += 1;
+        }
+    }
+}
 
 /// A ring and, for each of its vertices, the index it had in the input.
 pub(super) struct Ring {
@@ -73,32 +133,18 @@ pub(super) fn clean(
     if kept.len() > 1 && kept[0].0 == kept[kept.len() - 1].0 {
         kept.pop();
     }
-    // Removing a vertex can make its neighbours collinear in turn (a spike folds up from its
-    // tip): look again until nothing changes.
-    let mut i = 0;
-    let mut unchanged = 0;
-    while kept.len() >= 3 && unchanged < kept.len() {
-        let n = kept.len();
-        i %= n;
-        let (previous, (here, vertex), next) =
-            (kept[(i + n - 1) % n].0, kept[i], kept[(i + 1) % n].0);
+    // A spike folds up from its tip.
+    prune(&mut kept, |&(previous, _), &(here, vertex), &(next, _)| {
         let kind = if here == previous {
-            Some(RepairKind::DuplicateVertex { vertex })
+            RepairKind::DuplicateVertex { vertex }
         } else if here != next && orient(previous, here, next) == 0.0 {
-            Some(RepairKind::CollinearVertex { vertex })
+            RepairKind::CollinearVertex { vertex }
         } else {
-            None
+            return false;
         };
-        if let Some(kind) = kind {
-            report.push(building, kind);
-            kept.remove(i);
-            i = (i + kept.len() - 1) % kept.len();
-            unchanged = 0;
-        } else {
-            i += 1;
-            unchanged += 1;
-        }
-    }
+        report.push(building, kind);
+        true
+    });
     if kept.len() < 3 {
         report.push(building, RepairKind::Sliver);
         return Ok(None);
@@ -118,12 +164,7 @@ pub(super) fn report_crossings(building: usize, ring: &Ring, report: &mut Repair
     let points = &ring.points;
     let n = points.len();
     let edge = |i: usize| (points[i], points[(i + 1) % n]);
-    let boxes: Vec<Aabb> = (0..n)
-        .map(|i| {
-            let (a, b) = edge(i);
-            Aabb::new(a.min(b), a.max(b))
-        })
-        .collect();
+    let boxes: Vec<Aabb> = (0..n).map(edge).map(|(a, b)| edge_box(a, b)).collect();
     let bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
     for (i, around) in boxes.iter().enumerate() {
         let (a, b) = edge(i);
@@ -145,10 +186,7 @@ pub(super) fn segments_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
 }
 
 fn check_coordinates(building: usize, ring: usize, points: &[DVec2]) -> Result<(), SceneError> {
-    let bad = points
-        .iter()
-        .position(|p| !(p.is_finite() && p.abs().max_element() <= MAX_COORDINATE_M));
-    match bad {
+    match points.iter().position(|&p| !is_position(p)) {
         None => Ok(()),
         Some(vertex) => Err(SceneError::Coordinate {
             building,
@@ -161,21 +199,15 @@ fn check_coordinates(building: usize, ring: usize, points: &[DVec2]) -> Result<(
 }
 
 fn check_distinct(building: usize, ring: usize, points: &[DVec2]) -> Result<(), SceneError> {
-    let mut distinct: Vec<DVec2> = Vec::with_capacity(3);
-    for &p in points {
-        if !distinct.contains(&p) {
-            distinct.push(p);
-            if distinct.len() == 3 {
-                return Ok(());
-            }
-        }
+    match distinct_up_to_3(points) {
+        3 => Ok(()),
+        distinct => Err(SceneError::TooFewVertices {
+            building,
+            ring,
+            vertex: points.len().saturating_sub(1),
+            distinct,
+        }),
     }
-    Err(SceneError::TooFewVertices {
-        building,
-        ring,
-        vertex: points.len().saturating_sub(1),
-        distinct: distinct.len(),
-    })
 }
 
 #[cfg(test)]

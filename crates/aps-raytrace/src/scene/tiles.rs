@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use super::Area;
 use super::footprint::Footprint;
-use super::ring::doubled_area;
+use super::ring;
 
 /// Most tiles a city may be cut into, empty ones included: 256 km x 256 km of maps of 256 m.
 const MAX_TILES: f64 = 1e6;
@@ -244,11 +244,8 @@ impl Tiling {
 
 /// Bounding box of some points; `None` without any, or when one is not finite.
 fn bounds(points: &[DVec2]) -> Option<(DVec2, DVec2)> {
-    let first = *points.first()?;
-    points.iter().all(|p| p.is_finite()).then(|| {
-        let grow = |(min, max): (DVec2, DVec2), &p: &DVec2| (min.min(p), max.max(p));
-        points.iter().fold((first, first), grow)
-    })
+    let is_sound = !points.is_empty() && points.iter().all(|p| p.is_finite());
+    is_sound.then(|| ring::bounds(points.iter().copied()))
 }
 
 /// Area of the part of a ring inside a square \[m^2\]: Sutherland and Hodgman, Reentrant polygon clipping, Comm. ACM 17,
@@ -272,7 +269,7 @@ fn area_inside(ring: &[DVec2], corner: DVec2, side_m: f64) -> f64 {
             .map(|p| DVec2::new(p.y, side_m - p.x))
             .collect();
     }
-    doubled_area(&points).abs() / 2.0
+    ring::doubled_area(&points).abs() / 2.0
 }
 
 #[cfg(test)]
@@ -281,6 +278,12 @@ mod tests {
 
     fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Footprint {
         Footprint::new([(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(DVec2::from))
+    }
+
+    /// Houses of 10 m by 10 m.
+    fn houses<const N: usize>(corners: [(f64, f64); N]) -> Vec<Footprint> {
+        let house = |(x, y)| rectangle(x, y, x + 10.0, y + 10.0);
+        corners.map(house).into()
     }
 
     #[test]
@@ -310,10 +313,7 @@ mod tests {
 
     #[test]
     fn tiles_are_numbered_row_by_row_from_the_south_west() {
-        let city = [(0.0, 0.0), (250.0, 0.0), (50.0, 150.0)];
-        let city = city
-            .map(|(x, y)| rectangle(x, y, x + 10.0, y + 10.0))
-            .to_vec();
+        let city = houses([(0.0, 0.0), (250.0, 0.0), (50.0, 150.0)]);
         let tiling = Tiling::new(city, 100.0).unwrap();
         assert_eq!(tiling.size(), [3, 2]);
         assert_eq!(tiling.ids(1).collect::<Vec<_>>(), [0, 2, 3]);
@@ -324,10 +324,7 @@ mod tests {
 
     #[test]
     fn tiles_from_a_corner_leave_out_what_lies_behind_it() {
-        let city = [(0.0, 0.0), (95.0, 10.0), (250.0, 0.0), (50.0, 150.0)];
-        let city = city
-            .map(|(x, y)| rectangle(x, y, x + 10.0, y + 10.0))
-            .to_vec();
+        let city = houses([(0.0, 0.0), (95.0, 10.0), (250.0, 0.0), (50.0, 150.0)]);
         let corner = DVec2::new(100.0, -30.0);
         let tiling = Tiling::from_corner(city.clone(), 100.0, corner).unwrap();
         assert_eq!(tiling.ids(1).collect::<Vec<_>>(), [0, 1]);

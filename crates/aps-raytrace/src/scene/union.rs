@@ -201,8 +201,8 @@ impl Grid {
                 .flat_map(|(_, rings)| rings)
                 .flat_map(|r| r.points.iter().copied())
         };
-        let min = points().reduce(DVec2::min)?;
-        let max = points().reduce(DVec2::max)?;
+        points().next()?;
+        let (min, max) = ring::bounds(points());
         let extent = (max - min).max_element();
         let cell_m = f64::exp2(extent.log2().ceil() - f64::from(GRID_BITS));
         // A whole number of metres (or cells, for scenes below a metre) keeps integers exact.
@@ -260,10 +260,7 @@ impl Grid {
             self.outline(points, edges, same_material)
         };
         let mut outlines: Vec<Outline> = contours.iter().filter_map(outline).collect();
-        outlines.sort_by(|p, q| {
-            let key = |o: &Outline| (o.points[0].y, o.points[0].x, o.points[1].y, o.points[1].x);
-            key(p).partial_cmp(&key(q)).expect("coordinates are finite")
-        });
+        outlines.sort_by(|p, q| ring::by_first_edge(&p.points, &q.points));
         outlines
     }
 
@@ -283,38 +280,20 @@ impl Grid {
                 (points[i], building)
             })
             .collect();
-        let mut i = 0;
-        let mut unchanged = 0;
-        while ring.len() >= 3 && unchanged < ring.len() {
-            let n = ring.len();
-            i %= n;
-            let (previous, owner_before) = ring[(i + n - 1) % n];
-            let (here, owner) = ring[i];
-            let next = ring[(i + 1) % n].0;
+        ring::prune(&mut ring, |before, &(here, owner), &(next, _)| {
+            let &(previous, owner_before) = before;
             let cell = self.to_cell(here);
             let is_input = self.vertices.contains_key(&(cell.x, cell.y));
             let bend = orient(previous, here, next);
             let flat =
                 bend == 0.0 || (!is_input && bend.abs() <= tolerance * previous.distance(next));
-            if here == previous || (flat && same_material(owner_before, owner)) {
-                ring.remove(i);
-                i = (i + ring.len() - 1) % ring.len();
-                unchanged = 0;
-            } else {
-                i += 1;
-                unchanged += 1;
-            }
-        }
+            here == previous || (flat && same_material(owner_before, owner))
+        });
         if ring.len() < 3 {
             return None;
         }
-        let first = (0..ring.len())
-            .min_by(|&p, &q| {
-                let key = |i: usize| (ring[i].0.y, ring[i].0.x);
-                key(p).partial_cmp(&key(q)).expect("coordinates are finite")
-            })
-            .unwrap_or(0);
-        ring.rotate_left(first);
+        let first = (0..ring.len()).min_by(|&p, &q| ring::by_height(&ring[p].0, &ring[q].0));
+        ring.rotate_left(first.unwrap_or(0));
         let (points, edge_building) = ring.into_iter().unzip();
         Some(Outline {
             points,
@@ -331,10 +310,7 @@ struct InputEdges {
 
 impl InputEdges {
     fn new(edges: Vec<Edge>) -> Self {
-        let boxes: Vec<Aabb> = edges
-            .iter()
-            .map(|e| Aabb::new(e.a.min(e.b), e.a.max(e.b)))
-            .collect();
+        let boxes: Vec<Aabb> = edges.iter().map(|e| ring::edge_box(e.a, e.b)).collect();
         Self {
             bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
             edges,

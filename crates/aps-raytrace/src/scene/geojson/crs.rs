@@ -114,12 +114,7 @@ mod tests {
     #[track_caller]
     fn read(member: &str) -> Result<Option<Crs>, GeoJsonError> {
         let object = format!(r#"{{"crs": {member}}}"#);
-        Crs::of(
-            serde_json::from_str::<Value>(&object)
-                .unwrap()
-                .as_object()
-                .unwrap(),
-        )
+        Crs::of(&serde_json::from_str(&object).unwrap())
     }
 
     fn named(name: &str) -> Result<Option<Crs>, GeoJsonError> {

@@ -19,10 +19,10 @@ pub(super) struct Feature {
 impl Feature {
     /// The value of a tag: a property, or a member of `tags` among the properties, where exports of Overpass keep them.
     pub(super) fn tag(&self, key: &str) -> Option<&Value> {
-        let of = |tags: &'_ Value| tags.get(key).is_some_and(|v| !v.is_null());
         let nested = self.properties.get("tags");
         let tags = [Some(&self.properties), nested].into_iter().flatten();
-        tags.filter(|tags| of(tags)).find_map(|tags| tags.get(key))
+        let mut values = tags.filter_map(|tags| tags.get(key));
+        values.find(|value| !value.is_null())
     }
 }
 
@@ -99,21 +99,16 @@ fn crs_within(geometry: &Value) -> Result<Option<Crs>, GeoJsonError> {
         return Ok(None);
     };
     let mut found = Crs::of(object)?;
-    for inner in object
-        .get("geometries")
-        .and_then(Value::as_array)
-        .into_iter()
-        .flatten()
-    {
-        if let Some(own) = crs_within(inner)? {
-            match found {
-                Some(other) if other != own => {
-                    return Err(syntax(format!(
-                        "a geometry is in {own}, what holds it in {other}"
-                    )));
-                }
-                _ => found = Some(own),
-            }
+    let members = object.get("geometries").and_then(Value::as_array);
+    for inner in members.into_iter().flatten() {
+        let Some(own) = crs_within(inner)? else {
+            continue;
+        };
+        if let Some(other) = found.replace(own)
+            && other != own
+        {
+            let reason = format!("a geometry is in {own}, what holds it in {other}");
+            return Err(syntax(reason));
         }
     }
     Ok(found)

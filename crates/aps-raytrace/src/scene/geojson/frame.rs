@@ -5,6 +5,7 @@ use glam::DVec2;
 use super::GeoJsonError;
 use super::geometry::Polygon;
 use crate::scene::plane::LocalPlane;
+use crate::scene::ring;
 
 /// Coordinates are rounded to this many parts of a metre.
 const PARTS_PER_METRE: f64 = 1024.0;
@@ -81,9 +82,7 @@ impl Frame {
         let p = match self {
             Self::Plane(plane) => {
                 let [longitude, latitude] = plane.origin_deg();
-                let turn = x - longitude;
-                let turn = turn - 360.0 * (turn / 360.0).round();
-                let distance_deg = turn.abs().max((y - latitude).abs());
+                let distance_deg = wrap(x - longitude).abs().max((y - latitude).abs());
                 if distance_deg > LocalPlane::REACH_DEG {
                     return Err(GeoJsonError::TooLarge {
                         feature,
@@ -138,9 +137,7 @@ fn check_degrees(feature: usize, x: f64, y: f64) -> Result<(), GeoJsonError> {
 
 fn bounds(polygons: &[Polygon], point: impl Fn([f64; 2]) -> DVec2) -> (DVec2, DVec2) {
     let positions = polygons.iter().flat_map(|p| p.rings.iter().flatten());
-    let grow = |(min, max): (DVec2, DVec2), p: DVec2| (min.min(p), max.max(p));
-    let none = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    positions.map(|&p| point(p)).fold(none, grow)
+    ring::bounds(positions.map(|&p| point(p)))
 }
 
 /// The same longitude from -180 to 180 degrees; unchanged to the bit if it is there.

@@ -31,6 +31,7 @@ use self::document::Feature;
 use self::frame::Frame;
 use self::geometry::Polygon;
 use super::footprint::Footprint;
+use super::ring;
 
 /// No city has all its buildings below this size \[m\].
 const MIN_SIZE_M: f64 = 1.0;
@@ -146,7 +147,8 @@ pub fn parse_geojson(
     let mut size_m = 0.0_f64;
     for polygon in &polygons {
         let rings = metres(polygon, &frame)?;
-        size_m = size_m.max(size(&rings[0]));
+        let (min, max) = ring::bounds(rings[0].iter().copied());
+        size_m = size_m.max((max - min).max_element());
         footprints.extend(footprint(rings, &mut skipped));
     }
     if size_m < MIN_SIZE_M {
@@ -217,18 +219,11 @@ fn metres(polygon: &Polygon, frame: &Frame) -> Result<Vec<Vec<DVec2>>, GeoJsonEr
     polygon.rings.iter().map(ring).collect()
 }
 
-/// Longest side of the bounding box.
-fn size(points: &[DVec2]) -> f64 {
-    let grow = |(min, max): (DVec2, DVec2), &p: &DVec2| (min.min(p), max.max(p));
-    let (min, max) = points.iter().fold((points[0], points[0]), grow);
-    (max - min).max_element()
-}
-
 /// The footprint of some rings; `None` without an outer one.
 fn footprint(rings: Vec<Vec<DVec2>>, skipped: &mut Skipped) -> Option<Footprint> {
     let mut kept = Vec::with_capacity(rings.len());
     for (i, ring) in rings.into_iter().enumerate() {
-        if has_three(&ring) {
+        if ring::distinct_up_to_3(&ring) == 3 {
             kept.push(ring);
             continue;
         }
@@ -243,11 +238,6 @@ fn footprint(rings: Vec<Vec<DVec2>>, skipped: &mut Skipped) -> Option<Footprint>
         holes: rings.collect(),
         material: None,
     })
-}
-
-fn has_three(points: &[DVec2]) -> bool {
-    let second = points.iter().find(|&&p| p != points[0]);
-    second.is_some_and(|b| points.iter().any(|p| p != &points[0] && p != b))
 }
 
 fn no_building(features: &[Feature], config: &GeoJsonConfig) -> GeoJsonError {
