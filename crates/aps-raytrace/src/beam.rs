@@ -37,9 +37,9 @@ pub(crate) struct Beam {
     across: DVec2,
     /// Axis of z into the view.
     forward: DVec2,
-    lo: f64,
-    hi: f64,
-    near: f64,
+    pub lo: f64,
+    pub hi: f64,
+    pub near: f64,
 }
 
 impl Beam {
@@ -73,7 +73,7 @@ impl Beam {
 
     /// (x, z) of a point.
     #[inline]
-    fn project(&self, p: DVec2) -> DVec2 {
+    pub fn project(&self, p: DVec2) -> DVec2 {
         let r = p - self.apex;
         DVec2::new(r.dot(self.across), r.dot(self.forward))
     }
@@ -145,12 +145,8 @@ pub(crate) fn visible_walls(
     }
     sweep.events.sort_unstable_by(|p, q| p.0.total_cmp(&q.0));
 
-    let Sweep {
-        candidates,
-        events,
-        active,
-        ..
-    } = sweep;
+    let (candidates, active) = (&mut sweep.candidates, &mut sweep.active);
+    let events = &sweep.events;
     let mut group_end = 0;
     for (i, &(k, n, ends)) in events.iter().enumerate() {
         if i >= group_end {

@@ -190,16 +190,6 @@ pub enum TerminalError {
     },
 }
 
-impl TerminalError {
-    /// Moves the positions in the error to another origin.
-    pub(crate) fn moved(mut self, by: DVec2) -> Self {
-        if let Self::TooManyImages { position, .. } = &mut self {
-            *position += by;
-        }
-        self
-    }
-}
-
 /// Why a link cannot be traced.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]

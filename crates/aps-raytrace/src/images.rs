@@ -9,7 +9,6 @@ use glam::DVec2;
 use multiversion::multiversion;
 
 use crate::beam::{Beam, Sweep, Window, visible_walls};
-use crate::error::TerminalError;
 use crate::scene::Scene;
 
 /// A wall as seen from a point: the point in the wall's frame and the window it sees.
@@ -49,15 +48,11 @@ impl Outlook {
 
     /// Looks around from another outdoor point.
     pub fn look(&mut self, scene: &Scene, from: DVec2) {
-        let Self {
-            sweep,
-            windows,
-            nearest,
-        } = self;
+        let (sweep, windows) = (&mut self.sweep, &mut self.windows);
         windows.clear();
-        nearest.clear();
+        self.nearest.clear();
         for (quadrant, beam) in (0..4).zip(Beam::quadrants(from)) {
-            let nearest_from = |k, wall| nearest.push((2.0 * f64::from(quadrant) + k, wall));
+            let nearest_from = |k, wall| self.nearest.push((2.0 * f64::from(quadrant) + k, wall));
             visible_walls(scene, &beam, sweep, windows, nearest_from);
         }
         windows.sort_unstable_by_key(|w| w.wall);
@@ -84,8 +79,16 @@ impl Outlook {
             .collect()
     }
 
+    /// Tells if it sees a point from `from`, where it was taken.
+    #[inline]
+    pub fn sees(&self, scene: &Scene, from: DVec2, to: DVec2) -> bool {
+        // The nearest wall in that direction decides most cases, without a search for others.
+        !scene.is_blocked_by(from, to, self.nearest(to - from))
+            && !scene.is_blocked(from, to, [None; 2])
+    }
+
     /// The wall that is seen in a direction, if any, as far as rounding goes.
-    pub fn nearest(&self, direction: DVec2) -> Option<u32> {
+    fn nearest(&self, direction: DVec2) -> Option<u32> {
         let DVec2 { x, y } = direction;
         let key = if x.abs() >= y.abs() {
             y / x + if x > 0.0 { 0.0 } else { 4.0 }
@@ -143,14 +146,14 @@ impl ImageTree {
     /// Builds the tree of an outdoor point from a look around there.
     ///
     /// # Errors
-    /// [`TerminalError::TooManyImages`] before more than `max_images` are stored.
+    /// The order at which more than `max_images` would be stored.
     pub fn build(
         scene: &Scene,
         from: DVec2,
         max_order: usize,
         max_images: usize,
         outlook: &mut Outlook,
-    ) -> Result<Self, TerminalError> {
+    ) -> Result<Self, usize> {
         let mut tree = Self::default();
         let mut level = if max_order > 0 {
             outlook.windows.clone()
@@ -158,14 +161,9 @@ impl ImageTree {
             Vec::new()
         };
         let mut next_level = Vec::new();
-        let too_many = |order| TerminalError::TooManyImages {
-            position: from,
-            order,
-            limit: max_images,
-        };
         let limit = max_images.min(NO_PARENT as usize);
         tree.add(scene, from, NO_PARENT, &level, limit)
-            .ok_or_else(|| too_many(1))?;
+            .ok_or(1_usize)?;
         let mut begin = 0;
         for order in 2..=max_order {
             next_level.clear();
@@ -177,7 +175,7 @@ impl ImageTree {
                 }
                 tree.empty_beams += usize::from(next_level.len() == lit);
                 tree.add(scene, point, image as u32, &next_level[lit..], limit)
-                    .ok_or_else(|| too_many(order))?;
+                    .ok_or(order)?;
             }
             begin += level.len();
             std::mem::swap(&mut level, &mut next_level);
@@ -287,22 +285,17 @@ impl SightsByWall {
             .flat_map(|(point, sights)| sights.iter().map(move |sight| (point, sight)))
             .collect();
         all.sort_by_key(|(_, sight)| sight.wall);
-        let column = |get: fn(&Sight) -> f64| all.iter().map(|(_, sight)| get(sight)).collect();
+        let fields: [fn(&Sight) -> f64; 4] = [|s| s.along, |s| s.outward, |s| s.lo, |s| s.hi];
         Self {
             first: group_starts(all.iter().map(|(_, sight)| sight.wall), walls),
             points: all.iter().map(|&(point, _)| point).collect(),
-            columns: [
-                column(|sight| sight.along),
-                column(|sight| sight.outward),
-                column(|sight| sight.lo),
-                column(|sight| sight.hi),
-            ],
+            columns: fields.map(|field| all.iter().map(|(_, sight)| field(sight)).collect()),
         }
     }
 }
 
 /// Start of each group in a sorted sequence of keys below `groups`, and the end.
-fn group_starts(keys: impl Iterator<Item = u32>, groups: usize) -> Vec<u32> {
+pub(crate) fn group_starts(keys: impl Iterator<Item = u32>, groups: usize) -> Vec<u32> {
     let mut starts = vec![0_u32; groups + 1];
     for key in keys {
         starts[key as usize + 1] += 1;

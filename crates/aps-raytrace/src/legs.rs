@@ -116,12 +116,8 @@ impl Legs {
         for (c, wedge) in (0..).zip(&corners.wedges) {
             let first = found.legs.len() as u32;
             let to = wedge.point;
-            if from.distance(to) >= NEAREST_M {
-                let nearest = outlook.nearest(to - from);
-                if !scene.is_blocked_by(from, to, nearest) && !scene.is_blocked(from, to, [None; 2])
-                {
-                    found.push(c, wedge, from, Chain::direct(from, to));
-                }
+            if from.distance(to) >= NEAREST_M && outlook.sees(scene, from, to) {
+                found.push(c, wedge, from, Chain::direct(from, to));
             }
             while let Some((_, image)) = candidates.next_if(|candidate| candidate.0 == c) {
                 let chain = chain::resolve(scene, reflectors, tree, image, from, to);

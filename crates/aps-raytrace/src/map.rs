@@ -121,9 +121,13 @@ impl<'s> Map<'s> {
 
     /// Images of a point from a look around there.
     pub fn images(&self, from: DVec2, outlook: &mut Outlook) -> Result<ImageTree, TerminalError> {
-        let order = self.config.reflection_limit();
-        ImageTree::build(&self.local, from, order, self.config.max_images, outlook)
-            .map_err(|error| error.moved(self.origin))
+        let (max_order, limit) = (self.config.reflection_limit(), self.config.max_images);
+        let too_many = |order| TerminalError::TooManyImages {
+            position: from + self.origin,
+            order,
+            limit,
+        };
+        ImageTree::build(&self.local, from, max_order, limit, outlook).map_err(too_many)
     }
 
     /// Legs of a point from a look around there and its images. `None` if they take more memory than allowed.

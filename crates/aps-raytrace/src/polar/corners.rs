@@ -94,8 +94,7 @@ impl Corners {
 
     /// Corners in sight of a place, with their distance \[m\].
     pub fn in_sight(&self, scene: &Scene, from: DVec2) -> Vec<(u32, f64)> {
-        let mut outlook = Outlook::default();
-        outlook.look(scene, from);
+        let outlook = Outlook::from(scene, from);
         in_sight(scene, &self.corners, from, &outlook, |_| true).collect()
     }
 
@@ -112,6 +111,7 @@ impl Corners {
     /// The shortest tight strings from a place to the corners (Dijkstra 1959), given the corners in its sight.
     pub fn strings(&self, in_sight: &[(u32, f64)], from: DVec2) -> Vec<TightString> {
         let mut strings = vec![TightString::NONE; self.corners.len()];
+        // By length: the bits of numbers that are not negative have their order.
         let mut heap = BinaryHeap::new();
         for (c, length_m) in self.bending(in_sight, from) {
             strings[c as usize] = TightString {
@@ -120,9 +120,10 @@ impl Corners {
                 turned_rad: 0.0,
                 corners: 1,
             };
-            heap.push(Reverse(Entry(length_m, c)));
+            heap.push(Reverse((length_m.to_bits(), c)));
         }
-        while let Some(Reverse(Entry(length_m, c))) = heap.pop() {
+        while let Some(Reverse((length_bits, c))) = heap.pop() {
+            let length_m = f64::from_bits(length_bits);
             let near = strings[c as usize];
             if length_m > near.length_m {
                 continue;
@@ -138,7 +139,7 @@ impl Corners {
                         turned_rad: near.turned_rad + (here - near.before).angle_to(ahead).abs(),
                         corners: near.corners + 1,
                     };
-                    heap.push(Reverse(Entry(length_m, to)));
+                    heap.push(Reverse((length_m.to_bits(), to)));
                 }
             }
         }
@@ -176,31 +177,10 @@ fn in_sight(
     outlook: &Outlook,
     is_of_kind: impl Fn(&Corner) -> bool,
 ) -> impl Iterator<Item = (u32, f64)> {
-    let is_seen = move |to: DVec2| {
-        !scene.is_blocked_by(from, to, outlook.nearest(to - from))
-            && !scene.is_blocked(from, to, [None; 2])
-    };
+    let is_seen = move |corner: &Corner| outlook.sees(scene, from, corner.point);
     let all = (0..).zip(corners);
-    let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner.point));
+    let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner));
     seen.map(move |(c, corner)| (c, from.distance(corner.point)))
-}
-
-/// A string on the heap, ordered by length.
-#[derive(Debug, PartialEq)]
-struct Entry(f64, u32);
-
-impl Eq for Entry {}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0).then(self.1.cmp(&other.1))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
 }
 
 /// The corners that diffract: ways bend around the same.

@@ -71,17 +71,14 @@ impl PolarLink<'_> {
     fn check(&self) -> Result<(), PolarError> {
         let corners = self.map.corner_count();
         let (tx, rx) = (self.transmitter, self.receiver);
-        if tx.shortest_m.len() != corners {
-            Err(PolarError::Foreign {
-                terminal: "transmitter",
-            })
+        let terminal = if tx.shortest_m.len() != corners {
+            "transmitter"
         } else if rx.corners != corners || rx.fan != self.map.fan() {
-            Err(PolarError::Foreign {
-                terminal: "receiver",
-            })
+            "receiver"
         } else {
-            Ok(())
-        }
+            return Ok(());
+        };
+        Err(PolarError::Foreign { terminal })
     }
 
     /// Writes the values (direction, value) on this thread. No memory is taken.

@@ -308,17 +308,10 @@ fn a_corner_between_touching_houses_has_the_walls_beside_the_open_street() {
     let scene = Scene::with_config(&parse_radiomapseer(map).unwrap(), &config).unwrap();
     let map = PolarMap::new(&scene, Fan::default()).unwrap();
     let tip = DVec2::splat(20.0);
-    let at_tip: Vec<&Corner> = map
-        .corners
-        .corners
-        .iter()
-        .filter(|c| c.point == tip)
-        .collect();
+    let corners = map.corners.corners.iter();
+    let at_tip: Vec<&Corner> = corners.filter(|c| c.point == tip).collect();
     assert_eq!(at_tip.len(), 1);
     let half = (DVec2::X + (DVec2::new(-20.0, 60.0) - tip).normalize()).normalize();
-    assert!(
-        at_tip[0].inward.distance(half) < 1e-12,
-        "{}",
-        at_tip[0].inward
-    );
+    let inward = at_tip[0].inward;
+    assert!(inward.distance(half) < 1e-12, "{inward}");
 }

@@ -33,32 +33,21 @@ impl Piece {
     }
 }
 
-/// Set of directions from an apex with lo <= k <= hi, beyond depth `near`: k is the coordinate across over that forward.
+/// The directions of a beam with lo <= k <= hi.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct View {
     beam: Beam,
-    apex: DVec2,
-    across: DVec2,
-    forward: DVec2,
     lo: f64,
     hi: f64,
-    near: f64,
 }
 
 impl View {
     /// The four quadrants around a point.
     pub fn around(apex: DVec2) -> [Self; 4] {
-        // In the order of the beams.
-        let forward = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
-        let beams = Beam::quadrants(apex);
-        std::array::from_fn(|i| Self {
-            beam: beams[i],
-            apex,
-            across: forward[i].perp(),
-            forward: forward[i],
+        Beam::quadrants(apex).map(|beam| Self {
+            beam,
             lo: -1.0,
             hi: 1.0,
-            near: 0.0,
         })
     }
 
@@ -72,38 +61,18 @@ impl View {
         let [hi, lo] = piece.at;
         let window = Window { wall: id, lo, hi };
         let beam = Beam::through(apex, wall, window)?;
-        let (along, outward) = wall.frame(apex);
-        let near = -outward;
-        let k = |at: f64| (at * wall.along().length_squared() - along) / near;
-        let view = Self {
-            beam,
-            apex,
-            across: wall.along(),
-            forward: wall.outward(),
-            lo: k(lo),
-            hi: k(hi),
-            near,
-        };
-        (view.lo < view.hi && view.lo.is_finite() && view.hi.is_finite()).then_some((view, apex))
-    }
-
-    fn project(&self, p: DVec2) -> DVec2 {
-        let r = p - self.apex;
-        DVec2::new(r.dot(self.across), r.dot(self.forward))
+        let (lo, hi) = (beam.lo, beam.hi);
+        let view = Self { beam, lo, hi };
+        (lo < hi && lo.is_finite() && hi.is_finite()).then_some((view, apex))
     }
 
     /// Appends the pieces of the view that end at walls, from right to left.
     pub fn pieces(&self, scene: &Scene, scratch: &mut Scratch, out: &mut Vec<Piece>) {
-        let Scratch {
-            sweep,
-            windows,
-            nearest,
-        } = scratch;
+        let (windows, nearest) = (&mut scratch.windows, &mut scratch.nearest);
         windows.clear();
         nearest.clear();
-        visible_walls(scene, &self.beam, sweep, windows, |k, wall| {
-            nearest.push((k, wall));
-        });
+        let nearest_from = |k, wall| nearest.push((k, wall));
+        visible_walls(scene, &self.beam, &mut scratch.sweep, windows, nearest_from);
         // A wall is nearest until another is, at most up to its own end.
         nearest.dedup_by_key(|from| from.1);
         for (i, &(k, id)) in nearest.iter().enumerate() {
@@ -116,8 +85,8 @@ impl View {
     /// The ray on which a wall ends to the left, or the last one where it goes on behind the window.
     fn end_of(&self, wall: &Wall) -> f64 {
         // A wall with its front to the apex starts on the left.
-        let start = self.project(wall.a);
-        match start.y > self.near {
+        let start = self.beam.project(wall.a);
+        match start.y > self.beam.near {
             true => start.x / start.y,
             false => self.hi,
         }
@@ -133,7 +102,7 @@ impl View {
     /// The piece between two rays that meet a wall.
     fn up_to(&self, from: f64, to: f64, id: u32, wall: &Wall) -> Option<Piece> {
         let rays = self.stretch(from, to)?;
-        let (a, b) = (self.project(wall.a), self.project(wall.b));
+        let (a, b) = (self.beam.project(wall.a), self.beam.project(wall.b));
         let d = b - a;
         let at = rays.map(|k| ((k * a.y - a.x) / (d.x - k * d.y)).clamp(0.0, 1.0));
         Some(Piece { wall: id, at })

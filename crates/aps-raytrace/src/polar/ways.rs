@@ -2,7 +2,6 @@
 
 use glam::DVec2;
 
-use super::corners::TightString;
 use super::error::PolarError;
 use super::map::PolarMap;
 use super::shape::KINDS;
@@ -106,20 +105,10 @@ impl TransmitterWays {
         let bent = &mut first[TO_CORNER - 1];
         for (string, corner) in strings.iter().zip(corners) {
             bent.push(list.len() as u32);
-            let &TightString {
-                length_m,
-                before,
-                turned_rad,
-                corners,
-            } = string;
-            if corners > 1 {
-                list.push(Way::new(
-                    length_m,
-                    corner.point - before,
-                    0.0,
-                    turned_rad,
-                    corners,
-                ));
+            if string.corners > 1 {
+                let (arrives, turned_rad) = (corner.point - string.before, string.turned_rad);
+                let way = Way::new(string.length_m, arrives, 0.0, turned_rad, string.corners);
+                list.push(way);
             }
         }
         bent.push(list.len() as u32);
