@@ -173,19 +173,17 @@ impl WedgeBound {
 
     /// A ray at this wedge; `slopes` are the magnitudes of the slopes of the faces' reflection coefficients for it.
     pub fn direction(&self, ray: &Ray, [slope_0, slope_n]: [f64; 2]) -> Direction {
-        let [from_0, from_n] = ray.angles();
-        let (sin, cos) = (from_0 / (2.0 * self.n)).sin_cos();
-        let [gamma_0, gamma_n] = ray.gammas();
+        let (sin, cos) = (ray.from_0 / (2.0 * self.n)).sin_cos();
         Direction {
             cos,
             sin,
-            from_0,
-            from_n,
+            from_0: ray.from_0,
+            from_n: ray.from_n,
             length_m: ray.length_m,
-            gamma_0: [gamma_0.re, gamma_0.im],
-            gamma_n: [gamma_n.re, gamma_n.im],
-            norm_0: gamma_0.norm(),
-            norm_n: gamma_n.norm(),
+            gamma_0: [ray.gamma_0.re, ray.gamma_0.im],
+            gamma_n: [ray.gamma_n.re, ray.gamma_n.im],
+            norm_0: ray.gamma_0.norm(),
+            norm_n: ray.gamma_n.norm(),
             slope: ray.slope.abs(),
             value: if ray.is_slope_alone() { 0.0 } else { 1.0 },
             slope_0,
@@ -475,7 +473,7 @@ mod tests {
             };
             let other = (if beyond { other + off } else { other - off }).clamp(0.0, open);
             // Angles count clockwise from the wall that starts here: the tip's, or the one along x.
-            let along = wedge.ray(DVec2::new(1.0, 0.0)).angles()[0];
+            let along = wedge.ray(DVec2::new(1.0, 0.0)).from_0;
             let place = |phi: f64, length: f64| {
                 let turned = if along == 0.0 { -phi } else { interior + phi };
                 DVec2::from_angle(turned) * length

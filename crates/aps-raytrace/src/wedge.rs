@@ -52,14 +52,14 @@ pub(crate) struct Ray {
     /// Unfolded distance from the corner \[m\].
     pub length_m: f64,
     /// Angle from the 0-face \[rad\], 0..=n pi.
-    from_0: f64,
+    pub from_0: f64,
     /// Angle from the n-face \[rad\], 0..=n pi: 0 exactly for a ray along it.
-    from_n: f64,
+    pub from_n: f64,
     /// The place \[m\].
     place: DVec2,
     /// Reflection coefficients of the faces for a ray from here.
-    gamma_0: Complex64,
-    gamma_n: Complex64,
+    pub gamma_0: Complex64,
+    pub gamma_n: Complex64,
     /// mu / j of [`crate::slope`] on the leg that the ray is an end of; 0 where slopes are not taken along.
     pub slope: f64,
 }
@@ -74,16 +74,6 @@ impl Ray {
     /// Returns true when the ray is the end of a leg along a face of which only the slope goes on.
     pub fn is_slope_alone(&self) -> bool {
         self.slope != 0.0 && self.is_along_a_face()
-    }
-
-    /// Angles from the 0-face and from the n-face \[rad\].
-    pub fn angles(&self) -> [f64; 2] {
-        [self.from_0, self.from_n]
-    }
-
-    /// Reflection coefficients of the 0-face and of the n-face for a ray from its place.
-    pub fn gammas(&self) -> [Complex64; 2] {
-        [self.gamma_0, self.gamma_n]
     }
 }
 
@@ -161,10 +151,11 @@ impl Wedge {
         let nearer = |p: (f64, Complex64), q: (f64, Complex64)| if p.0 <= q.0 { p } else { q };
         let (near_0, gamma_0) = nearer((p.from_0, p.gamma_0), (q.from_0, q.gamma_0));
         let (near_n, gamma_n) = nearer((p.from_n, p.gamma_n), (q.from_n, q.gamma_n));
-        let terms = if near_0 <= near_n {
-            self.boundaries_from_0(p, q).terms(n, kl, gamma_0, gamma_n)
-        } else {
-            self.boundaries_from_n(p, q).terms(n, kl, gamma_n, gamma_0)
+        let is_from_0 = near_0 <= near_n;
+        let boundaries = self.boundaries(is_from_0, p, q);
+        let terms = match is_from_0 {
+            true => boundaries.terms(n, kl, gamma_0, gamma_n),
+            false => boundaries.terms(n, kl, gamma_n, gamma_0),
         };
         terms * self.factor
     }
@@ -183,22 +174,18 @@ impl Wedge {
         let gamma_0 = if near_0 { p.gamma_0 } else { q.gamma_0 };
         let gamma_n = if near_n { p.gamma_n } else { q.gamma_n };
         let [slopes_0, slopes_n] = self.gamma_slopes(p, q);
-        let turn = if p.from_0.min(q.from_0) <= p.from_n.min(q.from_n) {
+        let is_from_0 = p.from_0.min(q.from_0) <= p.from_n.min(q.from_n);
+        let boundaries = self.boundaries(is_from_0, p, q);
+        let turn = |gammas: [Complex64; 2], of_low, of_high: [Complex64; 2], p_is_low| {
             let slopes = GammaSlopes {
-                gamma_0: slopes_0,
-                gamma_n: slopes_n.map(|s| -s),
+                gamma_0: of_low,
+                gamma_n: of_high.map(|s| -s),
             };
-            self.boundaries_from_0(p, q)
-                .slopes(n, kl, gamma_0, gamma_n, &slopes, near_0)
-        } else {
-            let slopes = GammaSlopes {
-                gamma_0: slopes_n,
-                gamma_n: slopes_0.map(|s| -s),
-            };
-            let turn = self
-                .boundaries_from_n(p, q)
-                .slopes(n, kl, gamma_n, gamma_0, &slopes, near_n);
-            turn.turned_over()
+            boundaries.slopes(n, kl, gammas[0], gammas[1], &slopes, p_is_low)
+        };
+        let turn = match is_from_0 {
+            true => turn([gamma_0, gamma_n], slopes_0, slopes_n, near_0),
+            false => turn([gamma_n, gamma_0], slopes_n, slopes_0, near_n).turned_over(),
         };
         let mut turn = turn.scaled(self.factor);
         // The whole pattern is 0 along a face, whatever the other ray does.
@@ -220,23 +207,18 @@ impl Wedge {
         [of_0, of_n]
     }
 
-    /// Angles of two rays to the boundaries. On a boundary the direct ray counts as free (a
-    /// corner touched does not block) and a reflection as present on the 0-face (a wall owns its
-    /// start) but not on the n-face (it does not own its end).
-    fn boundaries_from_0(&self, p: &Ray, q: &Ray) -> Boundaries {
-        let mut b = Boundaries::new(self.n, p.from_0, q.from_0);
+    /// Angles of two rays to the boundaries, counted from the 0-face, or with the faces exchanged. On a boundary the direct ray
+    /// counts as free (a corner touched does not block) and a reflection as present on the 0-face (a wall owns its start) but not
+    /// on the n-face (it does not own its end).
+    fn boundaries(&self, is_from_0: bool, p: &Ray, q: &Ray) -> Boundaries {
+        let ([phi_p, phi_q], face_0, face_n, tie) = match is_from_0 {
+            true => ([p.from_0, q.from_0], &self.face_0, &self.face_n, -1.0),
+            false => ([p.from_n, q.from_n], &self.face_n, &self.face_0, 1.0),
+        };
+        let mut b = Boundaries::new(self.n, phi_p, phi_q);
         b.shadow = settle(b.shadow, || self.turn_past_corner(p, q), -1.0);
-        b.reflection_0 = settle(b.reflection_0, || -self.mixed(self.face_0, p, q), -1.0);
-        b.reflection_n = settle(b.reflection_n, || self.mixed(self.face_n, p, q), -1.0);
-        b
-    }
-
-    /// The same, with the faces exchanged.
-    fn boundaries_from_n(&self, p: &Ray, q: &Ray) -> Boundaries {
-        let mut b = Boundaries::new(self.n, p.from_n, q.from_n);
-        b.shadow = settle(b.shadow, || self.turn_past_corner(p, q), -1.0);
-        b.reflection_0 = settle(b.reflection_0, || -self.mixed(self.face_n, p, q), 1.0);
-        b.reflection_n = settle(b.reflection_n, || self.mixed(self.face_0, p, q), 1.0);
+        b.reflection_0 = settle(b.reflection_0, || -self.mixed(*face_0, p, q), tie);
+        b.reflection_n = settle(b.reflection_n, || self.mixed(*face_n, p, q), tie);
         b
     }
 
