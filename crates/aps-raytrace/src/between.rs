@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::bound::{Direction, Directions};
+use crate::images::group_starts;
 use crate::legs::{Corners, Leg, Legs};
 use crate::slope::Slopes;
 use crate::wedge::Ray;
@@ -162,9 +163,8 @@ impl Between {
                 ends
             })
             .collect();
-        let first_block = |to: usize| blocks.partition_point(|b| (b.to as usize) < to) as u32;
         Self {
-            first_block: (0..=arriving.len()).map(first_block).collect(),
+            first_block: group_starts(blocks.iter().map(|block| block.to), arriving.len()),
             leaving,
             arriving,
             blocks,

@@ -12,6 +12,7 @@ use smallvec::SmallVec;
 
 use crate::between::{Between, Block, Leaving};
 use crate::bound::Direction;
+use crate::images::group_starts;
 use crate::legs::{Corners, Leg, Legs};
 use crate::path::{Interaction, InteractionKind, Interactions};
 use crate::strength::{Places, Row, Rows, Strength, Table};
@@ -242,7 +243,8 @@ impl Fronts {
             next.sort_by_key(|wave: &Wave| wave.corner);
             level = next;
         }
-        fronts.sort(corners);
+        fronts.groups.sort_by_key(|group| group.corner);
+        fronts.first_group = group_starts(fronts.groups.iter().map(|group| group.corner), corners);
         for corner in 0..corners as u32 {
             let ids = between.blocks_to(corner);
             let strengths = &blocks[ids.start as usize..ids.end as usize];
@@ -373,17 +375,6 @@ impl Fronts {
             }
         }
         Some(())
-    }
-
-    fn sort(&mut self, corners: usize) {
-        self.groups.sort_by_key(|group| group.corner);
-        self.first_group = vec![0; corners + 1];
-        for group in &self.groups {
-            self.first_group[group.corner as usize + 1] += 1;
-        }
-        for c in 0..corners {
-            self.first_group[c + 1] += self.first_group[c];
-        }
     }
 
     fn last_leg<'t>(&self, of: &Sources<'t>, front: FrontId) -> (&'t Legs, &'t Leg) {

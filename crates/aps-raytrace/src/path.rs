@@ -100,12 +100,12 @@ impl PathRecord {
     /// The order in which a link lists its paths: by length, then by interactions.
     #[must_use]
     pub fn canonical_order(&self, other: &Self) -> Ordering {
-        let sequence = |p: &Self| -> SmallVec<[(InteractionKind, u32); 8]> {
-            p.interactions.iter().map(|i| (i.kind, i.id)).collect()
-        };
-        self.length_m
-            .total_cmp(&other.length_m)
-            .then_with(|| sequence(self).cmp(&sequence(other)))
+        let key = |i: &Interaction| (i.kind, i.id);
+        let by_length = self.length_m.total_cmp(&other.length_m);
+        by_length.then_with(|| {
+            let others = other.interactions.iter().map(key);
+            self.interactions.iter().map(key).cmp(others)
+        })
     }
 }
 

@@ -178,11 +178,8 @@ impl Ends<'_> {
                     self.omitted.power += square;
                     continue;
                 }
-                let directions = (
-                    self.rx.steps.own(i as usize),
-                    &self.tx.fronts.own()[j as usize],
-                );
-                let bound = wedge.of(directions.0, directions.1);
+                let direction = &self.tx.fronts.own()[j as usize];
+                let bound = wedge.of(self.rx.steps.own(i as usize), direction);
                 let candidate = Candidate {
                     bound: strength * bound / length_m.sqrt(),
                     front: FrontId::own(j),

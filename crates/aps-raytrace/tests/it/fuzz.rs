@@ -5,7 +5,7 @@
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Tiling, parse_geojson};
-use aps_raytrace::{Area, Footprint, Scene};
+use aps_raytrace::{Footprint, Scene};
 use proptest::prelude::*;
 use proptest::sample::Index;
 
@@ -50,9 +50,19 @@ fn read_all_ways(text: impl AsRef<[u8]>) {
         for id in tiling.ids(1).take(tiles) {
             let tile = tiling.tile(id).expect("listed tiles are there");
             // Repair may refuse, but never panic.
-            let _ = Scene::new(&tile.footprints, Some(Area { ..tile.area }));
+            let _ = Scene::new(&tile.footprints, Some(tile.area));
         }
     }
+}
+
+/// The bytes of a text, some of them others.
+fn changed(text: &str, changes: Vec<(Index, u8)>) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for (at, value) in changes {
+        let at = at.index(bytes.len());
+        bytes[at] = value;
+    }
+    bytes
 }
 
 /// Bytes that keep a text close to JSON.
@@ -65,12 +75,7 @@ proptest! {
 
     #[test]
     fn good_text_with_bytes_changed(changes in prop::collection::vec((any::<Index>(), likely_byte()), 1..4)) {
-        let mut bytes = CITY.as_bytes().to_vec();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
-        read_all_ways(bytes);
+        read_all_ways(changed(CITY, changes));
     }
 
     #[test]
@@ -79,11 +84,7 @@ proptest! {
         end in any::<Index>(),
         is_cut in any::<bool>(),
     ) {
-        let mut bytes = LINES.as_bytes().to_vec();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
+        let mut bytes = changed(LINES, changes);
         if is_cut {
             bytes.truncate(end.index(bytes.len()));
         }

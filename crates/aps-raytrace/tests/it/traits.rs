@@ -78,11 +78,8 @@ fn a_material_is_told_with_the_carriers_that_its_table_states() {
         config.material_out_of_range().is_some()
     };
     for (frequency_hz, is_outside) in [(923e6, true), (1e9, false), (100e9, false), (300e9, true)] {
-        assert_eq!(
-            at(frequency_hz, Material::Concrete),
-            is_outside,
-            "{frequency_hz}"
-        );
+        let of_concrete = at(frequency_hz, Material::Concrete);
+        assert_eq!(of_concrete, is_outside, "{frequency_hz}");
         assert!(!at(frequency_hz, Material::PerfectConductor));
     }
     let config = TraceConfig {
