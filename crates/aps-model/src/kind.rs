@@ -92,12 +92,9 @@ impl ModelKind {
         input: InputShape,
         vb: VarBuilder<'_>,
     ) -> candle_core::Result<Box<dyn Model>> {
-        if input.kind() != self.input() {
-            bail!(
-                "{self} takes {:?} as input, not {:?}",
-                self.input(),
-                input.kind()
-            );
+        let (found, needed) = (input.kind(), self.input());
+        if found != needed {
+            bail!("{self} takes {needed:?} as input, not {found:?}");
         }
         (self.spec().build)(preset, input, vb)
     }
@@ -112,7 +109,7 @@ impl ModelKind {
         preset: Preset,
         vb: VarBuilder<'_>,
     ) -> candle_core::Result<Option<Regularizer>> {
-        let build = || models::build_regularizer(preset, vb);
+        let build = || Regularizer::new(models::width(preset), vb);
         self.is_adversarial().then(build).transpose()
     }
 
@@ -123,14 +120,11 @@ impl ModelKind {
             true => TrainConfig::adversarial(),
             false => TrainConfig::regression(),
         };
-        let usual = match preset {
-            Preset::Paper => papers,
-            Preset::Small => TrainConfig {
-                batch: 64,
-                ..papers
-            },
+        let batch = match preset {
+            Preset::Paper => papers.batch,
+            Preset::Small => 64,
         };
-        (self.spec().settings)(usual)
+        (self.spec().settings)(TrainConfig { batch, ..papers })
     }
 }
 

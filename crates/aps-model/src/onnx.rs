@@ -3,8 +3,6 @@
 //! No model is described here: [`export`] evaluates it once, and each operation of its layers, as it is computed, adds the nodes
 //! of the graph that stand beside it. Files have operators of version 17, and tensors under the names that files of weights have.
 
-use std::collections::HashMap;
-
 use candle_core::{DType, Device, Tensor};
 use candle_nn::VarMap;
 use prost::Message;
@@ -64,26 +62,27 @@ pub fn export(
     let one = Tensor::zeros(one, DType::F32, &Device::Cpu)?;
     let known = sorted(parameters).into_iter();
     let known = known.map(|(name, var)| (var.id(), (name, var.as_tensor().clone())));
-    let known = known.collect::<HashMap<_, _>>();
+    let known = known.collect();
     let graph = record([name, SPECTRUM], &one, known, |x| model.forward_t(x, false))?;
 
-    let mut metadata = vec![
-        ("model", label.kind.to_string()),
-        ("preset", label.preset.to_string()),
-    ];
+    let (kind, preset) = (label.kind, label.preset);
+    let mut metadata = vec![("model", kind.to_string()), ("preset", preset.to_string())];
     metadata.extend_from_slice(facts);
-    let title = label.kind.title();
+    let fact = |(key, value): (&str, String)| StringStringEntryProto {
+        key: key.into(),
+        value,
+    };
     let file = ModelProto {
         ir_version: IR_VERSION,
         producer_name: "map2aps".into(),
         producer_version: env!("CARGO_PKG_VERSION").into(),
         doc_string: format!(
-            "{title}, preset {}: angle power spectra of links",
-            label.preset
+            "{}, preset {preset}: angle power spectra of links",
+            kind.title()
         ),
         graph: Some(GraphProto {
             node: graph.nodes,
-            name: label.kind.name().into(),
+            name: kind.name().into(),
             initializer: graph.constants,
             input: vec![tensor(name, &dims, told)],
             output: vec![tensor(SPECTRUM, &[ANGLE_BINS], OUTPUT.into())],
@@ -92,13 +91,7 @@ pub fn export(
             domain: Some(String::new()),
             version: OPERATORS,
         }],
-        metadata_props: metadata
-            .into_iter()
-            .map(|(key, value)| StringStringEntryProto {
-                key: key.into(),
-                value,
-            })
-            .collect(),
+        metadata_props: metadata.into_iter().map(fact).collect(),
     };
     Ok(file.encode_to_vec())
 }

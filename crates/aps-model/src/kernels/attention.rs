@@ -60,14 +60,8 @@ impl Heads {
     /// `a b` row by row into `out`, where `a` is tokens x tokens and `b` tokens x depth.
     fn mix(&self, a: Matrix<'_>, b: Matrix<'_>, out: &mut [f32]) {
         let sizes = (self.depth, self.tokens, self.tokens);
-        multiply(
-            sizes,
-            b.transposed(),
-            a.transposed(),
-            out,
-            self.depth,
-            false,
-        );
+        let [b, a] = [b, a].map(Matrix::transposed);
+        multiply(sizes, b, a, out, self.depth, false);
     }
 }
 
@@ -104,15 +98,8 @@ pub(crate) fn attend_gradient(all: &[f32], grad: &[f32], sizes: Heads) -> Vec<f3
             sizes.mix(sizes.square(&weights).transposed(), grad, by_values);
 
             let mut by_scores = Buffer::of(tokens * tokens);
-            let product = (tokens, tokens, depth);
-            multiply(
-                product,
-                values,
-                grad.transposed(),
-                &mut by_scores,
-                tokens,
-                false,
-            );
+            let (product, grad) = ((tokens, tokens, depth), grad.transposed());
+            multiply(product, values, grad, &mut by_scores, tokens, false);
             let rows = by_scores.chunks_exact_mut(tokens);
             for (by_scores, weights) in rows.zip(weights.chunks_exact(tokens)) {
                 softmax_gradient_row(weights, by_scores, sizes.factor());
@@ -126,11 +113,7 @@ pub(crate) fn attend_gradient(all: &[f32], grad: &[f32], sizes: Heads) -> Vec<f3
 
 /// `parts` a head, (batch, heads, parts, tokens, depth), to (batch, tokens, parts, heads, depth).
 fn joined(planes: &[f32], sizes: Heads, parts: usize) -> Vec<f32> {
-    let Heads {
-        tokens,
-        heads,
-        depth,
-    } = sizes;
+    let (tokens, heads, depth) = (sizes.tokens, sizes.heads, sizes.depth);
     let mut out = vec![0.0; planes.len()];
     out.par_chunks_mut(parts * sizes.width())
         .with_min_len(ROWS)

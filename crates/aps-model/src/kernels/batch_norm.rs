@@ -3,16 +3,12 @@
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-/// Mean and biased variance of each channel.
-pub(crate) struct Moments {
-    pub mean: Vec<f32>,
-    pub variance: Vec<f32>,
-}
+use super::sums::LANES;
 
-/// Moments over batch and pixels, summed in f64 over deviations from each channel's first value.
-pub(crate) fn moments(x: &[f32], channels: usize, pixels: usize) -> Moments {
+/// Mean and biased variance of each channel over batch and pixels, summed in f64 over deviations from the channel's first value.
+pub(crate) fn moments(x: &[f32], channels: usize, pixels: usize) -> (Vec<f32>, Vec<f32>) {
     let count = (x.len() / channels) as f64;
-    let both: Vec<(f32, f32)> = (0..channels)
+    (0..channels)
         .into_par_iter()
         .with_min_len(4)
         .map(|c| {
@@ -32,9 +28,7 @@ pub(crate) fn moments(x: &[f32], channels: usize, pixels: usize) -> Moments {
             let variance = (squares / count - mean * mean).max(0.0);
             ((f64::from(pivot) + mean) as f32, variance as f32)
         })
-        .collect();
-    let (mean, variance) = both.into_iter().unzip();
-    Moments { mean, variance }
+        .unzip()
 }
 
 /// `y = scale * (x - mean) + shift` a channel, then ReLU if asked for.
@@ -132,9 +126,6 @@ fn sums_around(plane: &[f32], pivot: f32) -> (f64, f64) {
     }
     (sum.iter().sum(), squares.iter().sum())
 }
-
-/// Partial sums kept side by side.
-const LANES: usize = 16;
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 fn affine(x: &[f32], mean: f32, scale: f32, shift: f32, floor: f32, out: &mut [f32]) {

@@ -15,26 +15,26 @@ const TILE_VALUES: usize = 1 << 18;
 /// Most values unfolded at once where all threads share them.
 const SHARED_VALUES: usize = 1 << 22;
 
-/// `x` (batch, in, height, width) convolved with `weight` (out, in, kh, kw) into `out` (batch, out, oh, ow), and
-/// finished. `cache` keeps the transformed kernels of a weight that never changes.
+/// `x` (batch, in, height, width) convolved with `weight` (out, in, kh, kw), and finished: (batch, out, oh, ow). `cache` keeps
+/// the transformed kernels of a weight that never changes.
 pub(crate) fn convolve(
     shape: &ConvShape,
     x: &[f32],
     weight: &[f32],
     cache: Option<&KernelCache>,
     finish: Finish<'_>,
-    out: &mut [f32],
-) {
+) -> Vec<f32> {
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(weight.len(), shape.weight_len());
-    assert_eq!(out.len(), shape.output_len());
+    let mut out = vec![0.0; shape.output_len()];
     if let Some(size) = winograd::suits(shape, cache.is_some()) {
-        winograd::convolve(size, shape, x, weight, cache, finish, out);
+        winograd::convolve(size, shape, x, weight, cache, finish, &mut out);
     } else if shape.is_by_image() {
-        by_image(shape, x, weight, finish, out);
+        by_image(shape, x, weight, finish, &mut out);
     } else {
-        together(shape, x, weight, finish, out);
+        together(shape, x, weight, finish, &mut out);
     }
+    out
 }
 
 /// Pixels of a tile: what fits, in whole vectors.
@@ -62,20 +62,15 @@ fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, ou
             }
             for first in (0..pixels).step_by(tile) {
                 let count = tile.min(pixels - first);
-                let (data, col_stride) = if shape.is_pointwise() {
-                    (&image[first..], pixels)
+                let a = if shape.is_pointwise() {
+                    Matrix::columns(&image[first..], pixels)
                 } else {
                     let range = first..first + count;
                     frame.unfold(&scratch.framed, 0..taps, range, &mut scratch.columns, tile);
-                    (&scratch.columns[..], tile)
-                };
-                let a = Matrix {
-                    data,
-                    row_stride: 1,
-                    col_stride,
+                    Matrix::columns(&scratch.columns, tile)
                 };
                 let sizes = (count, shape.out_channels, taps);
-                let weight = by_rows(weight, taps);
+                let weight = Matrix::columns(weight, taps);
                 multiply(sizes, a, weight, &mut out[first..], pixels, false);
             }
             for (channel, plane) in out.chunks_exact_mut(pixels).enumerate() {
@@ -112,12 +107,8 @@ fn together(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, ou
             .for_each(|(block, planes)| {
                 let c = block * channel_block;
                 let channels = planes.len() / all;
-                let a = Matrix {
-                    data: &columns,
-                    row_stride: 1,
-                    col_stride: step,
-                };
-                let weight = by_rows(&weight[c * taps..], taps);
+                let a = Matrix::columns(&columns, step);
+                let weight = Matrix::columns(&weight[c * taps..], taps);
                 let sizes = (count, channels, taps);
                 multiply(sizes, a, weight, &mut planes[first..], all, false);
             });
@@ -162,12 +153,3 @@ fn unfold_together(
 
 /// Rows of the unfolded input that a thread makes at once.
 const TAPS_AT_ONCE: usize = 64;
-
-/// Weights (out, taps) as the right factor (taps x out).
-fn by_rows(weight: &[f32], taps: usize) -> Matrix<'_> {
-    Matrix {
-        data: weight,
-        row_stride: 1,
-        col_stride: taps,
-    }
-}

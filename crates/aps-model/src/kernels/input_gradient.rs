@@ -12,11 +12,10 @@ use super::unfold::Frame;
 /// Input channels of one task.
 const CHANNEL_BLOCK: usize = 16;
 
-/// `out` (batch, in, height, width) from `grad` (batch, out, oh, ow) and `weight` (out, in, kh, kw).
-pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32], out: &mut [f32]) {
+/// The gradient (batch, in, height, width) from `grad` (batch, out, oh, ow) and `weight` (out, in, kh, kw).
+pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32]) -> Vec<f32> {
     assert_eq!(grad.len(), shape.output_len());
     assert_eq!(weight.len(), shape.weight_len());
-    assert_eq!(out.len(), shape.input_len());
     let (kh, kw) = shape.kernel;
     if shape.stride == 1 && shape.padding.0 < kh && shape.padding.1 < kw {
         let flipped = ConvShape {
@@ -28,9 +27,9 @@ pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32], ou
             ..*shape
         };
         let weight = turn(shape, weight);
-        convolve(&flipped, grad, &weight, None, Finish::default(), out);
+        convolve(&flipped, grad, &weight, None, Finish::default())
     } else {
-        fold_together(shape, grad, weight, out);
+        fold_together(shape, grad, weight)
     }
 }
 
@@ -57,7 +56,7 @@ fn turn(shape: &ConvShape, weight: &[f32]) -> Vec<f32> {
 }
 
 /// Gradients of the unfolded input, a few channels at a time, folded back where they came from.
-fn fold_together(shape: &ConvShape, grad: &[f32], weight: &[f32], out: &mut [f32]) {
+fn fold_together(shape: &ConvShape, grad: &[f32], weight: &[f32]) -> Vec<f32> {
     let (out_pixels, in_pixels) = (shape.out_pixels(), shape.in_pixels());
     let (rows, apart_by) = side_by_side(grad, shape.out_channels, out_pixels);
     let taps_a_channel = shape.kernel.0 * shape.kernel.1;
@@ -77,16 +76,9 @@ fn fold_together(shape: &ConvShape, grad: &[f32], weight: &[f32], out: &mut [f32
                 let here = images.min(shape.batch - first);
                 let count = here * out_pixels;
                 scratch.columns.resize(taps * count, 0.0);
-                let a = Matrix {
-                    data: &rows[first * out_pixels..],
-                    row_stride: 1,
-                    col_stride: apart_by,
-                };
-                let b = Matrix {
-                    data: &weight[block * CHANNEL_BLOCK * taps_a_channel..],
-                    row_stride: shape.taps(),
-                    col_stride: 1,
-                };
+                let a = Matrix::columns(&rows[first * out_pixels..], apart_by);
+                let weight = &weight[block * CHANNEL_BLOCK * taps_a_channel..];
+                let b = Matrix::rows(weight, shape.taps());
                 let sizes = (count, taps, shape.out_channels);
                 multiply(sizes, a, b, &mut scratch.columns, count, false);
                 scratch.framed.clear();
@@ -102,7 +94,9 @@ fn fold_together(shape: &ConvShape, grad: &[f32], weight: &[f32], out: &mut [f32
                 }
             }
         });
-    apart(&planes, shape.in_channels, in_pixels, out);
+    let mut out = vec![0.0; shape.input_len()];
+    apart(&planes, shape.in_channels, in_pixels, &mut out);
+    out
 }
 
 /// Buffers that a thread keeps from block to block.

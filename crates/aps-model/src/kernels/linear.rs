@@ -14,14 +14,8 @@ pub(crate) fn linear(x: &[f32], weight: &[f32], bias: &[f32]) -> Vec<f32> {
         .for_each(|row| row.copy_from_slice(bias));
     // Rows of the result are the columns that the product writes.
     let sizes = (outputs, x.len() / inputs, inputs);
-    multiply_on_all_threads(
-        sizes,
-        Matrix::rows(weight, inputs),
-        Matrix::rows(x, inputs).transposed(),
-        &mut out,
-        outputs,
-        true,
-    );
+    let (a, b) = (Matrix::rows(weight, inputs), Matrix::columns(x, inputs));
+    multiply_on_all_threads(sizes, a, b, &mut out, outputs, true);
     out
 }
 
@@ -30,15 +24,9 @@ pub(crate) fn by_input(weight: &[f32], grad: &[f32], inputs: usize) -> Vec<f32> 
     let outputs = weight.len() / inputs;
     let rows = grad.len() / outputs;
     let mut out = vec![0.0; rows * inputs];
-    let sizes = (inputs, rows, outputs);
-    multiply_on_all_threads(
-        sizes,
-        Matrix::rows(weight, inputs).transposed(),
-        Matrix::rows(grad, outputs).transposed(),
-        &mut out,
-        inputs,
-        false,
-    );
+    let a = Matrix::columns(weight, inputs);
+    let b = Matrix::columns(grad, outputs);
+    multiply_on_all_threads((inputs, rows, outputs), a, b, &mut out, inputs, false);
     out
 }
 
@@ -47,14 +35,7 @@ pub(crate) fn by_weight_and_bias(x: &[f32], grad: &[f32], outputs: usize) -> (Ve
     let rows = grad.len() / outputs;
     let inputs = x.len() / rows;
     let mut out = vec![0.0; outputs * inputs];
-    let sizes = (inputs, outputs, rows);
-    multiply_on_all_threads(
-        sizes,
-        Matrix::rows(x, inputs).transposed(),
-        Matrix::rows(grad, outputs),
-        &mut out,
-        inputs,
-        false,
-    );
+    let (a, b) = (Matrix::columns(x, inputs), Matrix::rows(grad, outputs));
+    multiply_on_all_threads((inputs, outputs, rows), a, b, &mut out, inputs, false);
     (out, sum_rows(grad, outputs))
 }

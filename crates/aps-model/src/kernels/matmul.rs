@@ -18,6 +18,11 @@ impl<'a> Matrix<'a> {
         }
     }
 
+    /// Columns that begin `stride` values apart, each without gaps.
+    pub fn columns(data: &'a [f32], stride: usize) -> Self {
+        Self::rows(data, stride).transposed()
+    }
+
     /// Rows as columns.
     pub fn transposed(self) -> Self {
         Self {
@@ -109,16 +114,8 @@ mod tests {
     #[test]
     fn product_of_transposed_and_plain() {
         // a = [[1, 2, 3], [4, 5, 6]] stored by columns, b = [[1], [10], [100]].
-        let a = Matrix {
-            data: &[1.0, 4.0, 2.0, 5.0, 3.0, 6.0],
-            row_stride: 1,
-            col_stride: 2,
-        };
-        let b = Matrix {
-            data: &[1.0, 10.0, 100.0],
-            row_stride: 1,
-            col_stride: 3,
-        };
+        let a = Matrix::columns(&[1.0, 4.0, 2.0, 5.0, 3.0, 6.0], 2);
+        let b = Matrix::columns(&[1.0, 10.0, 100.0], 3);
         let mut out = [1.0, 1.0];
         multiply((2, 1, 3), a, b, &mut out, 2, true);
         assert_eq!(out, [322.0, 655.0]);
@@ -129,11 +126,7 @@ mod tests {
     #[test]
     #[should_panic]
     fn matrix_beyond_its_slice() {
-        let a = Matrix {
-            data: &[1.0; 3],
-            row_stride: 1,
-            col_stride: 2,
-        };
+        let a = Matrix::columns(&[1.0; 3], 2);
         multiply((2, 2, 2), a, a, &mut [0.0; 4], 2, false);
     }
 }

@@ -123,11 +123,8 @@ fn challenge(plane: &[f32], first: u32, values: &mut [f32], places: &mut [u32]) 
     for i in 0..n {
         let pixel = pixels[i * STEP];
         let wins = places[i] == NOWHERE || pixel > values[i] || pixel.is_nan();
+        let place = first + (i * STEP) as u32;
         values[i] = if wins { pixel } else { values[i] };
-        places[i] = if wins {
-            first + (i * STEP) as u32
-        } else {
-            places[i]
-        };
+        places[i] = if wins { place } else { places[i] };
     }
 }

@@ -57,11 +57,8 @@ mod tests {
             let exp = |x: f32| (factor * (f64::from(x) - 530.0)).exp();
             let sum: f64 = x.iter().map(|&x| exp(x)).sum();
             let expected: Vec<f64> = x.iter().map(|&x| exp(x) / sum).collect();
-            let mean: f64 = expected
-                .iter()
-                .zip(&grad)
-                .map(|(y, &g)| y * f64::from(g))
-                .sum();
+            let pairs = expected.iter().zip(&grad);
+            let mean: f64 = pairs.map(|(y, &g)| y * f64::from(g)).sum();
             let mut y = x.clone();
             softmax_row(&mut y, factor as f32);
             let mut by_input = grad.clone();

@@ -18,16 +18,16 @@ const STRIDE: usize = PIXELS + 16;
 /// Fewest tasks wanted.
 const TASKS: usize = 8;
 
-/// `out` (out, in, kh, kw) from the input `x` (batch, in, height, width) and `grad` (batch, out, oh, ow).
+/// The gradient (out, in, kh, kw) from the input `x` (batch, in, height, width) and `grad` (batch, out, oh, ow).
 ///
 /// A task is some rows of the unfolded input over some of the pixels; parts over different pixels are added in order.
-pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &mut [f32]) {
+pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32]) -> Vec<f32> {
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(grad.len(), shape.output_len());
-    assert_eq!(out.len(), shape.weight_len());
+    let mut out = vec![0.0; shape.weight_len()];
     if let Some(size) = winograd::suits(shape, false) {
-        winograd::weight_gradient(size, shape, x, grad, out);
-        return;
+        winograd::weight_gradient(size, shape, x, grad, &mut out);
+        return out;
     }
     let (taps, outs) = (shape.taps(), shape.out_channels);
     let all = shape.batch * shape.out_pixels();
@@ -49,16 +49,8 @@ pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &
             let count = PIXELS.min(pixels.end - first);
             let range = first..first + count;
             frame.unfold(&framed, taps.clone(), range, &mut columns, STRIDE);
-            let a = Matrix {
-                data: &columns,
-                row_stride: STRIDE,
-                col_stride: 1,
-            };
-            let b = Matrix {
-                data: &rows[first..],
-                row_stride: 1,
-                col_stride: apart_by,
-            };
+            let a = Matrix::rows(&columns, STRIDE);
+            let b = Matrix::columns(&rows[first..], apart_by);
             let sizes = (taps.len(), outs, count);
             multiply(sizes, a, b, &mut made, taps.len(), first > pixels.start);
         }
@@ -76,4 +68,5 @@ pub(crate) fn weight_gradient(shape: &ConvShape, x: &[f32], grad: &[f32], out: &
             }
         }
     });
+    out
 }

@@ -21,12 +21,8 @@ impl BatchNorm {
     pub fn new(channels: usize, vb: VarBuilder<'_>) -> Result<Self> {
         let get = |name, value| vb.get_with_hints(channels, name, Init::Const(value));
         // Files of old PyTorch and of candle have no counter.
-        let passes = match vb.get_with_hints_dtype(
-            (),
-            "num_batches_tracked",
-            Init::Const(0.0),
-            DType::I64,
-        ) {
+        let (counter, zero) = ("num_batches_tracked", Init::Const(0.0));
+        let passes = match vb.get_with_hints_dtype((), counter, zero, DType::I64) {
             Ok(passes) => Var::from_tensor(&passes)?,
             Err(_) => Var::zeros((), DType::I64, vb.device())?,
         };

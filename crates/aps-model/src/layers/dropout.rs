@@ -1,6 +1,6 @@
 //! Dropout.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use candle_core::{ModuleT, Result, Tensor};
 use rand_chacha::ChaCha8Rng;
@@ -29,11 +29,12 @@ impl Dropout {
 
     /// Sets the masks of the next passes to those of a step.
     pub fn seed(&self, seed: u64, step: u64) {
-        let mut generator_of_step = self
-            .generator
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        *generator_of_step = generator(seed, Purpose::Dropout, step);
+        *self.lock() = generator(seed, Purpose::Dropout, step);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, ChaCha8Rng> {
+        let guard = self.generator.lock();
+        guard.unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -43,10 +44,7 @@ impl ModuleT for Dropout {
             return Ok(x.clone());
         }
         let scale = (1.0 / (1.0 - self.probability)) as f32;
-        let mut generator = self
-            .generator
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut generator = self.lock();
         let factor = |_| match unit(&mut generator) < self.probability {
             true => 0.0,
             false => scale,

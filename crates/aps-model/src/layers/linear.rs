@@ -39,8 +39,8 @@ impl Module for Linear {
     }
 }
 
-/// PyTorch's `LayerNorm` over the last dimension, with torchvision's epsilon for vision transformers, 1e-6: `weight` and
-/// `bias` (features).
+/// PyTorch's `LayerNorm` over the last dimension, with torchvision's epsilon for vision transformers: `weight` and `bias`
+/// (features).
 #[derive(Debug, Clone)]
 pub(crate) struct LayerNorm {
     weight: Tensor,
@@ -59,6 +59,6 @@ impl LayerNorm {
 
 impl Module for LayerNorm {
     fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        ops::layer_norm(x, &self.weight, &self.bias, 1e-6)
+        ops::layer_norm(x, &self.weight, &self.bias)
     }
 }

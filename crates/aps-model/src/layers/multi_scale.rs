@@ -37,15 +37,12 @@ impl MultiScaleEncoder {
             let vb = vb.pp(format!("proj{}", n + 1));
             Linear::new((width << n) * grid * grid, scale, vb)
         };
+        let projections = GRIDS.into_iter().enumerate().map(project);
         let (stem, fuse) = (vb.pp("stem"), vb.pp("global_proj"));
         Ok(Self {
             stem: Stem::new(width, stem.pp(0), stem.pp(1))?,
             stages: Stage::all_four(width, &vb)?,
-            projections: GRIDS
-                .into_iter()
-                .enumerate()
-                .map(project)
-                .collect::<Result<_>>()?,
+            projections: projections.collect::<Result<_>>()?,
             fuse: [
                 Linear::new(4 * scale, 2 * scale, fuse.pp(0))?,
                 Linear::new(2 * scale, 2 * scale, fuse.pp(2))?,

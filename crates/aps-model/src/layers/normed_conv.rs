@@ -1,6 +1,7 @@
 //! A convolution and its batch normalisation.
 
 use candle_core::{Result, Tensor};
+use candle_nn::VarBuilder;
 
 use super::{BatchNorm, Conv2d};
 use crate::ops::{self, After};
@@ -13,9 +14,10 @@ pub(crate) struct NormedConv {
 }
 
 impl NormedConv {
-    /// Joins two layers; `norm` has as many channels as `conv` makes.
-    pub fn new(conv: Conv2d, norm: BatchNorm) -> Self {
-        Self { conv, norm }
+    /// Puts a new normalisation of `channels`, as many as `conv` makes, behind it.
+    pub fn new(conv: Conv2d, channels: usize, norm: VarBuilder<'_>) -> Result<Self> {
+        let norm = BatchNorm::new(channels, norm)?;
+        Ok(Self { conv, norm })
     }
 
     /// Maps `x` (batch, in, height, width) to (batch, out, height', width').

@@ -3,7 +3,7 @@
 use candle_core::{ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
-use super::{BatchNorm, Conv2d, NormedConv};
+use super::{Conv2d, NormedConv};
 use crate::ops::{self, After};
 
 /// Two 3 x 3 convolutions beside a shortcut: `conv1`, `bn1`, `conv2`, `bn2`, `downsample.0` and `.1`.
@@ -17,9 +17,9 @@ struct BasicBlock {
 
 impl BasicBlock {
     fn new(inputs: usize, outputs: usize, stride: usize, vb: VarBuilder<'_>) -> Result<Self> {
-        let normed = |conv: &str, norm: &str, inputs, kernel, stride| -> Result<_> {
+        let normed = |conv: &str, norm: &str, inputs, kernel, stride| {
             let conv = Conv2d::residual(inputs, outputs, kernel, stride, vb.pp(conv))?;
-            Ok(NormedConv::new(conv, BatchNorm::new(outputs, vb.pp(norm))?))
+            NormedConv::new(conv, outputs, vb.pp(norm))
         };
         let is_changed = stride != 1 || inputs != outputs;
         let downsample = || normed("downsample.0", "downsample.1", inputs, 1, stride);
@@ -49,7 +49,7 @@ pub(super) struct Stem(NormedConv);
 impl Stem {
     pub fn new(width: usize, conv: VarBuilder<'_>, norm: VarBuilder<'_>) -> Result<Self> {
         let conv = Conv2d::residual(3, width, 7, 2, conv)?;
-        Ok(Self(NormedConv::new(conv, BatchNorm::new(width, norm)?)))
+        Ok(Self(NormedConv::new(conv, width, norm)?))
     }
 }
 

@@ -3,7 +3,7 @@
 use candle_core::{ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
-use super::{BatchNorm, Conv2d, NormedConv};
+use super::{Conv2d, NormedConv};
 use crate::ops::After;
 
 /// Twice a 3 x 3 convolution, batch normalisation and ReLU: `block.0`, `block.1`, `block.3`, `block.4`. It maps (batch,
@@ -14,12 +14,9 @@ pub(crate) struct DoubleConv([NormedConv; 2]);
 impl DoubleConv {
     pub fn new(inputs: usize, outputs: usize, vb: VarBuilder<'_>) -> Result<Self> {
         let block = vb.pp("block");
-        let half = |at: usize, inputs| -> Result<_> {
+        let half = |at: usize, inputs| {
             let conv = Conv2d::same(inputs, outputs, 3, block.pp(at))?;
-            Ok(NormedConv::new(
-                conv,
-                BatchNorm::new(outputs, block.pp(at + 1))?,
-            ))
+            NormedConv::new(conv, outputs, block.pp(at + 1))
         };
         Ok(Self([half(0, inputs)?, half(3, outputs)?]))
     }

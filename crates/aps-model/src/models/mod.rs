@@ -58,16 +58,11 @@ const CHANNELS: usize = 3;
 
 /// Returns the number of channels of the first stage of convolutions, to which all other sizes but the spectrum's are
 /// proportional.
-fn width(preset: Preset) -> usize {
+pub(crate) fn width(preset: Preset) -> usize {
     match preset {
         Preset::Paper => 64,
         Preset::Small => 32,
     }
-}
-
-/// Builds the regularizer of an adversarial model.
-pub(crate) fn build_regularizer(preset: Preset, vb: VarBuilder<'_>) -> Result<Regularizer> {
-    Regularizer::new(width(preset), vb)
 }
 
 /// Returns the sizes of the decoder of MS-AReg and its ablations, from `inputs` features.

@@ -79,10 +79,10 @@ impl ModuleT for RadioUnet {
         check_images(images)?;
         let unit = 1 << DEPTH;
         if images.dim(2)? % unit != 0 || images.dim(3)? % unit != 0 {
+            let found = images.dims();
             bail!(
                 "condition images of a RadioUNet must have the shape [any, {CHANNELS}, multiple of {unit}, multiple of {unit}], \
-                 not {:?}",
-                images.dims()
+                 not {found:?}"
             );
         }
         let mut skips = Vec::with_capacity(DEPTH);

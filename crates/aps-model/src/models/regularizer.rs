@@ -36,12 +36,9 @@ impl Regularizer {
 
     /// Computes logits (batch, 1) that spectra (batch, [`ANGLE_BINS`]) are the true ones of [encoded](Self::encode) images.
     pub fn score(&self, encoded: &Tensor, spectra: &Tensor) -> Result<Tensor> {
-        let expected = [encoded.dim(0)?, ANGLE_BINS];
-        if spectra.dims() != expected {
-            bail!(
-                "spectra must have the shape {expected:?}, not {:?}",
-                spectra.dims()
-            );
+        let (found, expected) = (spectra.dims(), [encoded.dim(0)?, ANGLE_BINS]);
+        if found != expected {
+            bail!("spectra must have the shape {expected:?}, not {found:?}");
         }
         let spectrum = self.spectrum.forward(spectra)?;
         self.head.forward(&Tensor::cat(&[encoded, &spectrum], 1)?)

@@ -1,6 +1,6 @@
 //! ViT-Reg: a vision transformer whose class token becomes the spectrum.
 
-use candle_core::{Module, ModuleT, Result, Tensor, bail};
+use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::{Init, VarBuilder};
 
 use super::{CHANNELS, Model, Spec, check_images};
@@ -30,7 +30,7 @@ pub(crate) const SPEC: Spec = Spec {
 };
 
 /// Sizes of a [`VitReg`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(crate) struct VitRegConfig {
     /// Side to which images are resized \[pixels\]; a multiple of `patch`.
     pub image_size: usize,
@@ -70,22 +70,6 @@ impl VitRegConfig {
         hidden: 192,
         dropout: 0.1,
     };
-
-    fn check(&self) -> Result<()> {
-        let divides =
-            |part: usize, whole: usize| part > 0 && whole > 0 && whole.is_multiple_of(part);
-        if divides(self.patch, self.image_size) && divides(self.heads, self.width) {
-            return Ok(());
-        }
-        bail!(
-            "a vision transformer needs an image size ({}) that its patches ({}) fill and a width ({}) that its heads ({}) \
-             share",
-            self.image_size,
-            self.patch,
-            self.width,
-            self.heads
-        )
-    }
 }
 
 /// torchvision's `VisionTransformer` (Dosovitskiy et al., ICLR 2021) as `vit`, then `head.0`, GELU, dropout, `head.3`.
@@ -103,11 +87,7 @@ pub(crate) struct VitReg {
 
 impl VitReg {
     /// Creates the model. The paper's sizes make 86,284,724 trainable parameters.
-    ///
-    /// # Errors
-    /// If sizes do not divide each other.
     pub fn new(config: VitRegConfig, vb: VarBuilder<'_>) -> Result<Self> {
-        config.check()?;
         let (vit, head) = (vb.pp("vit"), vb.pp("head"));
         let encoder = vit.pp("encoder");
         let width = config.width;

@@ -9,9 +9,8 @@ use candle_core::{
 
 /// Returns true when the loops of this crate take all of the tensors: f32 on the CPU.
 pub(super) fn are_fast(tensors: &[&Tensor]) -> bool {
-    tensors
-        .iter()
-        .all(|t| t.device().is_cpu() && t.dtype() == DType::F32)
+    let is_fast = |t: &&Tensor| t.device().is_cpu() && t.dtype() == DType::F32;
+    tensors.iter().all(is_fast)
 }
 
 /// Values of a backward pass.
@@ -36,13 +35,11 @@ pub(super) fn apply<const N: usize>(
     let op = Operation {
         name,
         shape: Shape::from(shape),
-        forward,
-        backward,
+        forward: Box::new(forward),
+        backward: Box::new(backward),
     };
-    let inputs: Vec<Tensor> = inputs
-        .iter()
-        .map(|t| t.contiguous())
-        .collect::<Result<_>>()?;
+    let inputs = inputs.iter().map(|t| t.contiguous());
+    let inputs = inputs.collect::<Result<Vec<_>>>()?;
     match &inputs[..] {
         [x] => x.apply_op1(op),
         [x, y] => x.apply_op2(y, op),
@@ -62,18 +59,17 @@ pub(super) fn apply_without_gradient<const N: usize>(
 }
 
 /// An operation of N inputs. It implements candle's three traits, of which [`apply`] uses the one for N.
-struct Operation<const N: usize, F, B> {
+struct Operation<const N: usize> {
     name: &'static str,
     shape: Shape,
-    forward: F,
-    backward: B,
+    forward: Box<Forward<N>>,
+    backward: Box<Gradients<N>>,
 }
 
-impl<const N: usize, F, B> Operation<N, F, B>
-where
-    F: Fn([&[f32]; N]) -> Vec<f32>,
-    B: Fn(Backward<'_, N>) -> [Option<Vec<f32>>; N],
-{
+type Forward<const N: usize> = dyn Fn([&[f32]; N]) -> Vec<f32> + Send + Sync;
+type Gradients<const N: usize> = dyn Fn(Backward<'_, N>) -> [Option<Vec<f32>>; N] + Send + Sync;
+
+impl<const N: usize> Operation<N> {
     fn run(&self, inputs: &[(&CpuStorage, &Layout)]) -> Result<(CpuStorage, Shape)> {
         let mut slices: [&[f32]; N] = [&[]; N];
         for (target, (storage, layout)) in slices.iter_mut().zip(inputs) {
@@ -115,11 +111,7 @@ where
     }
 }
 
-impl<const N: usize, F, B> CustomOp1 for Operation<N, F, B>
-where
-    F: Fn([&[f32]; N]) -> Vec<f32>,
-    B: Fn(Backward<'_, N>) -> [Option<Vec<f32>>; N],
-{
+impl<const N: usize> CustomOp1 for Operation<N> {
     fn name(&self) -> &'static str {
         self.name
     }
@@ -134,11 +126,7 @@ where
     }
 }
 
-impl<const N: usize, F, B> CustomOp2 for Operation<N, F, B>
-where
-    F: Fn([&[f32]; N]) -> Vec<f32>,
-    B: Fn(Backward<'_, N>) -> [Option<Vec<f32>>; N],
-{
+impl<const N: usize> CustomOp2 for Operation<N> {
     fn name(&self) -> &'static str {
         self.name
     }
@@ -164,11 +152,7 @@ where
     }
 }
 
-impl<const N: usize, F, B> CustomOp3 for Operation<N, F, B>
-where
-    F: Fn([&[f32]; N]) -> Vec<f32>,
-    B: Fn(Backward<'_, N>) -> [Option<Vec<f32>>; N],
-{
+impl<const N: usize> CustomOp3 for Operation<N> {
     fn name(&self) -> &'static str {
         self.name
     }

@@ -5,13 +5,11 @@ use candle_core::{Result, Tensor, Var};
 use super::cpu::{apply, are_fast, with_slices};
 use super::portable::{self, BatchNormTensors, EPSILON, MOMENTUM};
 use crate::kernels::batch_norm::{gradient, gradient_sums, moments, scale_shift};
+use crate::recording::{Graph, Value, float, recorded};
 
 /// [`portable::batch_norm`], with f32 on the CPU in two passes forward and two backward.
 pub(crate) fn batch_norm(x: &Tensor, tensors: BatchNormTensors<'_>, train: bool) -> Result<Tensor> {
-    match fast(x, tensors, train, false)? {
-        Some(y) => Ok(y),
-        None => portable::batch_norm(x, tensors, train),
-    }
+    normalised(x, tensors, train, false)
 }
 
 /// [`batch_norm`], then ReLU, in the same passes.
@@ -20,45 +18,47 @@ pub(crate) fn batch_norm_relu(
     tensors: BatchNormTensors<'_>,
     train: bool,
 ) -> Result<Tensor> {
-    match fast(x, tensors, train, true)? {
-        Some(y) => Ok(y),
-        None => portable::relu(&portable::batch_norm(x, tensors, train)?),
-    }
+    normalised(x, tensors, train, true)
 }
 
-fn fast(x: &Tensor, t: BatchNormTensors<'_>, train: bool, relu: bool) -> Result<Option<Tensor>> {
-    let (running_mean, running_var) = (t.running_mean.as_tensor(), t.running_var.as_tensor());
-    let read = [x, t.weight, t.bias, running_mean, running_var];
-    if !are_fast(&read) || x.rank() < 2 || x.elem_count() == 0 {
-        return Ok(None);
-    }
-    let x = x.contiguous()?;
-    let channels = x.dim(1)?;
-    if t.weight.dims() != [channels] || t.bias.dims() != [channels] {
-        return Ok(None);
-    }
+fn normalised(x: &Tensor, t: BatchNormTensors<'_>, train: bool, relu: bool) -> Result<Tensor> {
+    let (mean, variance) = (t.running_mean.as_tensor(), t.running_var.as_tensor());
+    let inputs = [x, t.weight, t.bias, mean, variance];
+    let nodes = |g: &mut Graph, v: &[Value]| {
+        let y = g.node("BatchNormalization", v, [float("epsilon", EPSILON)]);
+        if relu { g.node("Relu", &[y], []) } else { y }
+    };
+    recorded(&inputs, nodes, || {
+        let fits = |channels: usize| [t.weight, t.bias].iter().all(|t| t.dims() == [channels]);
+        if are_fast(&inputs) && x.rank() > 1 && x.elem_count() > 0 && fits(x.dim(1)?) {
+            return fast(x, t, train, relu);
+        }
+        let y = portable::batch_norm(x, t, train)?;
+        if relu { portable::relu(&y) } else { Ok(y) }
+    })
+}
+
+fn fast(x: &Tensor, t: BatchNormTensors<'_>, train: bool, relu: bool) -> Result<Tensor> {
+    let (x, channels) = (x.contiguous()?, x.dim(1)?);
     let pixels = x.elem_count() / (x.dim(0)? * channels);
     let (mean, variance) = if train {
         let count = portable::values_a_channel(&x)?;
-        let m = with_slices([&x], |[x]| moments(x, channels, pixels))?;
+        let (mean, variance) = with_slices([&x], |[x]| moments(x, channels, pixels))?;
         let unbiased = count as f64 / (count - 1) as f64;
-        move_towards(t.running_mean, &m.mean, 1.0)?;
-        move_towards(t.running_var, &m.variance, unbiased)?;
-        (m.mean, m.variance)
+        move_towards(t.running_mean, &mean, 1.0)?;
+        move_towards(t.running_var, &variance, unbiased)?;
+        (mean, variance)
     } else {
-        (running_mean.to_vec1()?, running_var.to_vec1()?)
+        (t.running_mean.to_vec1()?, t.running_var.to_vec1()?)
     };
     let inverse_std = inverse_std(&variance);
     let moments = (mean.clone(), inverse_std.clone());
     let forward = move |[x, weight, bias]: [&[f32]; 3]| {
-        let scale: Vec<f32> = weight
-            .iter()
-            .zip(&inverse_std)
-            .map(|(w, i)| w * i)
-            .collect();
+        let scale = weight.iter().zip(&inverse_std).map(|(w, i)| w * i);
+        let scale: Vec<f32> = scale.collect();
         scale_shift(x, &mean, &scale, bias, pixels, relu)
     };
-    let y = apply(
+    apply(
         "batch_norm",
         [&x, t.weight, t.bias],
         x.dims(),
@@ -81,8 +81,7 @@ fn fast(x: &Tensor, t: BatchNormTensors<'_>, train: bool, relu: bool) -> Result<
             let by_input = gradient(x, y, b.grad, &factors, pixels);
             [Some(by_input), Some(product), Some(sum)]
         },
-    )?;
-    Ok(Some(y))
+    )
 }
 
 pub(super) fn inverse_std(variance: &[f32]) -> Vec<f32> {

@@ -8,9 +8,9 @@ use super::conv2d::conv_shape;
 use super::cpu::{apply_without_gradient, are_fast};
 use super::norm::inverse_std;
 use super::{BatchNormTensors, add_relu, batch_norm, batch_norm_relu, conv2d};
+use crate::kernels::KernelCache;
 use crate::kernels::convolution::convolve;
 use crate::kernels::finish::Finish;
-use crate::kernels::{ConvShape, KernelCache};
 
 /// The tensors and sizes of a convolution, as [`conv2d`] takes them.
 #[derive(Debug, Clone)]
@@ -78,36 +78,31 @@ fn fused(
         && shortcut.is_none_or(|t| t.dims() == s.out_dims());
     let mut learnt = vec![x, &conv.weight, norm.weight, norm.bias];
     learnt.extend(conv.bias.iter().chain(shortcut));
-    if !fits || learnt.iter().any(|t| t.track_op()) {
-        return Ok(None);
-    }
-    if !are_fast(&of_channels) || shortcut.is_some_and(|t| !are_fast(&[t])) {
+    let is_known = are_fast(&of_channels) && shortcut.is_none_or(|t| are_fast(&[t]));
+    if !fits || !is_known || learnt.iter().any(|t| t.track_op()) {
         return Ok(None);
     }
     let (scale, shift) = folded(norm, conv.bias.as_ref())?;
     let (cache, relu) = (conv.cache.clone(), !matches!(after, After::Nothing));
-    let forward = move |s: &ConvShape, x: &[f32], weight: &[f32], shortcut: Option<&[f32]>| {
+    let forward = move |x: &[f32], weight: &[f32], shortcut: Option<&[f32]>| {
         let finish = Finish {
             scale: Some(&scale),
             shift: Some(&shift),
             shortcut,
             relu,
         };
-        let mut out = vec![0.0; s.output_len()];
-        convolve(s, x, weight, cache.as_deref(), finish, &mut out);
-        out
+        convolve(&s, x, weight, cache.as_deref(), finish)
     };
     let (name, dims, weight) = ("normalised conv2d", s.out_dims(), &conv.weight);
     let y = match shortcut {
-        None => apply_without_gradient(name, [x, weight], &dims, move |[x, w]| {
-            forward(&s, x, w, None)
-        }),
-        Some(shortcut) => apply_without_gradient(
-            name,
-            [x, weight, shortcut],
-            &dims,
-            move |[x, w, shortcut]| forward(&s, x, w, Some(shortcut)),
-        ),
+        None => {
+            let forward = move |[x, w]: [&[f32]; 2]| forward(x, w, None);
+            apply_without_gradient(name, [x, weight], &dims, forward)
+        }
+        Some(added) => {
+            let forward = move |[x, w, added]: [&[f32]; 3]| forward(x, w, Some(added));
+            apply_without_gradient(name, [x, weight, added], &dims, forward)
+        }
     };
     y.map(Some)
 }

@@ -2,14 +2,11 @@
 
 use candle_core::{Result, Tensor};
 
-use super::schema::{AttributeProto, FLOAT, INT64, NodeProto, TensorProto};
+use super::schema::{AttributeProto as Attribute, FLOAT, INT64, NodeProto, TensorProto};
 
 /// A tensor in a graph: an input, a constant or a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Value(usize);
-
-/// A name and the setting of an operation that it has.
-pub(crate) type Attribute = AttributeProto;
 
 /// Nodes and constants so far.
 #[derive(Debug, Default)]
@@ -90,7 +87,7 @@ impl Graph {
 
     fn constant(&mut self, name: String, dims: &[usize], data_type: i32, bytes: Vec<u8>) -> Value {
         self.constants.push(TensorProto {
-            dims: dims.iter().map(|&d| d as i64).collect(),
+            dims: sizes(dims),
             data_type,
             name: name.clone(),
             raw_data: bytes,
@@ -110,8 +107,7 @@ impl Graph {
     }
 
     fn shaped(&mut self, x: Value, first: i64, rest: &[usize]) -> Value {
-        let shape: Vec<i64> = [first].into_iter().chain(sizes(rest)).collect();
-        let shape = self.whole(&shape);
+        let shape = self.whole(&[&[first], &sizes(rest)[..]].concat());
         self.node("Reshape", &[x, shape], [])
     }
 
@@ -124,14 +120,14 @@ impl Graph {
     /// Repeats a value (1, rest ...) as often as `like` has elements of its first dimension.
     pub fn repeat(&mut self, x: Value, rest: &[usize], like: Value) -> Value {
         let count = self.node("Shape", &[like], [int("start", 0), int("end", 1)]);
-        let rest = self.whole(&sizes(rest).collect::<Vec<_>>());
+        let rest = self.whole(&sizes(rest));
         let shape = self.node("Concat", &[count, rest], [int("axis", 0)]);
         self.node("Expand", &[x, shape], [])
     }
 }
 
-fn sizes(dims: &[usize]) -> impl Iterator<Item = i64> {
-    dims.iter().map(|&d| d as i64)
+fn sizes(dims: &[usize]) -> Vec<i64> {
+    dims.iter().map(|&d| d as i64).collect()
 }
 
 /// A setting that is a whole number.

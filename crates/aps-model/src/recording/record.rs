@@ -73,10 +73,8 @@ impl Recorder {
             return Ok(value);
         }
         let Some((name, tensor)) = self.parameters.remove(&tensor.id()) else {
-            bail!(
-                "an operation that is not recorded made a tensor of shape {:?}",
-                tensor.dims()
-            );
+            let dims = tensor.dims();
+            bail!("an operation that is not recorded made a tensor of shape {dims:?}");
         };
         let value = self.graph.tensor(name, &tensor)?;
         self.values.insert(tensor.id(), value);
@@ -109,10 +107,8 @@ mod tests {
         let forward = |x: &Tensor| recorded(&[x], |g, v| g.node("Twice", v, []), || ops::add(x, x));
         let graph = record(["x", "y"], &one(), HashMap::new(), forward).unwrap();
         assert_eq!(graph.nodes.len(), 1);
-        assert_eq!(
-            (&graph.nodes[0].input[0][..], &graph.nodes[0].output[0][..]),
-            ("x", "y")
-        );
+        assert_eq!(graph.nodes[0].input, ["x"]);
+        assert_eq!(graph.nodes[0].output, ["y"]);
         // Nothing is left behind.
         assert!(RECORDER.take().is_none());
     }

@@ -23,18 +23,13 @@ fn values(rng: &mut ChaCha8Rng, shape: &[usize]) -> Tensor {
 
 /// Output, and the gradients by all inputs of the output weighted with fixed numbers.
 fn with_gradients(f: Operation<'_>, inputs: &[Tensor], dtype: DType) -> Vec<Vec<f64>> {
-    let vars: Vec<Var> = inputs
-        .iter()
-        .map(|t| Var::from_tensor(&t.to_dtype(dtype).unwrap()).unwrap())
-        .collect();
+    let var = |t: &Tensor| Var::from_tensor(&t.to_dtype(dtype).unwrap()).unwrap();
+    let vars: Vec<Var> = inputs.iter().map(var).collect();
     let tensors: Vec<Tensor> = vars.iter().map(|v| v.as_tensor().clone()).collect();
     let y = f(&tensors).unwrap();
     let weights = values(&mut ChaCha8Rng::seed_from_u64(9), y.dims());
-    let sum = (&y * weights.to_dtype(dtype).unwrap())
-        .unwrap()
-        .sum_all()
-        .unwrap();
-    let gradients = sum.backward().unwrap();
+    let weighted = (&y * weights.to_dtype(dtype).unwrap()).unwrap();
+    let gradients = weighted.sum_all().unwrap().backward().unwrap();
     let mut all = vec![flat(&y)];
     all.extend(vars.iter().map(|v| flat(gradients.get(v).unwrap())));
     all
@@ -48,10 +43,8 @@ fn check(fast: Operation<'_>, reference: Operation<'_>, inputs: &[Tensor]) {
         assert_eq!(found.len(), expected.len());
         let scale = expected.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
         for (i, (f, e)) in found.iter().zip(expected).enumerate() {
-            assert!(
-                (f - e).abs() < 3e-6 * scale,
-                "part {part}, value {i}: {f}, expected {e}"
-            );
+            let is_close = (f - e).abs() < 3e-6 * scale;
+            assert!(is_close, "part {part}, value {i}: {f}, expected {e}");
         }
     }
 }
@@ -61,33 +54,19 @@ fn same_bits_on_any_threads(fast: impl Fn(&[Tensor]) -> Result<Tensor> + Sync, i
     assert_eq!(on(1), on(3));
 }
 
-/// batch, in, height, width, out, kernel, stride, padding
-type Sizes = (
-    usize,
-    usize,
-    usize,
-    usize,
-    usize,
-    (usize, usize),
-    usize,
-    (usize, usize),
-);
+/// [batch, in, height, width], out, kernel, stride, padding
+type Sizes = ([usize; 4], usize, (usize, usize), usize, (usize, usize));
 
-fn check_convolution((n, i, h, w, o, (kh, kw), stride, padding): Sizes, threads: bool) {
+fn check_convolution(([n, i, h, w], o, (kh, kw), stride, padding): Sizes, threads: bool) {
     let rng = &mut ChaCha8Rng::seed_from_u64(1);
-    let inputs = [
-        values(rng, &[n, i, h, w]),
-        values(rng, &[o, i, kh, kw]),
-        values(rng, &[o]),
-    ];
-    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
-    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], Some(&t[2]), stride, padding);
+    let inputs = [&[n, i, h, w][..], &[o, i, kh, kw], &[o]].map(|shape| values(rng, shape));
+    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], t.get(2), stride, padding);
+    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], t.get(2), stride, padding);
     check(&fast, &reference, &inputs);
     if threads {
         same_bits_on_any_threads(fast, &inputs);
     }
-    let fast = |t: &[Tensor]| ops::conv2d(&t[0], &t[1], None, stride, padding);
-    let reference = |t: &[Tensor]| portable::conv2d(&t[0], &t[1], None, stride, padding);
+    // Without bias.
     check(&fast, &reference, &inputs[..2]);
 }
 
@@ -95,25 +74,25 @@ fn check_convolution((n, i, h, w, o, (kh, kw), stride, padding): Sizes, threads:
 fn convolutions_of_the_models() {
     for sizes in [
         // ResNet: stem, blocks, halving blocks, shortcuts, the smallest images
-        (5, 3, 32, 32, 16, (7, 7), 2, (3, 3)),
-        (4, 16, 16, 16, 16, (3, 3), 1, (1, 1)),
-        (4, 16, 16, 16, 40, (3, 3), 2, (1, 1)),
-        (4, 16, 16, 16, 40, (1, 1), 2, (0, 0)),
-        (8, 70, 2, 2, 130, (3, 3), 1, (1, 1)),
-        (3, 8, 1, 1, 9, (3, 3), 2, (1, 1)),
+        ([5, 3, 32, 32], 16, (7, 7), 2, (3, 3)),
+        ([4, 16, 16, 16], 16, (3, 3), 1, (1, 1)),
+        ([4, 16, 16, 16], 40, (3, 3), 2, (1, 1)),
+        ([4, 16, 16, 16], 40, (1, 1), 2, (0, 0)),
+        ([8, 70, 2, 2], 130, (3, 3), 1, (1, 1)),
+        ([3, 8, 1, 1], 9, (3, 3), 2, (1, 1)),
         // by minimal filtering: even and odd sizes, paddings, more tiles than a chunk holds, parts of images
-        (13, 16, 8, 8, 40, (3, 3), 1, (1, 1)),
-        (12, 17, 5, 7, 16, (3, 3), 1, (1, 1)),
-        (16, 18, 6, 4, 19, (3, 3), 1, (0, 2)),
-        (9, 130, 7, 9, 140, (3, 3), 1, (2, 1)),
-        (70, 120, 6, 6, 110, (3, 3), 1, (1, 1)),
-        (2, 80, 66, 70, 90, (3, 3), 1, (1, 1)),
+        ([13, 16, 8, 8], 40, (3, 3), 1, (1, 1)),
+        ([12, 17, 5, 7], 16, (3, 3), 1, (1, 1)),
+        ([16, 18, 6, 4], 19, (3, 3), 1, (0, 2)),
+        ([9, 130, 7, 9], 140, (3, 3), 1, (2, 1)),
+        ([70, 120, 6, 6], 110, (3, 3), 1, (1, 1)),
+        ([2, 80, 66, 70], 90, (3, 3), 1, (1, 1)),
         // one image, large enough for more than one tile
-        (1, 3, 40, 48, 65, (3, 3), 1, (1, 1)),
-        (4, 24, 40, 48, 3, (3, 3), 1, (1, 1)),
+        ([1, 3, 40, 48], 65, (3, 3), 1, (1, 1)),
+        ([4, 24, 40, 48], 3, (3, 3), 1, (1, 1)),
         // one dimension
-        (3, 20, 1, 45, 12, (1, 5), 1, (0, 2)),
-        (4, 12, 1, 180, 1, (1, 1), 1, (0, 0)),
+        ([3, 20, 1, 45], 12, (1, 5), 1, (0, 2)),
+        ([4, 12, 1, 180], 1, (1, 1), 1, (0, 0)),
     ] {
         check_convolution(sizes, true);
     }
@@ -123,11 +102,7 @@ fn convolutions_of_the_models() {
 fn transposed_convolution() {
     let rng = &mut ChaCha8Rng::seed_from_u64(2);
     for (n, i, h, w, o) in [(2, 6, 5, 7, 4), (5, 40, 8, 8, 20), (1, 3, 1, 1, 1)] {
-        let inputs = [
-            values(rng, &[n, i, h, w]),
-            values(rng, &[i, o, 2, 2]),
-            values(rng, &[o]),
-        ];
+        let inputs = [&[n, i, h, w][..], &[i, o, 2, 2], &[o]].map(|shape| values(rng, shape));
         let fast = |t: &[Tensor]| ops::conv_transpose2x2(&t[0], &t[1], &t[2]);
         let reference = |t: &[Tensor]| portable::conv_transpose2x2(&t[0], &t[1], &t[2]);
         check(&fast, &reference, &inputs);
@@ -141,11 +116,8 @@ fn pooling_with_many_ties() {
     for (h, w) in [(8, 8), (7, 9), (2, 3)] {
         let coarse = (values(rng, &[3, 5, h, w]) * 2.0).unwrap().round().unwrap();
         let inputs = [coarse];
-        check(
-            &|t| ops::max_pool_2x2(&t[0]),
-            &|t| portable::max_pool_2x2(&t[0]),
-            &inputs,
-        );
+        let fast = |t: &[Tensor]| ops::max_pool_2x2(&t[0]);
+        check(&fast, &|t| portable::max_pool_2x2(&t[0]), &inputs);
         let fast = |t: &[Tensor]| ops::max_pool_3x3_s2_p1(&t[0]);
         check(&fast, &|t| portable::max_pool_3x3_s2_p1(&t[0]), &inputs);
         same_bits_on_any_threads(fast, &inputs);
@@ -188,9 +160,8 @@ fn batch_normalisation_in_training_and_use() {
                         (false, false) => ops::batch_norm(&t[0], tensors, train),
                         (false, true) => ops::batch_norm_relu(&t[0], tensors, train),
                         (true, false) => portable::batch_norm(&t[0], tensors, train),
-                        (true, true) => {
-                            portable::relu(&portable::batch_norm(&t[0], tensors, train)?)
-                        }
+                        (true, true) => portable::batch_norm(&t[0], tensors, train)
+                            .and_then(|y| portable::relu(&y)),
                     };
                     let both = Tensor::cat(&[running_mean.as_tensor(), running_var], 0)?;
                     let both = both.to_dtype(DType::F64)?.to_vec1::<f64>()?;
@@ -223,17 +194,13 @@ fn activations() {
 #[test]
 fn attention() {
     let rng = &mut ChaCha8Rng::seed_from_u64(16);
-    for (batch, tokens, heads, depth) in
-        [(1, 1, 1, 1), (2, 5, 3, 4), (3, 33, 2, 17), (2, 50, 4, 64)]
-    {
+    let sizes = [(1, 1, 1, 1), (2, 5, 3, 4), (3, 33, 2, 17), (2, 50, 4, 64)];
+    for (batch, tokens, heads, depth) in sizes {
         // Scores far enough apart that weights differ by orders.
         let inputs = [(values(rng, &[batch, tokens, 3 * heads * depth]) * 2.0).unwrap()];
         let attend = |t: &[Tensor]| ops::self_attention(&t[0], heads);
-        check(
-            &attend,
-            &|t| portable::self_attention(&t[0], heads),
-            &inputs,
-        );
+        let reference = |t: &[Tensor]| portable::self_attention(&t[0], heads);
+        check(&attend, &reference, &inputs);
         same_bits_on_any_threads(attend, &inputs);
     }
     let odd = values(rng, &[1, 2, 9]).to_dtype(DType::F32).unwrap();
@@ -254,8 +221,8 @@ fn layer_normalisation() {
             values(rng, &[features]),
             values(rng, &[features]),
         ];
-        let norm = |t: &[Tensor]| ops::layer_norm(&t[0], &t[1], &t[2], 1e-6);
-        let reference = |t: &[Tensor]| portable::layer_norm(&t[0], &t[1], &t[2], 1e-6);
+        let norm = |t: &[Tensor]| ops::layer_norm(&t[0], &t[1], &t[2]);
+        let reference = |t: &[Tensor]| portable::layer_norm(&t[0], &t[1], &t[2]);
         check(&norm, &reference, &inputs);
         same_bits_on_any_threads(norm, &inputs);
     }
@@ -270,11 +237,8 @@ fn affine_maps() {
         (&[2, 33, 40], 70),
         (&[6, 300], 513),
     ] {
-        let inputs = [
-            values(rng, shape),
-            values(rng, &[outputs, shape[shape.len() - 1]]),
-            values(rng, &[outputs]),
-        ];
+        let weight = [outputs, shape[shape.len() - 1]];
+        let inputs = [shape, &weight, &[outputs]].map(|shape| values(rng, shape));
         let linear = |t: &[Tensor]| ops::linear(&t[0], &t[1], &t[2]);
         let reference = |t: &[Tensor]| portable::linear(&t[0], &t[1], &t[2]);
         check(&linear, &reference, &inputs);
@@ -389,6 +353,6 @@ proptest! {
         stride in 1usize..4,
         padding in (0usize..3, 0usize..3),
     ) {
-        check_convolution((n, i, kh + more_h, kw + more_w, o, (kh, kw), stride, padding), false);
+        check_convolution(([n, i, kh + more_h, kw + more_w], o, (kh, kw), stride, padding), false);
     }
 }

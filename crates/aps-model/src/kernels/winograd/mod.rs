@@ -114,23 +114,15 @@ fn convolve_by<F: Filter<M, N>, const M: usize, const N: usize>(
     for chunk in tiles.chunks() {
         let count = tiles.count(&chunk);
         transform_inputs::<F, M, N>(&tiles, &chunk, x, &mut transformed);
-        let blocks = outputs.div_ceil(CHANNEL_BLOCK);
-        let tasks = in_blocks(&mut products, outputs * stride, CHANNEL_BLOCK * stride);
-        tasks.into_par_iter().enumerate().for_each(|(i, products)| {
-            let (value, first) = (i / blocks, i % blocks * CHANNEL_BLOCK);
-            let a = Matrix {
-                data: &transformed[value * stride..],
-                row_stride: 1,
-                col_stride: values * stride,
-            };
-            let b = Matrix {
-                data: &kernels[first * kernel_stride + value * inputs..],
-                row_stride: 1,
-                col_stride: kernel_stride,
-            };
-            let sizes = (count, products.len() / stride, inputs);
-            multiply(sizes, a, b, products, stride, false);
-        });
+        let factors = |value: usize, first: usize| {
+            let kernels = &kernels[first * kernel_stride + value * inputs..];
+            [
+                Matrix::columns(&transformed[value * stride..], values * stride),
+                Matrix::columns(kernels, kernel_stride),
+            ]
+        };
+        let sizes = (count, outputs, inputs);
+        multiply_values(sizes, factors, &mut products, stride, false);
         transform_outputs::<F, M, N>(&tiles, &chunk, &products, finish, out);
     }
 }
@@ -151,23 +143,15 @@ fn weight_gradient_by<F: Filter<M, N>, const M: usize, const N: usize>(
         let count = tiles.count(&chunk);
         transform_inputs::<F, M, N>(&tiles, &chunk, x, &mut transformed);
         transform_gradients::<F, M, N>(&tiles, &chunk, grad, &mut gradients);
-        let blocks = outputs.div_ceil(CHANNEL_BLOCK);
-        let tasks = in_blocks(&mut sums, outputs * inputs, CHANNEL_BLOCK * inputs);
-        tasks.into_par_iter().enumerate().for_each(|(i, sums)| {
-            let (value, first) = (i / blocks, i % blocks * CHANNEL_BLOCK);
-            let a = Matrix {
-                data: &transformed[value * stride..],
-                row_stride: values * stride,
-                col_stride: 1,
-            };
-            let b = Matrix {
-                data: &gradients[(first * values + value) * stride..],
-                row_stride: 1,
-                col_stride: values * stride,
-            };
-            let sizes = (inputs, sums.len() / inputs, count);
-            multiply(sizes, a, b, sums, inputs, n > 0);
-        });
+        let factors = |value: usize, first: usize| {
+            let gradients = &gradients[(first * values + value) * stride..];
+            [
+                Matrix::rows(&transformed[value * stride..], values * stride),
+                Matrix::columns(gradients, values * stride),
+            ]
+        };
+        let sizes = (inputs, outputs, count);
+        multiply_values(sizes, factors, &mut sums, inputs, n > 0);
     }
     out.par_chunks_mut(9 * inputs)
         .with_min_len(4)
@@ -175,6 +159,28 @@ fn weight_gradient_by<F: Filter<M, N>, const M: usize, const N: usize>(
         .for_each(|(o, out)| {
             transform::kernel_gradients::<F, M, N>(&sums[o * inputs..], outputs * inputs, out);
         });
+}
+
+/// Writes the matrix product of each value into `out`, (value, output channel, row), channels `stride` apart, on all threads.
+/// `factors` gives the factors of a value, the second from an output channel on.
+fn multiply_values<'a>(
+    (rows, outputs, depth): (usize, usize, usize),
+    factors: impl Fn(usize, usize) -> [Matrix<'a>; 2] + Sync,
+    out: &mut [f32],
+    stride: usize,
+    accumulate: bool,
+) {
+    let blocks = outputs.div_ceil(CHANNEL_BLOCK);
+    let values = out.chunks_mut(outputs * stride);
+    // The last block of a value may be smaller.
+    let tasks: Vec<_> = values
+        .flat_map(|value| value.chunks_mut(CHANNEL_BLOCK * stride))
+        .collect();
+    tasks.into_par_iter().enumerate().for_each(|(i, out)| {
+        let [a, b] = factors(i / blocks, i % blocks * CHANNEL_BLOCK);
+        let sizes = (rows, out.len() / stride, depth);
+        multiply(sizes, a, b, out, stride, accumulate);
+    });
 }
 
 /// Values from the transformed kernels of one output channel to those of the next.
@@ -276,11 +282,4 @@ fn transform_outputs<F: Filter<M, N>, const M: usize, const N: usize>(
                 finish.apply(channel, place, &mut plane[rows..end]);
             }
         });
-}
-
-/// `data` cut into parts of `part` values, and each of them into blocks of `block`; the last of a part may be smaller.
-fn in_blocks(data: &mut [f32], part: usize, block: usize) -> Vec<&mut [f32]> {
-    data.chunks_mut(part)
-        .flat_map(|part| part.chunks_mut(block))
-        .collect()
 }

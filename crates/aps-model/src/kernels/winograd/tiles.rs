@@ -32,10 +32,8 @@ pub(super) struct Chunk {
 
 impl<const M: usize> Tiles<M> {
     pub fn of(shape: &ConvShape) -> Self {
-        let (down, across) = (
-            shape.out_height().div_ceil(M),
-            shape.out_width().div_ceil(M),
-        );
+        let (height, width) = (shape.out_height(), shape.out_width());
+        let (down, across) = (height.div_ceil(M), width.div_ceil(M));
         let values = (M + 2) * (M + 2);
         let most = CHUNK_VALUES / (values * (shape.in_channels + shape.out_channels));
         // Equal chunks rather than a small last one.

@@ -171,11 +171,8 @@ fn outputs_of<F: Filter<M, N>, const M: usize, const N: usize, const W: usize>(
     let (line, sorted) = sorted.split_at_mut(M * n);
     for first in (0..count).step_by(LANES) {
         let value = |a: usize, b: usize| lanes(products, (N * a + b) * product_stride + first);
-        for (pixel, &values) in both_ways(F::output, value)
-            .as_flattened()
-            .iter()
-            .enumerate()
-        {
+        let pixels = both_ways(F::output, value);
+        for (pixel, &values) in pixels.as_flattened().iter().enumerate() {
             store(sorted, pixel * apart + first, values);
         }
     }
@@ -231,12 +228,8 @@ pub(super) fn kernel_gradients<F: Filter<M, N>, const M: usize, const N: usize>(
         let here = LANES.min(n - first);
         let value = |a: usize, b: usize| {
             let mut lanes = [0.0; LANES];
-            copy(
-                &mut lanes,
-                &values[(N * a + b) * apart + first..],
-                here,
-                LANES,
-            );
+            let values = &values[(N * a + b) * apart + first..];
+            copy(&mut lanes, values, here, LANES);
             lanes
         };
         let taps = both_ways(F::kernel_gradient, value);
@@ -310,7 +303,6 @@ fn lanes(values: &[f32], place: usize) -> Lanes {
 
 #[inline(always)]
 fn store(values: &mut [f32], place: usize, lanes: Lanes) {
-    *values[place..]
-        .first_chunk_mut()
-        .expect("rows end with a gap") = lanes;
+    let target = values[place..].first_chunk_mut();
+    *target.expect("rows end with a gap") = lanes;
 }

@@ -73,11 +73,7 @@ fn each_part(
     settings: Settings,
     mut f: impl FnMut(usize, &Tensor) -> Result<()>,
 ) -> Result<()> {
-    let Settings {
-        stride,
-        padding,
-        at_once_bytes,
-    } = settings;
+    let (stride, padding) = (settings.stride, settings.padding);
     let (batch, height, width, channels) = x.dims4()?;
     let positions = |at: usize, size: usize| {
         let room = (size + padding[at].iter().sum::<usize>()).saturating_sub(kernel[at]);
@@ -85,8 +81,8 @@ fn each_part(
     };
     let pixels = positions(0, height) * positions(1, width);
     let values = pixels * kernel[0] * kernel[1] * channels;
-    let at_once =
-        (at_once_bytes / (values * x.dtype().size_in_bytes()).max(1)).clamp(1, batch.max(1));
+    let bytes = values * x.dtype().size_in_bytes();
+    let at_once = (settings.at_once_bytes / bytes.max(1)).clamp(1, batch.max(1));
     for first in (0..batch.max(1)).step_by(at_once) {
         let mut part = x.narrow(0, first, at_once.min(batch - first))?;
         for (dim, [before, after]) in padding.into_iter().enumerate() {
@@ -124,9 +120,7 @@ impl Correlation {
         let (_, inputs, high, wide) = weight.dims4()?;
         // (height, width, out, in)
         let kernel = weight.permute((2, 3, 0, 1))?.contiguous()?;
-        let Settings {
-            stride, padding, ..
-        } = self.settings;
+        let (stride, padding) = (self.settings.stride, self.settings.padding);
         let steps = |at: usize| (size[at] + 2 * padding[at][0]).div_ceil(stride);
         let steps = [steps(0), steps(1)];
         let mut of_rows = Vec::new();
@@ -183,11 +177,28 @@ impl Correlation {
             sum = (&sum + at_least_f32(&windows.t()?.matmul(&grad)?)?)?;
             Ok(())
         })?;
-        let sum = sum
-            .to_dtype(x.dtype())?
-            .reshape((high, wide, inputs, outputs))?;
+        let sum = sum.to_dtype(x.dtype())?;
+        let sum = sum.reshape((high, wide, inputs, outputs))?;
         sum.permute((3, 2, 0, 1))?.contiguous()
     }
+}
+
+/// Defines the forward pass on one kind of device.
+macro_rules! forward {
+    ($name:ident, $storage:ident, $device:ident) => {
+        fn $name(
+            &self,
+            _: &$storage,
+            _: &Layout,
+            _: &$storage,
+            _: &Layout,
+        ) -> Result<($storage, Shape)> {
+            self.finish(|result| match result {
+                Storage::$device(result) => Some(result),
+                _ => None,
+            })
+        }
+    };
 }
 
 impl CustomOp2 for Correlation {
@@ -195,44 +206,9 @@ impl CustomOp2 for Correlation {
         "correlation"
     }
 
-    fn cpu_fwd(
-        &self,
-        _: &CpuStorage,
-        _: &Layout,
-        _: &CpuStorage,
-        _: &Layout,
-    ) -> Result<(CpuStorage, Shape)> {
-        self.finish(|result| match result {
-            Storage::Cpu(result) => Some(result),
-            _ => None,
-        })
-    }
-
-    fn cuda_fwd(
-        &self,
-        _: &CudaStorage,
-        _: &Layout,
-        _: &CudaStorage,
-        _: &Layout,
-    ) -> Result<(CudaStorage, Shape)> {
-        self.finish(|result| match result {
-            Storage::Cuda(result) => Some(result),
-            _ => None,
-        })
-    }
-
-    fn metal_fwd(
-        &self,
-        _: &MetalStorage,
-        _: &Layout,
-        _: &MetalStorage,
-        _: &Layout,
-    ) -> Result<(MetalStorage, Shape)> {
-        self.finish(|result| match result {
-            Storage::Metal(result) => Some(result),
-            _ => None,
-        })
-    }
+    forward!(cpu_fwd, CpuStorage, Cpu);
+    forward!(cuda_fwd, CudaStorage, Cuda);
+    forward!(metal_fwd, MetalStorage, Metal);
 
     fn bwd(
         &self,

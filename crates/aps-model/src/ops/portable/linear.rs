@@ -15,11 +15,9 @@ pub(crate) fn linear(x: &Tensor, weight: &Tensor, bias: &Tensor) -> Result<Tenso
     // One product over all rows: a batched one would copy the weight for each.
     let rows = x.contiguous()?.reshape(((), inputs))?;
     let y = at_least_f32(&rows.matmul(&weight.t()?)?)?;
-    let y = y
-        .broadcast_add(&bias.to_dtype(y.dtype())?)?
-        .to_dtype(x.dtype())?;
+    let y = y.broadcast_add(&bias.to_dtype(y.dtype())?)?;
     if let Some(last) = dims.last_mut() {
         *last = out;
     }
-    y.reshape(dims)
+    y.to_dtype(x.dtype())?.reshape(dims)
 }

@@ -23,7 +23,8 @@ pub(crate) use conv::{conv_transpose2x2, conv2d};
 pub(crate) use correlation::correlate;
 pub(crate) use linear::linear;
 pub(crate) use norm::{
-    BatchNormTensors, EPSILON, MOMENTUM, at_least_f32, batch_norm, layer_norm, values_a_channel,
+    BatchNormTensors, EPSILON, LAYER_EPSILON, MOMENTUM, at_least_f32, batch_norm, layer_norm,
+    values_a_channel,
 };
 pub(crate) use pool::{adaptive_avg_pool, averages, max_pool_2x2, max_pool_3x3_s2_p1};
 pub(crate) use resize::{interpolation, resize_bilinear, upsample_nearest_2x};

@@ -2,8 +2,10 @@
 
 use candle_core::{D, DType, Result, Tensor, Var, bail};
 
-/// Added to variances before the root (PyTorch's default).
+/// Added to variances before the root in batch normalisation (PyTorch's default).
 pub(crate) const EPSILON: f64 = 1e-5;
+/// Added to variances in layer normalisation (torchvision's for vision transformers).
+pub(crate) const LAYER_EPSILON: f64 = 1e-6;
 /// Weight of the newest batch in the running statistics (PyTorch's default).
 pub(crate) const MOMENTUM: f64 = 0.1;
 
@@ -78,17 +80,12 @@ fn move_towards(running: &Var, batch: &Tensor) -> Result<()> {
 
 /// Layer normalisation over the last dimension, with scale and shift (Ba, Kiros and Hinton, arXiv:1607.06450).
 /// Half-precision inputs are normalised in f32.
-pub(crate) fn layer_norm(
-    x: &Tensor,
-    weight: &Tensor,
-    bias: &Tensor,
-    epsilon: f64,
-) -> Result<Tensor> {
+pub(crate) fn layer_norm(x: &Tensor, weight: &Tensor, bias: &Tensor) -> Result<Tensor> {
     let dtype = x.dtype();
     let x = &at_least_f32(x)?;
     let centred = x.broadcast_sub(&x.mean_keepdim(D::Minus1)?)?;
     let variance = centred.sqr()?.mean_keepdim(D::Minus1)?;
-    let normalised = centred.broadcast_div(&(variance + epsilon)?.sqrt()?)?;
+    let normalised = centred.broadcast_div(&(variance + LAYER_EPSILON)?.sqrt()?)?;
     let y = normalised
         .broadcast_mul(&weight.to_dtype(x.dtype())?)?
         .broadcast_add(&bias.to_dtype(x.dtype())?)?;
