@@ -1,8 +1,6 @@
 //! Tensors of a file to tensors of a model.
 
-use std::path::Path;
-
-use candle_core::{DType, Tensor, Var};
+use candle_core::{D, DType, Tensor, Var};
 
 use super::LoadReport;
 use super::names::{Names, listed};
@@ -22,7 +20,6 @@ pub(super) struct Columns {
 ///
 /// Nothing is changed unless all fit.
 pub(super) fn assign(
-    path: &Path,
     source: &Source,
     names: Names,
     wanted: &[(String, Var)],
@@ -40,6 +37,7 @@ pub(super) fn assign(
         let Some(stored) = names.found.get(name) else {
             if is_counter(var) {
                 report.zeroed.push(name.clone());
+                values.push((var, var.zeros_like()?));
             } else {
                 problems.push(format!("{name} {expected:?} is missing"));
             }
@@ -55,9 +53,8 @@ pub(super) fn assign(
             if !is_counter(var) && !is_finite(&tensor)? {
                 problems.push(format!("{name} holds values that are not finite"));
             }
-            let last = tensor.rank().saturating_sub(1);
             let tensor = match zeros {
-                Some(zeros) => tensor.pad_with_zeros(last, 0, zeros.count)?,
+                Some(zeros) => tensor.pad_with_zeros(D::Minus1, 0, zeros.count)?,
                 None => tensor,
             };
             values.push((var, tensor));
@@ -65,19 +62,14 @@ pub(super) fn assign(
     }
     if !problems.is_empty() || !names.unknown.is_empty() {
         return Err(Error::WeightsMismatch {
-            path: path.to_owned(),
+            path: source.path().to_owned(),
             problems: explain(problems, &names, source.others()),
         });
     }
     for (var, tensor) in &values {
         var.set(&tensor.to_dtype(var.dtype())?.to_device(var.device())?)?;
     }
-    for name in &report.zeroed {
-        if let Some((_, counter)) = wanted.iter().find(|(wanted, _)| wanted == name) {
-            counter.set(&counter.zeros_like()?)?;
-        }
-    }
-    report.loaded = values.len();
+    report.loaded = values.len() - report.zeroed.len();
     report.dropped = names.elsewhere;
     Ok(report)
 }
@@ -92,10 +84,11 @@ fn explain(mut problems: Vec<String>, names: &Names, others: &[String]) -> Vec<S
         }
     };
     shorten(&mut problems, "of the model's tensors");
-    let unknown = names.unknown.values();
-    let mut unknown = unknown
-        .map(|name| format!("{name} is not part of the model"))
-        .collect();
+    let unknown = names
+        .unknown
+        .values()
+        .map(|name| format!("{name} is not part of the model"));
+    let mut unknown = unknown.collect();
     shorten(&mut unknown, "of the file's tensors");
     problems.append(&mut unknown);
     if !names.elsewhere.is_empty() {
@@ -112,9 +105,7 @@ fn explain(mut problems: Vec<String>, names: &Names, others: &[String]) -> Vec<S
 }
 
 fn is_finite(tensor: &Tensor) -> Result<bool> {
-    let values = tensor
-        .to_dtype(DType::F32)?
-        .flatten_all()?
-        .to_vec1::<f32>()?;
+    let values = tensor.to_dtype(DType::F32)?.flatten_all()?;
+    let values: Vec<f32> = values.to_vec1()?;
     Ok(values.iter().all(|v| v.is_finite()))
 }

@@ -91,11 +91,8 @@ impl fmt::Display for LoadReport {
             write!(f, "; kept: {}", listed(&self.kept))?;
         }
         if !self.zeroed.is_empty() {
-            write!(
-                f,
-                "; {} counters not in the file begin at 0",
-                self.zeroed.len()
-            )?;
+            let count = self.zeroed.len();
+            write!(f, "; {count} counters not in the file begin at 0")?;
         }
         Ok(())
     }
@@ -111,11 +108,10 @@ pub fn save(path: &Path, parameters: &VarMap, label: Option<Label>) -> Result<()
         tensors.push((name, var.as_detached_tensor().to_device(&Device::Cpu)?));
     }
     // One entry: several would be written in another order each time.
-    let metadata = label.map(|Label { kind, preset }| {
-        HashMap::from([(LABEL_KEY.to_owned(), format!("{kind} {preset}"))])
-    });
-    let bytes =
-        safetensors::serialize(tensors, metadata).map_err(|e| Error::weights_format(path, e))?;
+    let words = label.map(|Label { kind, preset }| format!("{kind} {preset}"));
+    let metadata = words.map(|words| HashMap::from([(LABEL_KEY.to_owned(), words)]));
+    let bytes = safetensors::serialize(tensors, metadata);
+    let bytes = bytes.map_err(|e| Error::weights_format(path, e))?;
     let written = replace(path, |partial| fs::write(partial, bytes));
     written.map_err(|e| Error::weights_io("write", path, e))
 }
@@ -130,20 +126,13 @@ pub fn read_label(path: &Path) -> Result<Option<Label>> {
     let Some(found) = source.metadata().remove(LABEL_KEY) else {
         return Ok(None);
     };
-    let parts = found.split_once(' ');
-    let label = parts.and_then(|(kind, preset)| {
-        Some(Label {
-            kind: kind.parse().ok()?,
-            preset: preset.parse().ok()?,
-        })
+    let label = found.split_once(' ').and_then(|(kind, preset)| {
+        let (kind, preset) = (kind.parse().ok()?, preset.parse().ok()?);
+        Some(Label { kind, preset })
     });
-    match label {
-        Some(label) => Ok(Some(label)),
-        None => Err(Error::ForeignLabel {
-            path: path.to_owned(),
-            found,
-        }),
-    }
+    let path = path.to_owned();
+    let label = label.ok_or(Error::ForeignLabel { path, found })?;
+    Ok(Some(label))
 }
 
 /// Fills all tensors from a file of [`save`] or `torch.save`.
@@ -152,10 +141,14 @@ pub fn read_label(path: &Path) -> Result<Option<Label>> {
 /// [`Error::WeightsIo`], [`Error::WeightsFormat`], and [`Error::WeightsMismatch`] with the tensors that do not fit;
 /// nothing is changed then.
 pub fn load(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
-    let source = Source::open(path)?;
+    fill(&Source::open(path)?, parameters)
+}
+
+/// Fills all tensors from those of the same name.
+fn fill(source: &Source, parameters: &VarMap) -> Result<LoadReport> {
     let wanted = sorted(parameters);
-    let names = own_names(path, &source, &wanted)?;
-    assign(path, &source, names, &wanted, None)
+    let names = own_names(source, &wanted)?;
+    assign(source, names, &wanted, None)
 }
 
 /// Fills the backbone from weights of torchvision, of any of its releases: of a `resnet18` for the ResNet models and the
@@ -173,12 +166,13 @@ pub fn load_pretrained(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let names = names.map_err(|e| Error::weights_format(path, e))?;
     let mut wanted = sorted(parameters);
     wanted.retain(|(name, _)| backbone.needs(name) || names.found.contains_key(name));
-    assign(path, &source, names, &wanted, None)
+    assign(&source, names, &wanted, None)
 }
 
 /// Tensors of the file, meant for the model's of the same name.
-fn own_names(path: &Path, source: &Source, wanted: &[(String, Var)]) -> Result<Names> {
+fn own_names(source: &Source, wanted: &[(String, Var)]) -> Result<Names> {
     let wanted: HashSet<&str> = wanted.iter().map(|(name, _)| name.as_str()).collect();
     let own = |name: &str| wanted.contains(name).then(|| name.to_owned());
-    Names::of(source.names(), wanted.len(), own).map_err(|e| Error::weights_format(path, e))
+    let names = Names::of(source.names(), wanted.len(), own);
+    names.map_err(|e| Error::weights_format(source.path(), e))
 }

@@ -24,13 +24,8 @@ pub(super) enum Node {
     List(Vec<Id>),
     /// A class or function: module, blank, name.
     Global(String),
-    /// A call that is only written down.
-    Call {
-        /// A [`Node::Global`], if the file is sound.
-        function: Id,
-        /// A [`Node::Tuple`], if the file is sound.
-        arguments: Id,
-    },
+    /// A call that is only written down: a [`Node::Global`] and a [`Node::Tuple`], if the file is sound.
+    Call(Id, Id),
     /// Something outside the pickle, by its id.
     Persistent(Id),
     /// None, a truth value, a fraction, bytes: what no tensor's description needs.
@@ -56,9 +51,8 @@ impl Pickle {
             marks: Vec::new(),
             memo: HashMap::new(),
         };
-        let root = machine
-            .run()
-            .map_err(|e| format!("{e}, at byte {}", machine.at))?;
+        let root = machine.run();
+        let root = root.map_err(|e| format!("{e}, at byte {}", machine.at))?;
         Ok(Self {
             nodes: machine.nodes,
             root,
@@ -116,22 +110,14 @@ impl<'a> Machine<'a> {
                 self.push(node)
             }
             // BINPUT, LONG_BINPUT, MEMOIZE
-            b'q' => {
-                let [key] = self.array()?;
-                self.remember(key.into())
-            }
-            b'r' => {
-                let key = u32::from_le_bytes(self.array()?);
+            b'q' | b'r' => {
+                let key = self.number(code == b'r')?;
                 self.remember(key)
             }
             0x94 => self.remember(self.memo.len() as u32),
             // BINGET, LONG_BINGET
-            b'h' => {
-                let [key] = self.array()?;
-                self.recall(key.into())
-            }
-            b'j' => {
-                let key = u32::from_le_bytes(self.array()?);
+            b'h' | b'j' => {
+                let key = self.number(code == b'j')?;
                 self.recall(key)
             }
             // BININT, BININT1, BININT2, LONG1
@@ -153,26 +139,19 @@ impl<'a> Machine<'a> {
                 self.push(node)
             }
             // BINUNICODE, SHORT_BINUNICODE
-            b'X' => {
-                let length = u32::from_le_bytes(self.array()?);
-                self.text(length as usize)
-            }
-            0x8c => {
-                let [length] = self.array()?;
-                self.text(length.into())
+            b'X' | 0x8c => {
+                let length = self.number(code == b'X')?;
+                let text = self.take(length as usize)?.to_vec();
+                let text = String::from_utf8(text).map_err(|_| "text that is not UTF-8")?;
+                self.push(Node::Text(text))
             }
             // NONE, NEWTRUE, NEWFALSE, BINFLOAT, SHORT_BINBYTES, BINBYTES
             b'N' | 0x88 | 0x89 => self.push(Node::Other),
             b'G' => self.take(8).and_then(|_| self.push(Node::Other)),
-            b'C' => {
-                let [length] = self.array()?;
-                self.take(length.into())
-                    .and_then(|_| self.push(Node::Other))
-            }
-            b'B' => {
-                let length = u32::from_le_bytes(self.array()?);
-                self.take(length as usize)
-                    .and_then(|_| self.push(Node::Other))
+            b'C' | b'B' => {
+                let length = self.number(code == b'B')?;
+                self.take(length as usize)?;
+                self.push(Node::Other)
             }
             // MARK, TUPLE, EMPTY_TUPLE, TUPLE1, TUPLE2, TUPLE3
             b'(' => {
@@ -218,13 +197,9 @@ impl<'a> Machine<'a> {
                 let (arguments, function) = (self.pop()?, self.pop()?);
                 let is_dict = matches!(&self.nodes[function], Node::Global(name)
                     if name == "collections OrderedDict" || name == "collections defaultdict");
-                self.push(if is_dict {
-                    Node::Dict(Vec::new())
-                } else {
-                    Node::Call {
-                        function,
-                        arguments,
-                    }
+                self.push(match is_dict {
+                    true => Node::Dict(Vec::new()),
+                    false => Node::Call(function, arguments),
                 })
             }
             // BUILD: attributes, of which no tensor needs any.
@@ -250,20 +225,20 @@ impl<'a> Machine<'a> {
         Ok(array)
     }
 
-    fn line(&mut self) -> Step<String> {
-        let rest = &self.bytes[self.at..];
-        let length = rest
-            .iter()
-            .position(|&b| b == b'\n')
-            .ok_or("it ends too early")?;
-        self.at += length + 1;
-        Ok(String::from_utf8_lossy(&rest[..length]).into_owned())
+    /// A number without sign, of four bytes or one.
+    fn number(&mut self, is_long: bool) -> Step<u32> {
+        match is_long {
+            true => self.array().map(u32::from_le_bytes),
+            false => self.array().map(|[byte]| byte.into()),
+        }
     }
 
-    fn text(&mut self, length: usize) -> Step {
-        let text =
-            String::from_utf8(self.take(length)?.to_vec()).map_err(|_| "text that is not UTF-8")?;
-        self.push(Node::Text(text))
+    fn line(&mut self) -> Step<String> {
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(|&b| b == b'\n');
+        let length = length.ok_or("it ends too early")?;
+        self.at += length + 1;
+        Ok(String::from_utf8_lossy(&rest[..length]).into_owned())
     }
 
     fn push(&mut self, node: Node) -> Step {
@@ -274,12 +249,9 @@ impl<'a> Machine<'a> {
 
     /// Takes a value off the stack, but none below the last mark.
     fn pop(&mut self) -> Step<Id> {
-        if self.stack.len() <= self.marks.last().copied().unwrap_or(0) {
-            return Err("an instruction lacks its operand".to_owned());
-        }
-        self.stack
-            .pop()
-            .ok_or_else(|| "an instruction lacks its operand".to_owned())
+        let is_there = self.stack.len() > self.marks.last().copied().unwrap_or(0);
+        let top = self.stack.pop_if(|_| is_there);
+        top.ok_or_else(|| "an instruction lacks its operand".to_owned())
     }
 
     fn pop_many(&mut self, count: usize) -> Step<Vec<Id>> {
@@ -289,10 +261,8 @@ impl<'a> Machine<'a> {
     }
 
     fn since_mark(&mut self) -> Step<Vec<Id>> {
-        let start = self
-            .marks
-            .pop()
-            .ok_or("a collection without its beginning")?;
+        let start = self.marks.pop();
+        let start = start.ok_or("a collection without its beginning")?;
         Ok(self.stack.split_off(start))
     }
 
@@ -303,11 +273,9 @@ impl<'a> Machine<'a> {
     }
 
     fn recall(&mut self, key: u32) -> Step {
-        let id = *self
-            .memo
-            .get(&key)
-            .ok_or("a value that was never remembered")?;
-        self.stack.push(id);
+        let id = self.memo.get(&key);
+        let id = id.ok_or("a value that was never remembered")?;
+        self.stack.push(*id);
         Ok(())
     }
 
@@ -317,7 +285,7 @@ impl<'a> Machine<'a> {
         match &mut self.nodes[list] {
             Node::List(all) => all.extend(items),
             // A list of an unknown class: nothing a tensor needs.
-            Node::Call { .. } => {}
+            Node::Call(..) => {}
             _ => return Err("an element for something that is no list".to_owned()),
         }
         Ok(())
@@ -332,7 +300,7 @@ impl<'a> Machine<'a> {
         }
         match &mut self.nodes[dict] {
             Node::Dict(all) => all.extend(pairs.map(|pair| (pair[0], pair[1]))),
-            Node::Call { .. } => {}
+            Node::Call(..) => {}
             _ => return Err("an entry for something that is no dictionary".to_owned()),
         }
         Ok(())

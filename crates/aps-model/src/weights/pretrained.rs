@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use candle_core::Var;
 use candle_nn::VarMap;
 
 use super::names::Names;
@@ -36,18 +37,11 @@ impl Backbone {
     pub(super) fn of(parameters: &VarMap) -> Option<Self> {
         let all = sorted(parameters);
         let place = PLACES.iter().find(|place| {
-            let has = |first| {
-                all.iter()
-                    .any(|(name, _)| *name == format!("{place}{first}"))
-            };
-            has("conv1.weight") || has("stem.0.weight") || has("conv_proj.weight")
+            let mut inside = all.iter().filter_map(|(name, _)| name.strip_prefix(*place));
+            inside.any(|name| ["conv1.weight", "stem.0.weight", "conv_proj.weight"].contains(&name))
         })?;
-        let inside = |name: String| Some((spelled(name.strip_prefix(place)?), name));
-        Some(Self(
-            all.into_iter()
-                .filter_map(|(name, _)| inside(name))
-                .collect(),
-        ))
+        let inside = |(name, _): (String, Var)| Some((spelled(name.strip_prefix(place)?), name));
+        Some(Self(all.into_iter().filter_map(inside).collect()))
     }
 
     /// Finds the backbone's tensors in a file of torchvision or of another model, by the file's names. Classifiers,
@@ -70,19 +64,18 @@ impl Backbone {
 
     /// Returns true when the model's tensor `name` belongs to torchvision's backbone, so that no backbone lacks it.
     pub(super) fn needs(&self, name: &str) -> bool {
-        self.0
-            .iter()
-            .any(|(spelled, own)| own == name && is_torchvision_s(spelled))
+        let is_it = |(spelled, own): (&String, &String)| own == name && is_torchvision_s(spelled);
+        self.0.iter().any(is_it)
     }
 }
 
 /// Returns torchvision's name of a tensor of an encoder.
 fn spelled(name: &str) -> String {
-    let stem =
-        |(ours, theirs): &(&str, &str)| Some(format!("{theirs}{}", name.strip_prefix(ours)?));
-    STEM.iter()
-        .find_map(stem)
-        .unwrap_or_else(|| name.to_owned())
+    let mut stem = STEM.iter().filter_map(|(ours, theirs)| {
+        let rest = name.strip_prefix(ours)?;
+        Some(format!("{theirs}{rest}"))
+    });
+    stem.next().unwrap_or_else(|| name.to_owned())
 }
 
 fn is_torchvision_s(spelled: &str) -> bool {

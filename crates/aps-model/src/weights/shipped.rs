@@ -4,10 +4,8 @@ use std::path::Path;
 
 use candle_nn::VarMap;
 
-use super::matching::assign;
 use super::source::Source;
-use super::{Label, LoadReport, own_names};
-use crate::parameters::sorted;
+use super::{Label, LoadReport, fill};
 use crate::{ModelKind, Preset, Result};
 
 /// Weights of a model that was trained before, with an account of it.
@@ -69,10 +67,7 @@ impl Shipped {
     /// [`Error::WeightsMismatch`](crate::Error::WeightsMismatch) where these are tensors of another model.
     pub fn load(&self, parameters: &VarMap) -> Result<LoadReport> {
         let name = format!("shipped {}", self.label.kind);
-        let path = Path::new(&name);
-        let source = Source::of_bytes(path, self.bytes.to_vec())?;
-        let wanted = sorted(parameters);
-        let names = own_names(path, &source, &wanted)?;
-        assign(path, &source, names, &wanted, None)
+        let source = Source::of_bytes(Path::new(&name), self.bytes.to_vec())?;
+        fill(&source, parameters)
     }
 }

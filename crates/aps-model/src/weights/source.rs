@@ -79,11 +79,10 @@ impl Source {
             SafeTensors::read_metadata(&bytes).map_err(|e| explain(e.to_string()))?;
         let (mut tensors, mut others) = (BTreeMap::new(), Vec::new());
         for (name, info) in metadata.tensors() {
-            let Ok(dtype) = DType::try_from(info.dtype) else {
-                let kind = info.dtype;
-                others.push(format!(
-                    "{name} (values of the type {kind:?} are not supported)"
-                ));
+            let kind = info.dtype;
+            let Ok(dtype) = DType::try_from(kind) else {
+                let text = format!("{name} (values of the type {kind:?} are not supported)");
+                others.push(text);
                 continue;
             };
             let (start, end) = info.data_offsets;
@@ -102,6 +101,11 @@ impl Source {
             bytes,
         };
         Ok((content, others))
+    }
+
+    /// The file, which errors name.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Names of all tensors, in order.
@@ -142,12 +146,8 @@ impl Source {
             Content::Safetensors { bytes, tensors, .. } => {
                 let stored = &tensors[name];
                 let values = &bytes[stored.at.clone()];
-                Ok(Tensor::from_raw_buffer(
-                    values,
-                    stored.dtype,
-                    &stored.shape,
-                    &Device::Cpu,
-                )?)
+                let (dtype, shape) = (stored.dtype, &stored.shape);
+                Ok(Tensor::from_raw_buffer(values, dtype, shape, &Device::Cpu)?)
             }
             Content::Torch { archive, tensors } => archive
                 .tensor(&tensors[name])

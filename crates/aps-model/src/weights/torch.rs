@@ -17,13 +17,14 @@ const LEVELS: usize = 3;
 /// Longest name of a dictionary that is looked through \[bytes\]. It begins the name of each of its tensors.
 const LONGEST_KEY: usize = 64;
 
-type Zip = ZipArchive<Cursor<Vec<u8>>>;
+/// Function that a pickle calls to make a tensor.
+const REBUILD_TENSOR: &str = "torch._utils _rebuild_tensor_v2";
 
 /// An open archive. Sizes it states are never trusted with memory: an entry is read up to the length of the file, and a
 /// tensor has no more elements than its storage.
 pub(super) struct Archive {
     // Reading an entry moves a position.
-    zip: Mutex<Zip>,
+    zip: Mutex<ZipArchive<Cursor<Vec<u8>>>>,
     /// Prefix of the names of entries, as it stands before `data.pkl`.
     folder: String,
     length: u64,
@@ -51,8 +52,8 @@ pub(super) struct TensorRecord {
 impl Archive {
     pub(super) fn new(bytes: Vec<u8>) -> Result<Self, String> {
         let length = bytes.len() as u64;
-        let zip = ZipArchive::new(Cursor::new(bytes))
-            .map_err(|e| format!("it is no whole archive: {e}"))?;
+        let zip = ZipArchive::new(Cursor::new(bytes));
+        let zip = zip.map_err(|e| format!("it is no whole archive: {e}"))?;
         let pickle = zip
             .file_names()
             .filter_map(Result::ok)
@@ -91,28 +92,18 @@ impl Archive {
         let bytes = self.read(&format!("data/{}", record.storage))?;
         let size = record.dtype.size_in_bytes();
         let available = bytes.len() / size;
-        let count = record
-            .shape
-            .iter()
-            .try_fold(1_usize, |n, &d| n.checked_mul(d));
-        let last = record.shape.iter().zip(&record.strides).try_fold(
-            record.offset,
-            |at, (&n, &stride)| {
-                n.saturating_sub(1)
-                    .checked_mul(stride)
-                    .and_then(|far| far.checked_add(at))
-            },
-        );
+        let (shape, strides, offset) = (&record.shape, &record.strides, record.offset);
+        let count = shape.iter().try_fold(1_usize, |n, &d| n.checked_mul(d));
+        let mut pairs = shape.iter().zip(strides);
+        let last = pairs.try_fold(offset, |at, (&n, &stride)| {
+            n.saturating_sub(1).checked_mul(stride)?.checked_add(at)
+        });
         let (Some(count), Some(last)) = (count, last) else {
-            return Err(format!(
-                "sizes {:?} and strides {:?} overflow",
-                record.shape, record.strides
-            ));
+            return Err(format!("sizes {shape:?} and strides {strides:?} overflow"));
         };
         if count > available || (count > 0 && last >= available) {
             return Err(format!(
-                "{:?} elements with strides {:?} from {} do not fit the {available} stored",
-                record.shape, record.strides, record.offset
+                "{shape:?} elements with strides {strides:?} from {offset} do not fit the {available} stored"
             ));
         }
         let mut values = Vec::with_capacity(count * size);
@@ -152,9 +143,8 @@ fn describe(bytes: &[u8]) -> Result<Entries, String> {
     }
     entries.others.sort_unstable();
     if unnamed > 0 {
-        entries
-            .others
-            .push(format!("{unnamed} without a name in text"));
+        let text = format!("{unnamed} without a name in text");
+        entries.others.push(text);
     }
     if entries.tensors.is_empty() {
         return Err(format!(
@@ -213,27 +203,15 @@ fn dict(pickle: &Pickle, id: Id) -> Option<(Vec<(String, Id)>, usize)> {
     Some((named, unnamed))
 }
 
-/// The tensor that `torch._utils._rebuild_tensor_v2` is asked to make; `None` if this is something else.
+/// The tensor that [`REBUILD_TENSOR`] is asked to make; `None` if this is something else.
 fn record(pickle: &Pickle, id: Id) -> Result<Option<TensorRecord>, String> {
-    let Node::Call {
-        function,
-        arguments,
-    } = pickle.get(id)
-    else {
-        return Ok(None);
-    };
-    let (Node::Global(function), Node::Tuple(arguments)) =
-        (pickle.get(*function), pickle.get(*arguments))
-    else {
-        return Ok(None);
-    };
-    match (function.as_str(), arguments.as_slice()) {
+    match call(pickle, id) {
         // A parameter wraps a tensor, which does not wrap another.
-        ("torch._utils _rebuild_parameter", [tensor, ..]) => match pickle.get(*tensor) {
-            Node::Call { function, .. } if is_rebuild(pickle, *function) => record(pickle, *tensor),
+        Some(("torch._utils _rebuild_parameter", [tensor, ..])) => match call(pickle, *tensor) {
+            Some((REBUILD_TENSOR, _)) => record(pickle, *tensor),
             _ => Ok(None),
         },
-        ("torch._utils _rebuild_tensor_v2", [storage, offset, shape, strides, ..]) => {
+        Some((REBUILD_TENSOR, [storage, offset, shape, strides, ..])) => {
             let (dtype, storage) = self::storage(pickle, *storage)?;
             let record = TensorRecord {
                 shape: sizes(pickle, *shape)?,
@@ -242,12 +220,9 @@ fn record(pickle: &Pickle, id: Id) -> Result<Option<TensorRecord>, String> {
                 dtype,
                 storage,
             };
-            if record.shape.len() != record.strides.len() {
-                return Err(format!(
-                    "{} sizes with {} strides",
-                    record.shape.len(),
-                    record.strides.len()
-                ));
+            let (sizes, strides) = (record.shape.len(), record.strides.len());
+            if sizes != strides {
+                return Err(format!("{sizes} sizes with {strides} strides"));
             }
             Ok(Some(record))
         }
@@ -255,35 +230,36 @@ fn record(pickle: &Pickle, id: Id) -> Result<Option<TensorRecord>, String> {
     }
 }
 
-fn is_rebuild(pickle: &Pickle, function: Id) -> bool {
-    matches!(pickle.get(function), Node::Global(name) if name == "torch._utils _rebuild_tensor_v2")
+/// Function and arguments of a call; `None` if this is something else.
+fn call(pickle: &Pickle, id: Id) -> Option<(&str, &[Id])> {
+    if let Node::Call(function, arguments) = pickle.get(id)
+        && let Node::Global(function) = pickle.get(*function)
+        && let Node::Tuple(arguments) = pickle.get(*arguments)
+    {
+        return Some((function, arguments));
+    }
+    None
 }
 
 /// Type and entry of a storage: the persistent id ("storage", type, key, device, elements).
 fn storage(pickle: &Pickle, id: Id) -> Result<(DType, String), String> {
-    let damaged = || "a tensor without a storage".to_owned();
-    let Node::Persistent(id) = pickle.get(id) else {
-        return Err(damaged());
-    };
-    let Node::Tuple(parts) = pickle.get(*id) else {
-        return Err(damaged());
-    };
-    let [_, kind, key, ..] = parts.as_slice() else {
-        return Err(damaged());
-    };
-    let (Node::Global(kind), Node::Text(key)) = (pickle.get(*kind), pickle.get(*key)) else {
-        return Err(damaged());
-    };
-    let dtype = match kind.as_str() {
-        "torch FloatStorage" => DType::F32,
-        "torch DoubleStorage" => DType::F64,
-        "torch HalfStorage" => DType::F16,
-        "torch BFloat16Storage" => DType::BF16,
-        "torch LongStorage" => DType::I64,
-        "torch ByteStorage" => DType::U8,
-        other => return Err(format!("values of the type \"{other}\" are not supported")),
-    };
-    Ok((dtype, key.clone()))
+    if let Node::Persistent(id) = pickle.get(id)
+        && let Node::Tuple(parts) = pickle.get(*id)
+        && let [_, kind, key, ..] = parts.as_slice()
+        && let (Node::Global(kind), Node::Text(key)) = (pickle.get(*kind), pickle.get(*key))
+    {
+        let dtype = match kind.as_str() {
+            "torch FloatStorage" => DType::F32,
+            "torch DoubleStorage" => DType::F64,
+            "torch HalfStorage" => DType::F16,
+            "torch BFloat16Storage" => DType::BF16,
+            "torch LongStorage" => DType::I64,
+            "torch ByteStorage" => DType::U8,
+            other => return Err(format!("values of the type \"{other}\" are not supported")),
+        };
+        return Ok((dtype, key.clone()));
+    }
+    Err("a tensor without a storage".to_owned())
 }
 
 fn sizes(pickle: &Pickle, id: Id) -> Result<Vec<usize>, String> {

@@ -27,11 +27,11 @@ const READS_NOISE: &str = "decoder.0.weight";
 pub fn warm_start(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let source = Source::open(path)?;
     let mut wanted = sorted(parameters);
-    let names = own_names(path, &source, &wanted)?;
+    let names = own_names(&source, &wanted)?;
     let has_noise = names.found.keys().any(|name| name.starts_with(NOISE));
     let noise = wanted.iter().find(|(name, _)| name == "noise_proj.bias");
     let Some((_, noise)) = noise.filter(|_| !has_noise).cloned() else {
-        return assign(path, &source, names, &wanted, None);
+        return assign(&source, names, &wanted, None);
     };
     let kept = wanted.extract_if(.., |(name, _)| name.starts_with(NOISE));
     let kept = kept.map(|(name, _)| name).collect();
@@ -39,6 +39,6 @@ pub fn warm_start(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
         of: READS_NOISE,
         count: noise.elem_count(),
     };
-    let report = assign(path, &source, names, &wanted, Some(silent))?;
+    let report = assign(&source, names, &wanted, Some(silent))?;
     Ok(LoadReport { kept, ..report })
 }

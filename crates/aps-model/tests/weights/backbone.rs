@@ -1,5 +1,6 @@
 //! Weights that begin a training: a backbone's, another model's.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use aps_model::candle_core::{DType, Device, Tensor, safetensors};
@@ -8,25 +9,20 @@ use aps_model::condition::InputShape;
 use aps_model::weights::{load_pretrained, save, warm_start};
 use aps_model::{Error, Model, ModelKind, Preset, seeded};
 
-use super::{built, get, sorted, values};
+use super::{answer, built, detached, get, sorted, values};
 
 /// A file as torchvision's `resnet18` has it, as wide as the small preset, made of the ResNet-MLP of `seed`.
 fn backbone_file(path: &Path, seed: u64) -> VarMap {
     let source = built(ModelKind::ResnetMlp, Preset::Small, seed);
-    let mut tensors: Vec<(String, Tensor)> = sorted(&source)
-        .into_iter()
-        .filter_map(|(name, var)| {
-            let name = name.strip_prefix("encoder.")?.to_owned();
-            Some((name, var.as_detached_tensor()))
-        })
-        .collect();
+    let tensors = detached(&source).into_iter();
+    let tensors = tensors
+        .filter_map(|(name, tensor)| Some((name.strip_prefix("encoder.")?.to_owned(), tensor)));
+    let mut tensors: HashMap<String, Tensor> = tensors.collect();
+    let classifier = Tensor::zeros(1000, DType::F32, &Device::Cpu).unwrap();
     for name in ["fc.weight", "fc.bias"] {
-        tensors.push((
-            name.to_owned(),
-            Tensor::zeros(1000, DType::F32, &Device::Cpu).unwrap(),
-        ));
+        tensors.insert(name.to_owned(), classifier.clone());
     }
-    safetensors::save(&tensors.into_iter().collect(), path).unwrap();
+    safetensors::save(&tensors, path).unwrap();
     source
 }
 
@@ -37,15 +33,8 @@ fn a_pretrained_backbone_fills_every_encoder_and_nothing_else() {
     let source = backbone_file(&path, 1);
     let of = |name: &str| get(&source, &format!("encoder.{name}")).unwrap();
     let same = |a: &Tensor, b: &Tensor| {
-        (a - b)
-            .unwrap()
-            .abs()
-            .unwrap()
-            .sum_all()
-            .unwrap()
-            .to_scalar::<f32>()
-            .unwrap()
-            == 0.0
+        let apart = (a - b).unwrap().abs().unwrap().sum_all().unwrap();
+        apart.to_scalar::<f32>().unwrap() == 0.0
     };
 
     for kind in [
@@ -62,30 +51,24 @@ fn a_pretrained_backbone_fills_every_encoder_and_nothing_else() {
             if name.ends_with("num_batches_tracked") {
                 continue;
             }
-            let encoder = name
-                .strip_prefix("encoder.")
-                .map(|rest| rest.replace("stem.0", "conv1").replace("stem.1", "bn1"));
-            let expected = match encoder {
-                Some(rest) if !rest.contains("proj") => of(&rest),
+            let expected = match name.strip_prefix("encoder.") {
+                Some(rest) if !rest.contains("proj") => {
+                    of(&rest.replace("stem.0", "conv1").replace("stem.1", "bn1"))
+                }
                 _ => get(&untouched, &name).unwrap(),
             };
-            assert!(
-                same(var.as_tensor(), expected.as_tensor()),
-                "{kind}: {name}"
-            );
+            assert!(same(&var, &expected), "{kind}: {name}");
         }
     }
 
     let regularizer = regularizer(Preset::Small);
     load_pretrained(&path, &regularizer).unwrap();
     let first = get(&regularizer, "cond_encoder.conv1.weight").unwrap();
-    assert!(same(first.as_tensor(), of("conv1.weight").as_tensor()));
+    assert!(same(&first, &of("conv1.weight")));
 
     let unet = built(ModelKind::RadioUnet, Preset::Small, 4);
-    assert!(matches!(
-        load_pretrained(&path, &unet),
-        Err(Error::NoBackbone)
-    ));
+    let refused = load_pretrained(&path, &unet);
+    assert!(matches!(refused, Err(Error::NoBackbone)));
 }
 
 pub fn regularizer(preset: Preset) -> VarMap {
@@ -148,10 +131,8 @@ fn a_warm_start_begins_with_the_other_s_answers() {
     let made = |kind: ModelKind, seed| {
         let parameters = VarMap::new();
         let vb = seeded(&parameters, seed, DType::F32, &Device::Cpu);
-        (
-            kind.build(Preset::Small, InputShape::Images, vb).unwrap(),
-            parameters,
-        )
+        let model = kind.build(Preset::Small, InputShape::Images, vb);
+        (model.unwrap(), parameters)
     };
     let saved = |parameters: &VarMap| {
         let path = folder.path().join("weights.safetensors");
@@ -159,10 +140,7 @@ fn a_warm_start_begins_with_the_other_s_answers() {
         path
     };
     let images = Tensor::rand(0f32, 1.0, (3, 3, 64, 64), &Device::Cpu).unwrap();
-    let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
-        let y = model.forward_t(&images, false).unwrap();
-        y.to_vec2().unwrap()
-    };
+    let answer = |model: &dyn Model| answer(model, &images);
 
     let (trained, of_trained) = made(ModelKind::MsMlp, 1);
     let (adversarial, parameters) = made(ModelKind::MsAreg, 2);

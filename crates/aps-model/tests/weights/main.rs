@@ -58,6 +58,13 @@ fn sorted(parameters: &VarMap) -> Vec<(String, Var)> {
     all
 }
 
+/// Returns all tensors by name, apart from their variables.
+fn detached(parameters: &VarMap) -> Vec<(String, Tensor)> {
+    let all = sorted(parameters).into_iter();
+    all.map(|(name, var)| (name, var.as_detached_tensor()))
+        .collect()
+}
+
 fn get(parameters: &VarMap, name: &str) -> Option<Var> {
     parameters.data().lock().unwrap().get(name).cloned()
 }
@@ -72,13 +79,16 @@ fn values(parameters: &VarMap) -> Vec<(String, Vec<f64>)> {
     all.map(|(name, var)| (name, flat(&var))).collect()
 }
 
+/// Returns the spectra of images.
+fn answer(model: &dyn Model, images: &Tensor) -> Vec<Vec<f32>> {
+    model.forward_t(images, false).unwrap().to_vec2().unwrap()
+}
+
 /// Returns the tensors that `weights.py` writes.
 fn written() -> Vec<(String, Vec<f64>)> {
     let tensor = |name: &str, k: f64, count| {
-        (
-            name.to_owned(),
-            (0..count).map(|i| k + f64::from(i) / 8.0).collect(),
-        )
+        let values = (0..count).map(|i| k + f64::from(i) / 8.0);
+        (name.to_owned(), values.collect())
     };
     vec![
         tensor("bn.bias", 3.0, 2),
@@ -102,11 +112,8 @@ fn what_is_saved_is_loaded_and_names_its_model() {
     assert_eq!(read_label(&path).unwrap(), Some(Label { kind, preset }));
     load(&path, &other).unwrap();
     assert_eq!(values(&one), values(&other));
-    assert_eq!(
-        fs::read_dir(folder.path()).unwrap().count(),
-        1,
-        "a partial file was left"
-    );
+    let files = fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(files, 1, "a partial file was left");
 }
 
 #[test]
@@ -140,22 +147,18 @@ fn frozen_parameters_stay_what_they_were() {
     let (kind, preset) = (ModelKind::ResnetMlp, Preset::Small);
     let (one, other) = (built(kind, preset, 1), built(kind, preset, 2));
     let frozen_model = || {
-        kind.build(preset, InputShape::Images, frozen(&one).unwrap())
-            .unwrap()
+        let model = kind.build(preset, InputShape::Images, frozen(&one).unwrap());
+        model.unwrap()
     };
     let model = frozen_model();
 
     // Several images, so that the kernel cache is used; other weights in between do not reach them.
-    let images = Tensor::rand(0f32, 1.0, (4, 3, 64, 64), &Device::Cpu).unwrap();
-    let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
-        let y = model.forward_t(&images, false).unwrap();
-        y.to_vec2().unwrap()
-    };
-    let before = answer(&*model);
+    let images = &Tensor::rand(0f32, 1.0, (4, 3, 64, 64), &Device::Cpu).unwrap();
+    let before = answer(&*model, images);
     save(&path, &other, Some(Label { kind, preset })).unwrap();
     load(&path, &one).unwrap();
-    assert_eq!(answer(&*model), before);
-    assert_ne!(answer(&*frozen_model()), before);
+    assert_eq!(answer(&*model, images), before);
+    assert_ne!(answer(&*frozen_model(), images), before);
 }
 
 /// Weights of candle's own `VarMap` under a model whose builder is candle's: they are trained, and nothing is cached that
@@ -165,64 +168,40 @@ fn a_model_of_any_builder_follows_its_weights() {
     use aps_model::candle_nn::VarBuilder;
     let (kind, preset, device) = (ModelKind::MsMlp, Preset::Small, &Device::Cpu);
     let (ours, theirs) = (built(kind, preset, 1), VarMap::new());
-    let model = kind.build(
-        preset,
-        InputShape::Images,
-        VarBuilder::from_varmap(&theirs, DType::F32, device),
-    );
-    let model = model.unwrap();
-    let names = |map: &VarMap| {
-        sorted(map)
-            .into_iter()
-            .map(|(name, _)| name)
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(names(&ours), names(&theirs));
+    let model = |vb| kind.build(preset, InputShape::Images, vb).unwrap();
+    let of_varmap = model(VarBuilder::from_varmap(&theirs, DType::F32, device));
+    let names = |map| sorted(map).into_iter().map(|(name, _)| name);
+    assert!(names(&ours).eq(names(&theirs)));
     assert_eq!(trainable(&ours).len(), trainable(&theirs).len());
 
     let images = Tensor::rand(0f32, 1.0, (4, 3, 64, 64), device).unwrap();
-    let answer = |model: &dyn Model| -> Vec<Vec<f32>> {
-        model.forward_t(&images, false).unwrap().to_vec2().unwrap()
-    };
+    let answer = |model: &dyn Model| answer(model, &images);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
     save(&path, &ours, None).unwrap();
-    let drawn = answer(&*model);
+    let drawn = answer(&*of_varmap);
     load(&path, &theirs).unwrap();
-    let loaded = answer(&*model);
+    let loaded = answer(&*of_varmap);
     assert_ne!(drawn, loaded);
 
     // From the file, as candle reads it.
     let bytes = fs::read(&path).unwrap();
-    let vb = VarBuilder::from_buffered_safetensors(bytes, DType::F32, device).unwrap();
-    let from_file = kind.build(preset, InputShape::Images, vb).unwrap();
-    let all = sorted(&theirs).into_iter();
-    let shared = all
-        .map(|(name, var)| (name, var.as_detached_tensor()))
-        .collect();
-    let shared = kind.build(
-        preset,
-        InputShape::Images,
-        VarBuilder::from_tensors(shared, DType::F32, device),
-    );
-    let shared = shared.unwrap();
-    for (found, expected) in answer(&*from_file)
-        .iter()
-        .flatten()
-        .zip(loaded.iter().flatten())
-    {
-        assert!(
-            (found - expected).abs() <= 1e-5 * (1.0 + expected.abs()),
-            "{found}, {expected}"
-        );
+    let vb = VarBuilder::from_buffered_safetensors(bytes, DType::F32, device);
+    let found = answer(&*model(vb.unwrap()));
+    let shared = detached(&theirs).into_iter().collect();
+    let shared = model(VarBuilder::from_tensors(shared, DType::F32, device));
+    for (found, expected) in found.iter().flatten().zip(loaded.iter().flatten()) {
+        let is_close = (found - expected).abs() <= 1e-5 * (1.0 + expected.abs());
+        assert!(is_close, "{found}, {expected}");
     }
     let before = answer(&*shared);
-    let (_, first) = trainable(&theirs)
-        .into_iter()
-        .find(|(name, _)| name == "encoder.layer1.0.conv1.weight")
-        .unwrap();
+    let first = get(&theirs, "encoder.layer1.0.conv1.weight").unwrap();
     first.set(&first.zeros_like().unwrap()).unwrap();
-    assert_ne!(answer(&*model), loaded, "a trainable weight has changed");
+    assert_ne!(
+        answer(&*of_varmap),
+        loaded,
+        "a trainable weight has changed"
+    );
     assert_eq!(answer(&*shared), before, "a layer's constant is its own");
 }
 
@@ -234,12 +213,8 @@ fn damaged_files_are_refused_or_read_without_panic() {
     save(&ours, &tiny(), None).unwrap();
     let parameters = tiny();
     let mut generator = ChaCha8Rng::seed_from_u64(1);
-    for file in [
-        ours,
-        golden("plain.pt"),
-        golden("checkpoint.pt"),
-        golden("layouts.pt"),
-    ] {
+    let [plain, checkpoint, layouts] = ["plain.pt", "checkpoint.pt", "layouts.pt"].map(golden);
+    for file in [ours, plain, checkpoint, layouts] {
         let bytes = fs::read(&file).unwrap();
         for _ in 0..1000 {
             let mut damaged = bytes.clone();
@@ -266,12 +241,9 @@ fn damaged_files_are_refused_or_read_without_panic() {
 
 #[test]
 fn no_file_and_no_weights_say_so() {
-    let error = load(Path::new("no/such/file"), &tiny())
-        .unwrap_err()
-        .to_string();
+    let told = |path: &Path| load(path, &tiny()).unwrap_err().to_string();
+    let error = told(Path::new("no/such/file"));
     assert!(error.starts_with("cannot read no/such/file"), "{error}");
-    let error = load(&golden("../weights.py"), &tiny())
-        .unwrap_err()
-        .to_string();
+    let error = told(&golden("../weights.py"));
     assert!(error.contains("neither safetensors"), "{error}");
 }

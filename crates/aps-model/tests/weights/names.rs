@@ -1,10 +1,12 @@
 //! Matching of a file's tensors with the model's by name.
 
+use std::collections::HashMap;
+
 use aps_model::candle_core::{DType, Tensor, safetensors};
 use aps_model::weights::{load, save};
 use aps_model::{Error, ModelKind, Preset};
 
-use super::{built, golden, sorted, tiny, values, written};
+use super::{built, detached, golden, tiny, values, written};
 
 #[test]
 fn pytorch_s_files_in_every_shape() {
@@ -71,10 +73,7 @@ fn load_changed(
     let path = folder.path().join("weights.safetensors");
     let source = tiny();
     load(&golden("plain.pt"), &source).unwrap();
-    let mut tensors: Vec<(String, Tensor)> = sorted(&source)
-        .into_iter()
-        .map(|(name, var)| (name, var.as_detached_tensor()))
-        .collect();
+    let mut tensors = detached(&source);
     change(&mut tensors);
     safetensors::save(&tensors.into_iter().collect(), &path).unwrap();
     let parameters = tiny();
@@ -119,10 +118,8 @@ fn every_tensor_that_does_not_fit_is_named() {
 #[test]
 fn weights_that_are_not_finite_are_refused() {
     let problems = load_changed(|tensors| {
-        let (_, weight) = tensors
-            .iter_mut()
-            .find(|(name, _)| name == "fc.weight")
-            .unwrap();
+        let mut all = tensors.iter_mut();
+        let (_, weight) = all.find(|(name, _)| name == "fc.weight").unwrap();
         *weight = (weight.log().unwrap() * 0.0).unwrap();
     })
     .unwrap_err();
@@ -195,19 +192,12 @@ fn two_tensors_for_one_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
     let source = tiny();
-    let mut tensors: Vec<(String, Tensor)> = Vec::new();
-    for (name, var) in sorted(&source) {
-        tensors.push((name.clone(), var.as_detached_tensor()));
-        if name == "fc.bias" {
-            tensors.push(("fc.module.bias".to_owned(), var.as_detached_tensor()));
-        }
-    }
-    safetensors::save(&tensors.into_iter().collect(), &path).unwrap();
+    let mut tensors: HashMap<String, Tensor> = detached(&source).into_iter().collect();
+    tensors.insert("fc.module.bias".to_owned(), tensors["fc.bias"].clone());
+    safetensors::save(&tensors, &path).unwrap();
     let error = load(&path, &source).unwrap_err().to_string();
-    assert!(
-        error.contains("fc.bias and fc.module.bias are one"),
-        "{error}"
-    );
+    let told = "fc.bias and fc.module.bias are one";
+    assert!(error.contains(told), "{error}");
 }
 
 /// With every name wrong, some of those looked for and some of those found.
@@ -225,10 +215,8 @@ fn another_model_s_file_is_told_in_a_few_lines() {
     assert_eq!(problems.len(), 50, "{problems:#?}");
     assert_eq!(problems[0], "head.0.bias has the shape [128], not [192]");
     assert!(problems[24].starts_with("and "), "{problems:#?}");
-    assert_eq!(
-        problems[25],
-        "bottleneck.block.0.bias is not part of the model"
-    );
+    let first = "bottleneck.block.0.bias is not part of the model";
+    assert_eq!(problems[25], first);
     // Nothing is told twice.
     let mut once = problems.clone();
     once.sort();

@@ -20,10 +20,8 @@ fn listed(list: &str) -> Vec<(String, Vec<usize>)> {
     let Value::Object(entries) = serde_json::from_str(&text).unwrap() else {
         panic!("{list} is no object")
     };
-    entries
-        .into_iter()
-        .map(|(name, shape)| (name, serde_json::from_value(shape).unwrap()))
-        .collect()
+    let entry = |(name, shape)| (name, serde_json::from_value(shape).unwrap());
+    entries.into_iter().map(entry).collect()
 }
 
 /// The one value of a tensor of a list, by its place: an eighth of it, which 16 bits of either kind hold.
@@ -66,22 +64,17 @@ fn write_pt(path: &Path, key: &str, list: &[(String, Vec<usize>)]) {
                 ("BFloat16Storage", [low, high].repeat(elements))
             }
         };
-        pickle
-            .text(name)
-            .op(b"ctorch._utils\n_rebuild_tensor_v2\n((");
-        pickle
-            .text("storage")
-            .op(format!("ctorch\n{storage}\n").as_bytes());
-        pickle
-            .text(&place.to_string())
-            .text("cpu")
-            .int(elements)
-            .op(b"tQ");
+        let rebuild = b"ctorch._utils\n_rebuild_tensor_v2\n((";
+        let storage = format!("ctorch\n{storage}\n");
+        pickle.text(name).op(rebuild);
+        pickle.text("storage").op(storage.as_bytes());
+        pickle.text(&place.to_string()).text("cpu");
+        pickle.int(elements).op(b"tQ");
         let stride = |at: usize| shape[at + 1..].iter().product();
         pickle.int(0).tuple(shape.iter().copied());
         pickle.tuple((0..shape.len()).map(stride)).op(b"\x89}tR");
-        zip.start_file(format!("archive/data/{place}"), options)
-            .unwrap();
+        let file = format!("archive/data/{place}");
+        zip.start_file(file, options).unwrap();
         zip.write_all(&bytes).unwrap();
     }
     zip.start_file("archive/data.pkl", options).unwrap();
@@ -109,9 +102,9 @@ impl Pickle {
 
     fn tuple(&mut self, items: impl Iterator<Item = usize>) -> &mut Self {
         self.op(b"(");
-        items.for_each(|item| {
+        for item in items {
             self.int(item);
-        });
+        }
         self.op(b"t")
     }
 }
@@ -128,10 +121,10 @@ fn check(list: &str, prefix: &str, form: &str, parameters: &VarMap, place: &str)
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights");
     let tensors = listed(list);
-    let prefixed = tensors
-        .iter()
-        .map(|(name, shape)| (format!("{prefix}{name}"), shape.clone()));
-    let prefixed: Vec<(String, Vec<usize>)> = prefixed.collect();
+    let mut prefixed = tensors.clone();
+    for (name, _) in &mut prefixed {
+        name.insert_str(0, prefix);
+    }
     match form {
         "pt" => write_pt(&path, "model", &prefixed),
         _ => write_safetensors(&path, &prefixed),
@@ -140,12 +133,13 @@ fn check(list: &str, prefix: &str, form: &str, parameters: &VarMap, place: &str)
     let mut compared = 0;
     for (at, (name, _)) in tensors.iter().enumerate() {
         let today = name.replace("linear_1", "0").replace("linear_2", "3");
-        let stem = today
-            .strip_prefix("conv1.")
-            .map(|rest| format!("stem.0.{rest}"));
-        let stem = stem.or(today
-            .strip_prefix("bn1.")
-            .map(|rest| format!("stem.1.{rest}")));
+        // The first layers in an encoder of several scales.
+        let stem = [("conv1.", "stem.0."), ("bn1.", "stem.1.")]
+            .iter()
+            .find_map(|(theirs, ours)| {
+                let rest = today.strip_prefix(theirs)?;
+                Some(format!("{ours}{rest}"))
+            });
         let own = |name: &str| get(parameters, &format!("{place}{name}"));
         let Some(tensor) = own(&today).or(stem.and_then(|name| own(&name))) else {
             let dropped = report.dropped.iter().any(|dropped| dropped.ends_with(name));
@@ -175,42 +169,31 @@ fn resnet_18_fills_a_backbone() {
     ];
     for (prefix, form) in forms {
         for parameters in [&plain, &scales] {
-            let report = check("resnet18", prefix, form, parameters, "encoder.");
-            assert_eq!(
-                (report.loaded, report.dropped.len(), report.zeroed.len()),
-                (120, 2, 0)
-            );
-            let report = check("resnet18_old", prefix, form, parameters, "encoder.");
-            assert_eq!(
-                (report.loaded, report.dropped.len(), report.zeroed.len()),
-                (100, 2, 20)
-            );
+            for (list, expected) in [("resnet18", [120, 2, 0]), ("resnet18_old", [100, 2, 20])] {
+                let report = check(list, prefix, form, parameters, "encoder.");
+                let found = [report.loaded, report.dropped.len(), report.zeroed.len()];
+                assert_eq!(found, expected, "{list}");
+            }
         }
     }
     let critic = regularizer(Preset::Paper);
-    let report = check(
-        "resnet18",
-        "module.",
-        "safetensors",
-        &critic,
-        "cond_encoder.",
-    );
+    let (form, place) = ("safetensors", "cond_encoder.");
+    let report = check("resnet18", "module.", form, &critic, place);
     assert_eq!(report.loaded, 120);
 }
 
 #[test]
 fn vit_b_16_fills_a_backbone() {
     let parameters = built(ModelKind::VitReg, Preset::Paper, 1);
-    let report = check("vit_b_16", "", "safetensors", &parameters, "vit.");
-    assert_eq!(
-        report.to_string(),
-        "150 tensors loaded; left out: heads.head.bias, heads.head.weight"
-    );
-    let report = check("vit_b_16_old", "module.", "pt", &parameters, "vit.");
-    assert_eq!(
-        report.to_string(),
-        "150 tensors loaded; left out: model.module.heads.head.bias, model.module.heads.head.weight"
-    );
+    for (list, prefix, form, below) in [
+        ("vit_b_16", "", "safetensors", ""),
+        ("vit_b_16_old", "module.", "pt", "model.module."),
+    ] {
+        let report = check(list, prefix, form, &parameters, "vit.").to_string();
+        let dropped = format!("{below}heads.head.bias, {below}heads.head.weight");
+        let expected = format!("150 tensors loaded; left out: {dropped}");
+        assert_eq!(report, expected);
+    }
 }
 
 #[test]
@@ -220,31 +203,24 @@ fn another_backbone_is_refused() {
     let resnet = built(ModelKind::ResnetMlp, Preset::Paper, 1);
     // A block more than a ResNet-18 has, as a ResNet-34.
     let mut deeper = listed("resnet18");
-    let block: Vec<(String, Vec<usize>)> = deeper
-        .iter()
-        .filter_map(|(name, shape)| {
-            let rest = name.strip_prefix("layer1.1.")?;
-            Some((format!("layer1.2.{rest}"), shape.clone()))
-        })
-        .collect();
-    deeper.extend(block);
+    let more = |(name, shape): &(String, Vec<usize>)| {
+        let rest = name.strip_prefix("layer1.1.")?;
+        Some((format!("layer1.2.{rest}"), shape.clone()))
+    };
+    deeper.extend(deeper.clone().iter().filter_map(more));
     write_safetensors(&path, &deeper);
     let error = load_pretrained(&path, &resnet).unwrap_err().to_string();
-    assert!(
-        error.contains("layer1.2.bn1.bias is not part of the model"),
-        "{error}"
-    );
+    let told = "layer1.2.bn1.bias is not part of the model";
+    assert!(error.contains(told), "{error}");
     // One for the other.
     let vit = built(ModelKind::VitReg, Preset::Small, 2);
     write_safetensors(&path, &listed("resnet18"));
     let error = load_pretrained(&path, &vit).unwrap_err().to_string();
-    assert!(
-        error.contains("vit.class_token [1, 1, 192] is missing"),
-        "{error}"
-    );
-    assert!(
-        error.contains("bn1.bias is not part of the model"),
-        "{error}"
-    );
+    for told in [
+        "vit.class_token [1, 1, 192] is missing",
+        "bn1.bias is not part of the model",
+    ] {
+        assert!(error.contains(told), "{error}");
+    }
     assert!(error.lines().count() < 55, "{error}");
 }
