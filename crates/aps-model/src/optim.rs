@@ -144,12 +144,9 @@ impl AdamW {
 
     /// Goes back to a state: the number of steps, and moments of the shapes of the variables, in their order.
     pub(crate) fn restore(&mut self, steps: u64, moments: &[[Tensor; 2]]) -> Result<()> {
-        if moments.len() != self.slots.len() {
-            bail!(
-                "{} moments for {} variables",
-                moments.len(),
-                self.slots.len()
-            );
+        let (found, needed) = (moments.len(), self.slots.len());
+        if found != needed {
+            bail!("{found} moments for {needed} variables");
         }
         let pairs = self.slots.iter().zip(moments);
         let restored = pairs.map(|((var, _), [first, second])| Moments::of(var, first, second));

@@ -116,10 +116,8 @@ impl LabelFacts {
     /// [`Error::Samples`] for numbers that are not finite, a deviation that is not positive, or an array of another size than
     /// the model's.
     pub fn set(&self, parameters: &VarMap) -> Result<()> {
-        let numbers = [self.mean, self.deviation];
-        let is_finite =
-            self.array.iter().all(|x| x.is_finite()) && numbers.iter().all(|x| x.is_finite());
-        if !is_finite || self.deviation <= 0.0 {
+        let mut numbers = self.array.iter().chain([&self.mean, &self.deviation]);
+        if !numbers.all(|x| x.is_finite()) || self.deviation <= 0.0 {
             let text = "facts of the labels must be finite, the deviation positive";
             return Err(Error::Samples(text.into()));
         }
@@ -129,10 +127,11 @@ impl LabelFacts {
                 return Ok(());
             };
             if var.elem_count() != values.len() {
-                let (found, shape) = (values.len(), var.dims());
-                let text =
-                    format!("{found} values for the labels' {name}, the model has {shape:?}");
-                return Err(Error::Samples(text));
+                return Err(Error::Samples(format!(
+                    "{} values for the labels' {name}, the model has {:?}",
+                    values.len(),
+                    var.dims()
+                )));
             }
             let values = Tensor::from_slice(values, var.shape(), var.device())?;
             Ok(var.set(&values.to_dtype(var.dtype())?)?)
@@ -201,15 +200,13 @@ impl SimpleBackend for Seeded {
 fn draw(init: Init, seed: u64, name: &str, shape: &Shape) -> Vec<f64> {
     let count = shape.elem_count();
     let mut generator = generator_of_tensor(seed, name);
-    let mut uniform = |low: f64, high: f64| {
-        let (centre, half) = ((low + high) / 2.0, (high - low) / 2.0);
-        (0..count)
-            .map(|_| centre + half * (2.0 * unit(&mut generator) - 1.0))
-            .collect()
-    };
     match init {
         Init::Const(value) => vec![value; count],
-        Init::Uniform { lo, up } => uniform(lo, up),
+        Init::Uniform { lo, up } => {
+            let (centre, half) = ((lo + up) / 2.0, (up - lo) / 2.0);
+            let value = |_| centre + half * (2.0 * unit(&mut generator) - 1.0);
+            (0..count).map(value).collect()
+        }
         Init::Randn { mean, stdev } => {
             let pairs = std::iter::repeat_with(|| normal_pair(&mut generator));
             let values = pairs.flatten().map(|z| mean + stdev * z);
@@ -221,13 +218,9 @@ fn draw(init: Init, seed: u64, name: &str, shape: &Shape) -> Vec<f64> {
             non_linearity,
         } => {
             let stdev = non_linearity.gain() / (fan.for_shape(shape) as f64).sqrt();
-            let bound = 3.0_f64.sqrt() * stdev;
             let init = match dist {
-                NormalOrUniform::Uniform => Init::Uniform {
-                    lo: -bound,
-                    up: bound,
-                },
-                NormalOrUniform::Normal => Init::Randn { mean: 0.0, stdev },
+                NormalOrUniform::Uniform => symmetric(3.0_f64.sqrt() * stdev),
+                NormalOrUniform::Normal => normal(stdev),
             };
             draw(init, seed, name, shape)
         }
@@ -236,10 +229,8 @@ fn draw(init: Init, seed: u64, name: &str, shape: &Shape) -> Vec<f64> {
 
 /// Returns the distribution uniform in ±`bound`.
 fn symmetric(bound: f64) -> Init {
-    Init::Uniform {
-        lo: -bound,
-        up: bound,
-    }
+    let (lo, up) = (-bound, bound);
+    Init::Uniform { lo, up }
 }
 
 /// Returns the distribution uniform in ±1/sqrt(fan_in): PyTorch's choice for weight and bias of linear and convolution layers.
@@ -267,6 +258,8 @@ pub(crate) fn normal(stdev: f64) -> Init {
 
 #[cfg(test)]
 mod tests {
+    use candle_nn::init::DEFAULT_KAIMING_NORMAL;
+
     use super::*;
 
     fn values(init: Init, seed: u64, name: &str, count: usize) -> Vec<f64> {
@@ -302,41 +295,23 @@ mod tests {
         let n = 100_000;
         let close = |init, expected: [f64; 2], tolerance| {
             let (mean, variance) = moments(&values(init, 1, "u", n));
-            let off = (mean - expected[0])
-                .abs()
-                .max((variance - expected[1]).abs());
-            assert!(off < tolerance, "{init:?}: {mean} {variance}");
+            let off = [mean - expected[0], variance - expected[1]];
+            let is_close = off.iter().all(|off| off.abs() < tolerance);
+            assert!(is_close, "{init:?}: {mean} {variance}");
         };
         close(symmetric(3.0), [0.0, 3.0], 0.05);
         close(Init::Uniform { lo: 1.0, up: 3.0 }, [2.0, 1.0 / 3.0], 0.01);
-        close(
-            Init::Randn {
-                mean: 1.0,
-                stdev: 2.0,
-            },
-            [1.0, 4.0],
-            0.1,
-        );
-        let squares: Vec<f64> = values(normal(1.0), 1, "n", n)
-            .iter()
-            .map(|v| v * v)
-            .collect();
+        let (mean, stdev) = (1.0, 2.0);
+        close(Init::Randn { mean, stdev }, [1.0, 4.0], 0.1);
+        let normal = values(normal(1.0), 1, "n", n);
+        let squares: Vec<f64> = normal.iter().map(|v| v * v).collect();
         let (_, spread) = moments(&squares);
-        assert!(
-            (spread - 2.0).abs() < 0.1,
-            "variance of the square of a normal value: {spread}"
-        );
-        let weight = Shape::from((100, 50));
-        let (mean, variance) = moments(&draw(
-            candle_nn::init::DEFAULT_KAIMING_NORMAL,
-            1,
-            "k",
-            &weight,
-        ));
-        assert!(
-            mean.abs() < 0.01 && (variance - 2.0 / 50.0).abs() < 0.003,
-            "{mean} {variance}"
-        );
+        // The variance of the square of a normal value.
+        assert!((spread - 2.0).abs() < 0.1, "{spread}");
+        let (kaiming, weight) = (DEFAULT_KAIMING_NORMAL, Shape::from((100, 50)));
+        let (mean, variance) = moments(&draw(kaiming, 1, "k", &weight));
+        let is_close = mean.abs() < 0.01 && (variance - 2.0 / 50.0).abs() < 0.003;
+        assert!(is_close, "{mean} {variance}");
     }
 
     #[test]

@@ -122,9 +122,7 @@ mod tests {
 
     #[test]
     fn an_image_about_the_middle_of_the_map_is_the_map() {
-        let map: Vec<f32> = (0..2 * 8 * 12)
-            .map(|i| f32::from(u8::from(i % 5 < 2)))
-            .collect();
+        let map: Vec<f32> = (0..2 * 8 * 12).map(|i| f32::from(i % 5 < 2)).collect();
         let sums = Sums::new(&map, [8, 12]);
         for size in [4, 8, 5] {
             let mut image = vec![0.0; size * size];

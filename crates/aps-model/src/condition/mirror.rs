@@ -24,10 +24,8 @@ impl Mirror {
 impl Rasters<'_> {
     /// Number of maps.
     pub fn maps(&self) -> usize {
-        self.pixels
-            .len()
-            .checked_div(self.height.saturating_mul(self.width))
-            .unwrap_or(0)
+        let of_map = self.height.saturating_mul(self.width);
+        self.pixels.len().checked_div(of_map).unwrap_or(0)
     }
 
     /// Returns the position of the last pixel (x, y) \[m\], with which position 0 changes places in a mirror image.
@@ -66,11 +64,11 @@ impl Link {
     /// When there is no such image.
     pub fn mirrored(self, image: usize, maps: usize, far_end_m: [f64; 2]) -> Self {
         let mirror = Mirror::ALL[image];
-        let turn = |[x, y]: [f64; 2]| {
-            [
-                if mirror.x { far_end_m[0] - x } else { x },
-                if mirror.y { far_end_m[1] - y } else { y },
-            ]
+        let turn = |end_m: [f64; 2]| {
+            [(0, mirror.x), (1, mirror.y)].map(|(axis, is_mirrored)| match is_mirrored {
+                true => far_end_m[axis] - end_m[axis],
+                false => end_m[axis],
+            })
         };
         Self {
             map: self.map + (image * maps) as u32,

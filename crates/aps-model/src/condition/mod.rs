@@ -154,17 +154,9 @@ impl ConditionImages {
     /// # Errors
     /// [`Error::Condition`] when the pixels do not make whole maps or are no shares, or a setting is not positive.
     pub fn new(rasters: Rasters<'_>, config: ConditionConfig, device: &Device) -> Result<Self> {
-        let ConditionConfig {
-            image_size: size,
-            sigma_px,
-            frame,
-        } = config;
-        let Rasters {
-            pixels,
-            height,
-            width,
-            metres_per_pixel,
-        } = rasters;
+        let (size, sigma_px) = (config.image_size, config.sigma_px);
+        let (pixels, metres_per_pixel) = (rasters.pixels, rasters.metres_per_pixel);
+        let (height, width) = (rasters.height, rasters.width);
         let positive = |x: f64| x > 0.0 && x.is_finite();
         let map_len = height.saturating_mul(width);
         if size == 0 || size > MAX_SIZE || !positive(sigma_px) || !positive(metres_per_pixel) {
@@ -200,7 +192,8 @@ impl ConditionImages {
         let buildings = Tensor::from_slice(&resized, (maps, size, size), device)?;
         Ok(Self {
             buildings,
-            windows: (frame == Frame::Receiver).then(|| frame::Sums::new(pixels, [height, width])),
+            windows: (config.frame == Frame::Receiver)
+                .then(|| frame::Sums::new(pixels, [height, width])),
             host: if device.is_cpu() { resized } else { Vec::new() },
             maps,
             size,

@@ -100,10 +100,13 @@ mod tests {
 
     #[test]
     fn each_example_comes_as_it_is_and_in_three_images() {
-        let links = [(0, [1.0, 2.0], [3.0, 0.5]), (1, [0.0, 0.0], [7.0, 3.0])];
-        let links = links.map(|(map, tx_m, rx_m)| Link { map, tx_m, rx_m });
+        let link = |map, tx_m, rx_m| Link { map, tx_m, rx_m };
+        let links = vec![
+            link(0, [1.0, 2.0], [3.0, 0.5]),
+            link(1, [0.0, 0.0], [7.0, 3.0]),
+        ];
         let targets: Vec<f32> = (0..2 * ANGLE_BINS).map(|i| i as f32).collect();
-        let samples = Samples::new(links.into(), targets).unwrap();
+        let samples = Samples::new(links, targets).unwrap();
         let rasters = Rasters {
             pixels: &[0.0; 2 * 4 * 8],
             height: 4,
@@ -114,15 +117,12 @@ mod tests {
         assert_eq!(all.len(), 8);
         let found: Vec<Link> = (0..4).map(|e| all.link(e)).collect();
         let expected = [
-            (0, [1.0, 2.0], [3.0, 0.5]),
-            (2, [6.0, 2.0], [4.0, 0.5]),
-            (4, [1.0, 1.0], [3.0, 2.5]),
-            (6, [6.0, 1.0], [4.0, 2.5]),
+            link(0, [1.0, 2.0], [3.0, 0.5]),
+            link(2, [6.0, 2.0], [4.0, 0.5]),
+            link(4, [1.0, 1.0], [3.0, 2.5]),
+            link(6, [6.0, 1.0], [4.0, 2.5]),
         ];
-        assert_eq!(
-            found,
-            expected.map(|(map, tx_m, rx_m)| Link { map, tx_m, rx_m })
-        );
+        assert_eq!(found, expected);
         assert_eq!(all.link(7).map, 7);
         let target = |example| {
             let mut target = vec![0.0; ANGLE_BINS];

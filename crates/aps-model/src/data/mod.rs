@@ -58,10 +58,9 @@ impl Samples {
     /// [`Error::Samples`] when there are not [`ANGLE_BINS`] values a link, or one is not finite.
     pub fn new(links: Vec<Link>, targets: Vec<f32>) -> Result<Self> {
         if links.len().checked_mul(ANGLE_BINS) != Some(targets.len()) {
+            let (values, links) = (targets.len(), links.len());
             return Err(Error::Samples(format!(
-                "{} target values for {} links: there must be {ANGLE_BINS} a link",
-                targets.len(),
-                links.len()
+                "{values} target values for {links} links: there must be {ANGLE_BINS} a link"
             )));
         }
         if let Some(i) = targets.iter().position(|x| !x.is_finite()) {

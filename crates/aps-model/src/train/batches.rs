@@ -81,9 +81,7 @@ impl Order {
         let (_, order) = self.epoch.as_ref().expect("made above");
         &order[within as usize * self.batch..][..self.batch]
     }
-}
 
-impl Order {
     fn of_epoch(&self, epoch: u64) -> Vec<u32> {
         let mut generator = generator(self.seed, Purpose::Order, epoch);
         if self.groups.is_empty() {
@@ -92,13 +90,11 @@ impl Order {
             return order;
         }
         let mut groups = self.groups.to_vec();
-        groups
-            .iter_mut()
-            .for_each(|group| group.shuffle(&mut generator));
-        let mut parts: Vec<&[u32]> = groups
-            .iter()
-            .flat_map(|group| group.chunks(TOGETHER))
-            .collect();
+        for group in &mut groups {
+            group.shuffle(&mut generator);
+        }
+        let parts = groups.iter().flat_map(|group| group.chunks(TOGETHER));
+        let mut parts: Vec<&[u32]> = parts.collect();
         parts.shuffle(&mut generator);
         let mut waiting = parts.into_iter();
         let mut open: Vec<&[u32]> = waiting.by_ref().take(OPEN).collect();
@@ -170,12 +166,13 @@ impl Prefetch {
     /// When the examples panicked in their thread, or beyond the last step.
     pub fn next(&mut self) -> Batch {
         let batches = self.batches.as_ref().expect("there until dropped");
-        batches
-            .recv()
-            .unwrap_or_else(|_| match self.thread.take().map(JoinHandle::join) {
+        let Ok(batch) = batches.recv() else {
+            match self.thread.take().map(JoinHandle::join) {
                 Some(Err(panic)) => std::panic::resume_unwind(panic),
                 _ => panic!("no batch is left beyond the last step"),
-            })
+            }
+        };
+        batch
     }
 }
 

@@ -69,10 +69,8 @@ impl Optimized {
         parameters: &VarMap,
         config: &TrainConfig,
     ) -> Result<Self, TrainError> {
-        let vars: Vec<Var> = trainable(parameters)
-            .into_iter()
-            .map(|(_, var)| var)
-            .collect();
+        let vars = trainable(parameters).into_iter().map(|(_, var)| var);
+        let vars: Vec<Var> = vars.collect();
         if vars.is_empty() {
             let problem = format!("the parameters of the {name} hold no trainable tensors");
             return Err(TrainError::Config(problem));
@@ -81,7 +79,7 @@ impl Optimized {
         Ok(Self {
             name,
             parameters: parameters.clone(),
-            optimizer: AdamW::new(vars, params).map_err(crate::Error::from)?,
+            optimizer: AdamW::new(vars, params)?,
         })
     }
 
@@ -106,16 +104,13 @@ pub(super) fn save<'a>(
         for (name, var) in sorted(&network.parameters) {
             tensors.push((format!("{}.{name}", network.name), var.as_detached_tensor()));
         }
-        let moments = network.optimizer.moments().map_err(crate::Error::from)?;
-        for (names, moments) in network.moment_names().zip(moments) {
+        for (names, moments) in network.moment_names().zip(network.optimizer.moments()?) {
             tensors.extend(names.into_iter().zip(moments));
         }
     }
-    let header = serde_json::to_string(&Versioned {
-        version: VERSION,
-        header,
-    })
-    .expect("plain numbers and text");
+    let version = VERSION;
+    let header = serde_json::to_string(&Versioned { version, header });
+    let header = header.expect("plain numbers and text");
     let metadata = HashMap::from([(METADATA_KEY.to_owned(), header)]);
     let written = replace(path, |partial| {
         safetensors::serialize_to_file(tensors, Some(metadata), partial).map_err(io::Error::other)
@@ -171,41 +166,27 @@ pub(super) fn load<'a>(
         return Err(bad(text));
     }
     for (network, values, moments) in found {
-        set(network, values, &moments, header.steps).map_err(crate::Error::from)?;
+        for (var, tensor) in values {
+            var.set(&tensor.to_device(var.device())?.to_dtype(var.dtype())?)?;
+        }
+        network.optimizer.restore(header.steps, &moments)?;
     }
     Ok(header)
-}
-
-fn set(
-    network: &mut Optimized,
-    values: Vec<(Var, Tensor)>,
-    moments: &[[Tensor; 2]],
-    steps: u64,
-) -> candle_core::Result<()> {
-    for (var, tensor) in values {
-        var.set(&tensor.to_device(var.device())?.to_dtype(var.dtype())?)?;
-    }
-    network.optimizer.restore(steps, moments)
 }
 
 fn read_header(bytes: &[u8]) -> Result<Header, String> {
     let foreign = "not a checkpoint of a training; weights alone cannot be continued";
     let (_, metadata) = SafeTensors::read_metadata(bytes)
         .map_err(|e| format!("{e}; the file is damaged or {foreign}"))?;
-    let text = metadata
-        .metadata()
-        .as_ref()
-        .and_then(|m| m.get(METADATA_KEY))
-        .ok_or(foreign)?;
-    let versioned: Versioned<serde_json::Value> =
-        serde_json::from_str(text).map_err(|e| format!("its header cannot be read: {e}"))?;
-    if versioned.version != VERSION {
-        return Err(format!(
-            "version {} is not known, only {VERSION}",
-            versioned.version
-        ));
+    let metadata = metadata.metadata().as_ref();
+    let text = metadata.and_then(|m| m.get(METADATA_KEY)).ok_or(foreign)?;
+    let unreadable = |e| format!("its header cannot be read: {e}");
+    let found: Versioned<serde_json::Value> = serde_json::from_str(text).map_err(unreadable)?;
+    if found.version != VERSION {
+        let version = found.version;
+        return Err(format!("version {version} is not known, only {VERSION}"));
     }
-    serde_json::from_value(versioned.header).map_err(|e| format!("its header cannot be read: {e}"))
+    serde_json::from_value(found.header).map_err(unreadable)
 }
 
 /// Returns the first setting in which a checkpoint differs from the training it shall continue.
@@ -236,9 +217,8 @@ fn difference(stored: &Header, own: &Header) -> Option<String> {
 }
 
 fn take(tensors: &mut HashMap<String, Tensor>, name: &str, var: &Var) -> Result<Tensor, String> {
-    let tensor = tensors.remove(name);
-    let tensor =
-        tensor.ok_or_else(|| format!("tensor '{name}' is missing; is it of another model?"))?;
+    let missing = || format!("tensor '{name}' is missing; is it of another model?");
+    let tensor = tensors.remove(name).ok_or_else(missing)?;
     if tensor.shape() != var.shape() {
         let (found, wanted) = (tensor.dims(), var.dims());
         return Err(format!(

@@ -124,31 +124,21 @@ impl TrainConfig {
         }
     }
 
-    /// Returns the number of steps of an epoch on so many examples.
-    fn steps_per_epoch(&self, examples: usize) -> u64 {
-        (examples / self.batch.clamp(1, examples.max(1))) as u64
-    }
-
-    /// Returns the schedule of the learning rate over a run on so many examples.
-    pub(super) fn schedule(&self, examples: usize) -> Schedule {
-        let steps = || self.epochs.saturating_mul(self.steps_per_epoch(examples));
+    /// Returns the schedule of the learning rate over a run of epochs of so many steps.
+    pub(super) fn schedule(&self, steps_per_epoch: u64) -> Schedule {
         Schedule {
             peak: self.learning_rate,
             warmup: self.warmup_steps,
-            budget: self
-                .budget_s
-                .map_or_else(|| Budget::Steps(steps()), Budget::Seconds),
+            budget: match self.budget_s {
+                Some(seconds) => Budget::Seconds(seconds),
+                None => Budget::Steps(self.epochs.saturating_mul(steps_per_epoch)),
+            },
         }
     }
 
     /// Describes a fault of the settings; `None` if they are sound.
     pub(super) fn problem(&self) -> Option<String> {
-        let AdamConfig {
-            beta1,
-            beta2,
-            epsilon,
-            weight_decay,
-        } = self.optimizer;
+        let adam = &self.optimizer;
         let positive = |name, x: f64| {
             let is_good = x > 0.0 && x.is_finite();
             (!is_good).then(|| format!("{name} is {x}: must be positive and finite"))
@@ -164,10 +154,10 @@ impl TrainConfig {
                 (x.is_nan() || x <= 0.0).then(text)
             })
             .or_else(|| positive("largest_loss", self.largest_loss))
-            .or_else(|| positive("epsilon", epsilon))
+            .or_else(|| positive("epsilon", adam.epsilon))
             .or_else(|| {
-                let shares = [beta1, beta2].iter().all(|b| (0.0..1.0).contains(b));
-                let weights = [weight_decay, self.l1_weight].iter().all(|w| (0.0..f64::INFINITY).contains(w));
+                let shares = [adam.beta1, adam.beta2].iter().all(|b| (0.0..1.0).contains(b));
+                let weights = [adam.weight_decay, self.l1_weight].iter().all(|w| (0.0..f64::INFINITY).contains(w));
                 (!(shares && weights)).then(|| {
                     "beta1 and beta2 must be in [0, 1), weight_decay and l1_weight finite and not negative".into()
                 })

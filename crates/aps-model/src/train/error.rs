@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::condition::Link;
 
@@ -24,7 +24,7 @@ pub enum TrainError {
     #[error(
         "step {step}: {quantity} is {value}; of the batch's {} links the worst are {}; {}; \
          look at their labels, lower the learning rate, or clip gradients harder",
-        links.len(), Worst(links), LastGood(checkpoint)
+        links.len(), worst(links), last_good(checkpoint.as_deref())
     )]
     Diverged {
         /// The step that was not made, counted from 0.
@@ -73,6 +73,12 @@ pub enum TrainError {
     Failed,
 }
 
+impl From<candle_core::Error> for TrainError {
+    fn from(error: candle_core::Error) -> Self {
+        Self::Model(error.into())
+    }
+}
+
 /// Quantity checked at each step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
@@ -97,30 +103,18 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// The first links of a list.
-struct Worst<'a>(&'a [(usize, Link)]);
-
-impl fmt::Display for Worst<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, (example, link)) in self.0.iter().take(3).enumerate() {
-            let Link { map, tx_m, rx_m } = link;
-            let separator = if i == 0 { "" } else { ", " };
-            write!(
-                f,
-                "{separator}example {example} (map index {map}, Tx {tx_m:?} m, Rx {rx_m:?} m)"
-            )?;
-        }
-        Ok(())
-    }
+/// Names the first links of a list.
+fn worst(links: &[(usize, Link)]) -> String {
+    let named = links.iter().take(3).map(|(example, link)| {
+        let Link { map, tx_m, rx_m } = link;
+        format!("example {example} (map index {map}, Tx {tx_m:?} m, Rx {rx_m:?} m)")
+    });
+    named.collect::<Vec<_>>().join(", ")
 }
 
-struct LastGood<'a>(&'a Option<PathBuf>);
-
-impl fmt::Display for LastGood<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Some(path) => write!(f, "the last good checkpoint is '{}'", path.display()),
-            None => write!(f, "no checkpoint has been written yet"),
-        }
+fn last_good(checkpoint: Option<&Path>) -> String {
+    match checkpoint {
+        Some(path) => format!("the last good checkpoint is '{}'", path.display()),
+        None => "no checkpoint has been written yet".into(),
     }
 }

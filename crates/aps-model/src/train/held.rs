@@ -39,10 +39,8 @@ impl HeldTargets {
                 .collect();
             Tensor::from_vec(values, shape, device)?.to_dtype(DType::F16)
         };
-        let parts: Vec<Tensor> = (0..count)
-            .step_by(AT_ONCE)
-            .map(of_part)
-            .collect::<candle_core::Result<_>>()?;
+        let parts = (0..count).step_by(AT_ONCE).map(of_part);
+        let parts = parts.collect::<candle_core::Result<Vec<_>>>()?;
         Ok(Some(Self(Tensor::cat(&parts, 0)?)))
     }
 

@@ -1,5 +1,7 @@
 //! Prediction of the spectra of any number of links.
 
+use candle_core::DType;
+
 use super::TrainError;
 use crate::condition::{Link, ModelInput};
 use crate::{ANGLE_BINS, Model};
@@ -34,15 +36,8 @@ fn forward(
     links: &[Link],
     first: usize,
 ) -> Result<Vec<f32>, TrainError> {
-    let input = input.batch(links)?;
-    let spectra = model.forward_t(&input, false).map_err(crate::Error::from)?;
-    let host = || {
-        spectra
-            .to_dtype(candle_core::DType::F32)?
-            .flatten_all()?
-            .to_vec1::<f32>()
-    };
-    let spectra = host().map_err(crate::Error::from)?;
+    let spectra = model.forward_t(&input.batch(links)?, false)?;
+    let spectra: Vec<f32> = spectra.to_dtype(DType::F32)?.flatten_all()?.to_vec1()?;
     match spectra.iter().position(|x| !x.is_finite()) {
         Some(i) => Err(TrainError::Prediction {
             link: first + i / ANGLE_BINS,

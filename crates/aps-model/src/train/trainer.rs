@@ -68,10 +68,8 @@ impl Clock {
     }
 
     fn seconds(&self) -> f64 {
-        let sitting = self
-            .since
-            .map_or(Duration::ZERO, |since| (self.now)() - since);
-        (self.before + sitting).as_secs_f64()
+        let sitting = self.since.map(|since| (self.now)() - since);
+        (self.before + sitting.unwrap_or_default()).as_secs_f64()
     }
 }
 
@@ -136,14 +134,15 @@ impl Trainer {
             let problem = format!("{} examples are more than can be numbered", examples.len());
             return Err(TrainError::Config(problem));
         }
+        let order = Order::new(config.seed, examples.len(), config.batch);
+        let order = order.grouped(&examples, &*input);
         Ok(Self {
             model,
             regularizer: None,
             loss: Loss::Squared,
             networks: vec![Optimized::new("predictor", parameters, &config)?],
-            order: Order::new(config.seed, examples.len(), config.batch)
-                .grouped(&examples, &*input),
-            schedule: config.schedule(examples.len()),
+            schedule: config.schedule(order.steps_per_epoch()),
+            order,
             input: Arc::from(input),
             examples: Arc::new(examples),
             held: None,
@@ -162,8 +161,7 @@ impl Trainer {
     /// # Errors
     /// [`TrainError::Model`] for memory that the device does not have.
     pub fn hold_targets(mut self) -> Result<Self, TrainError> {
-        let held = HeldTargets::new(&*self.examples, self.input.device());
-        self.held = held.map_err(crate::Error::from)?;
+        self.held = HeldTargets::new(&*self.examples, self.input.device())?;
         Ok(self)
     }
 
@@ -217,14 +215,8 @@ impl Trainer {
         let (step, end) = (self.steps, self.steps_total().unwrap_or(u64::MAX));
         let start = || {
             let (examples, input) = (Arc::clone(&self.examples), Arc::clone(&self.input));
-            let needs_targets = self.held.is_none();
-            Prefetch::start(
-                examples,
-                input,
-                self.order.clone(),
-                step..end,
-                needs_targets,
-            )
+            let (order, needs_targets) = (self.order.clone(), self.held.is_none());
+            Prefetch::start(examples, input, order, step..end, needs_targets)
         };
         let batch = self.prefetch.get_or_insert_with(start).next();
         let report = self.train_on(&batch, self.schedule.at(step, seconds));
@@ -238,20 +230,14 @@ impl Trainer {
     /// change it is finite.
     fn train_on(&mut self, batch: &Batch, learning_rate: f64) -> Result<StepReport, TrainError> {
         let precision = self.config.precision;
-        let input = precision.of_input(&self.input.batch(&batch.links)?);
-        let input = input.map_err(crate::Error::from)?;
+        let input = precision.of_input(&self.input.batch(&batch.links)?)?;
         let shape = (batch.links.len(), ANGLE_BINS);
         let targets = match &self.held {
-            Some(held) => held.of(&batch.examples),
-            None => Tensor::from_slice(&batch.targets, shape, self.input.device()),
+            Some(held) => held.of(&batch.examples)?,
+            None => Tensor::from_slice(&batch.targets, shape, self.input.device())?,
         };
-        let targets = targets.map_err(crate::Error::from)?;
         self.model.seed_dropout(self.config.seed, self.steps);
-        let predicted = self
-            .model
-            .forward_t(&input, true)
-            .and_then(|predicted| predicted.to_dtype(DType::F32))
-            .map_err(crate::Error::from)?;
+        let predicted = self.model.forward_t(&input, true)?.to_dtype(DType::F32)?;
         for network in &mut self.networks {
             network.optimizer.set_learning_rate(learning_rate);
         }
@@ -345,7 +331,7 @@ impl Trainer {
         };
         let errors = match errors() {
             Ok(errors) => errors,
-            Err(error) => return TrainError::Model(error.into()),
+            Err(error) => return error.into(),
         };
         let mut worst: Vec<usize> = (0..batch.links.len()).collect();
         // In the total order NaN is above all numbers, whatever its sign was.
@@ -383,12 +369,8 @@ impl Trainer {
     /// [`TrainError::Checkpoint`], [`TrainError::Io`]; nothing has then changed.
     pub fn resume(&mut self, path: impl AsRef<Path>) -> Result<String, TrainError> {
         let (path, own) = (path.as_ref(), self.header(""));
-        let networks = self.networks.iter_mut();
-        let total = match self.schedule.budget {
-            Budget::Steps(total) => Some(total),
-            Budget::Seconds(_) => None,
-        };
-        let header = checkpoint::load(path, &own, total.unwrap_or(u64::MAX), networks)?;
+        let total = self.steps_total().unwrap_or(u64::MAX);
+        let header = checkpoint::load(path, &own, total, self.networks.iter_mut())?;
         self.steps = header.steps;
         self.clock.since = None;
         self.clock.before = Duration::from_secs_f64(header.seconds.unwrap_or_default());
