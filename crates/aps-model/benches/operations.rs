@@ -33,13 +33,16 @@ const BATCH: usize = 32;
 
 type Convolution = fn(&Tensor, &Tensor, Option<&Tensor>, usize, (usize, usize)) -> Result<Tensor>;
 
+fn random(shape: &[usize]) -> Tensor {
+    Tensor::randn(0f32, 1.0, shape, &Device::Cpu).unwrap()
+}
+
 fn convolutions(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("convolution");
     group.sample_size(10);
     for (name, inputs, side, outputs, kernel, stride) in LAYERS {
-        let random = |shape: [usize; 4]| Tensor::randn(0f32, 1.0, &shape, &Device::Cpu).unwrap();
-        let x = Var::from_tensor(&random([BATCH, inputs, side, side])).unwrap();
-        let weight = Var::from_tensor(&random([outputs, inputs, kernel, kernel])).unwrap();
+        let x = Var::from_tensor(&random(&[BATCH, inputs, side, side])).unwrap();
+        let weight = Var::from_tensor(&random(&[outputs, inputs, kernel, kernel])).unwrap();
         let padding = (kernel / 2, kernel / 2);
         let multiplications = BATCH * (side / stride).pow(2) * outputs * inputs * kernel.pow(2);
         for (whose, convolve) in [
@@ -63,8 +66,7 @@ fn convolutions(criterion: &mut Criterion) {
 
 /// Batch normalisation with ReLU over the largest feature map of the same network.
 fn normalisation(criterion: &mut Criterion) {
-    let x = Var::from_tensor(&Tensor::randn(0f32, 1.0, (BATCH, 64, 32, 32), &Device::Cpu).unwrap())
-        .unwrap();
+    let x = Var::from_tensor(&random(&[BATCH, 64, 32, 32])).unwrap();
     let constant = |v: f64| {
         let t = Tensor::full(v, 64, &Device::Cpu).unwrap();
         Var::from_tensor(&t.to_dtype(DType::F32).unwrap()).unwrap()
@@ -88,12 +90,8 @@ fn normalisation(criterion: &mut Criterion) {
     group.bench_function("composed of candle's", |bencher| {
         bencher.iter(|| {
             let y = portable::batch_norm(black_box(&x), tensors, true).unwrap();
-            portable::relu(&y)
-                .unwrap()
-                .sum_all()
-                .unwrap()
-                .backward()
-                .unwrap()
+            let y = portable::relu(&y).unwrap();
+            y.sum_all().unwrap().backward().unwrap()
         });
     });
 }
@@ -103,9 +101,8 @@ fn in_use(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("convolution in use");
     group.sample_size(10);
     for (name, inputs, side, outputs, kernel, stride) in LAYERS {
-        let random = |shape: [usize; 4]| Tensor::randn(0f32, 1.0, &shape, &Device::Cpu).unwrap();
-        let x = random([BATCH, inputs, side, side]);
-        let weight = random([outputs, inputs, kernel, kernel]);
+        let x = random(&[BATCH, inputs, side, side]);
+        let weight = random(&[outputs, inputs, kernel, kernel]);
         let ones = Tensor::ones(outputs, DType::F32, &Device::Cpu).unwrap();
         let running = Var::from_tensor(&ones).unwrap();
         let norm = ops::BatchNormTensors {
@@ -137,8 +134,7 @@ fn transformer(criterion: &mut Criterion) {
     type Operation = fn(&Tensor) -> Result<Tensor>;
     let mut group = criterion.benchmark_group("transformer with gradients");
     group.sample_size(10);
-    let x = Tensor::randn(0f32, 1.0, (4, 197, 3072), &Device::Cpu).unwrap();
-    let x = Var::from_tensor(&x).unwrap();
+    let x = Var::from_tensor(&random(&[4, 197, 3072])).unwrap();
     let operations: [(&str, Operation); 2] = [
         ("ours", ops::gelu),
         ("composed of candle's", portable::gelu),

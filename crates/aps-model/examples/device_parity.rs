@@ -28,12 +28,8 @@ fn spectra(case: &Case) -> Outcome<Vec<f64>> {
     let parameters = case.parameters(shape)?;
     let model = case.kind.build(case.preset, shape, frozen(&parameters)?)?;
     let spectra = model.forward_t(&case.conditions(LINKS)?, false)?;
-    Ok(spectra
-        .to_dtype(DType::F32)?
-        .to_device(&Device::Cpu)?
-        .flatten_all()?
-        .to_dtype(DType::F64)?
-        .to_vec1()?)
+    let spectra = spectra.to_dtype(DType::F32)?.to_device(&Device::Cpu)?;
+    Ok(spectra.flatten_all()?.to_dtype(DType::F64)?.to_vec1()?)
 }
 
 fn losses(case: &Case) -> Outcome<Vec<f64>> {
@@ -41,11 +37,8 @@ fn losses(case: &Case) -> Outcome<Vec<f64>> {
     let mut losses = Vec::new();
     for _ in 0..3 {
         let report = trainer.step()?.ok_or("the training has steps")?;
-        losses.extend(
-            [Some(report.loss), report.regularizer_loss]
-                .into_iter()
-                .flatten(),
-        );
+        losses.push(report.loss);
+        losses.extend(report.regularizer_loss);
     }
     Ok(losses)
 }
@@ -76,21 +69,15 @@ fn differences(kind: ModelKind, image_size: usize, device: &Device) -> Outcome<[
     let mut found = [0.0; 4];
     for (n, precision) in Precision::ALL.into_iter().enumerate() {
         let case = case(device, precision);
-        let apart: Vec<f64> = spectra(&case)?
-            .iter()
-            .zip(&expected)
-            .map(|(f, e)| f - e)
-            .collect();
+        let spectra = spectra(&case)?;
+        let apart = || spectra.iter().zip(&expected).map(|(f, e)| f - e);
         found[n] = match precision {
-            Precision::Full => largest(apart.iter().map(|a| a.abs())) / deviation,
-            Precision::Mixed => length(apart) / length(expected.iter().copied()),
+            Precision::Full => largest(apart().map(f64::abs)) / deviation,
+            Precision::Mixed => length(apart()) / length(expected.iter().copied()),
         };
-        found[2 + n] = largest(
-            losses(&case)?
-                .iter()
-                .zip(&told)
-                .map(|(f, t)| (f / t - 1.0).abs()),
-        );
+        let losses = losses(&case)?;
+        let apart = losses.iter().zip(&told).map(|(f, t)| (f / t - 1.0).abs());
+        found[2 + n] = largest(apart);
     }
     Ok(found)
 }
@@ -101,16 +88,11 @@ fn compare(device: &str, image_size: usize) -> Outcome<bool> {
     let mut is_good = true;
     for kind in ModelKind::ALL {
         let found = differences(kind, image_size, &device)?;
-        let passes = found
-            .iter()
-            .zip(ALLOWED)
-            .all(|(found, allowed)| *found <= allowed);
-        let [a, b, c, d] = found;
+        let mut pairs = found.iter().zip(ALLOWED);
+        let passes = pairs.all(|(found, allowed)| *found <= allowed);
+        let ([a, b, c, d], title) = (found, kind.title());
         let verdict = if passes { "PASS" } else { "FAIL" };
-        println!(
-            "| {} | {a:.1e} | {b:.1e} | {c:.1e} | {d:.1e} | {verdict} |",
-            kind.title()
-        );
+        println!("| {title} | {a:.1e} | {b:.1e} | {c:.1e} | {d:.1e} | {verdict} |");
         is_good &= passes;
     }
     let [a, b, c, d] = ALLOWED;

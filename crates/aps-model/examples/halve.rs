@@ -12,11 +12,10 @@ use aps_model::candle_core::{DType, Device, safetensors as files};
 use aps_model::weights::read_label;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let [from, to] = [1, 2].map(|i| std::env::args().nth(i));
-    let (from, to) = from
-        .zip(to)
-        .ok_or("give the file to read and the one to write")?;
-    let label = match (std::env::args().nth(3), read_label(Path::new(&from))?) {
+    let mut words = std::env::args().skip(1);
+    let files = words.next().zip(words.next());
+    let (from, to) = files.ok_or("give the file to read and the one to write")?;
+    let label = match (words.next(), read_label(Path::new(&from))?) {
         (Some(model), _) => format!("{model} small"),
         (None, Some(label)) => format!("{} {}", label.kind, label.preset),
         (None, None) => return Err("it does not say its model: name it behind the files".into()),
@@ -38,8 +37,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         tensors.insert(name, halved);
     }
     let metadata = HashMap::from([("model".to_owned(), label)]);
-    Ok(std::fs::write(
-        to,
-        safetensors::serialize(tensors, Some(metadata))?,
-    )?)
+    let bytes = safetensors::serialize(tensors, Some(metadata))?;
+    Ok(std::fs::write(to, bytes)?)
 }

@@ -28,10 +28,8 @@ fn maps() -> [Raster; 2] {
 }
 
 fn conditions(maps: &[Raster], image_size: usize) -> ConditionImages {
-    let pixels: Vec<f32> = maps
-        .iter()
-        .flat_map(|map| map.pixels().iter().copied().map(f32::from))
-        .collect();
+    let pixels = maps.iter().flat_map(|map| map.pixels());
+    let pixels: Vec<f32> = pixels.map(|&pixel| pixel.into()).collect();
     let rasters = Rasters {
         pixels: &pixels,
         height: 256,
@@ -67,13 +65,11 @@ fn images_of_any_size_are_those_of_the_data_set_bit_for_bit() {
             image_size: Some(size),
             ..DataConfig::default()
         };
-        let expected: Vec<f32> = links()
-            .iter()
-            .flat_map(|link| {
-                let images = DataImages::new(&maps[link.map as usize], config);
-                images.batch(&[(link.tx_m, link.rx_m)])
-            })
-            .collect();
+        let expected = links().into_iter().flat_map(|link| {
+            let images = DataImages::new(&maps[link.map as usize], config);
+            images.batch(&[(link.tx_m, link.rx_m)])
+        });
+        let expected: Vec<f32> = expected.collect();
         assert_eq!(values(&conditions(&maps, size)), expected, "{size} px");
     }
 }
@@ -83,10 +79,7 @@ fn images_of_any_size_are_those_of_the_data_set_bit_for_bit() {
 #[test]
 fn a_smaller_image_is_the_average_of_the_large_one() {
     let maps = maps();
-    let (large, small) = (
-        values(&conditions(&maps, 256)),
-        values(&conditions(&maps, 64)),
-    );
+    let [large, small] = [256, 64].map(|size| values(&conditions(&maps, size)));
     let mut worst = [0.0_f32; 3];
     for (i, &value) in small.iter().enumerate() {
         let (plane, row, column) = (i / (64 * 64), i / 64 % 64, i % 64);
@@ -102,10 +95,8 @@ fn a_smaller_image_is_the_average_of_the_large_one() {
 fn the_same_bytes_for_any_number_of_threads() {
     let maps = maps();
     let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.unwrap();
         pool.install(|| values(&conditions(&maps, 48)))
     };
     assert_eq!(on(1), on(3));
@@ -122,14 +113,8 @@ fn what_cannot_be_drawn_is_told() {
         other => panic!("{other:?}"),
     };
     assert!(told(Link { map: 2, ..good }).contains("link 1"));
-    let nowhere = [f64::NAN, 0.0];
-    assert!(
-        told(Link {
-            rx_m: nowhere,
-            ..good
-        })
-        .contains("finite")
-    );
+    let rx_m = [f64::NAN, 0.0];
+    assert!(told(Link { rx_m, ..good }).contains("finite"));
 
     let rasters = |pixels, height| Rasters {
         pixels,
@@ -157,9 +142,8 @@ fn what_cannot_be_drawn_is_told() {
 #[test]
 fn a_mirrored_link_has_a_mirrored_image() {
     let (height, width, size) = (64, 128, 32);
-    let map: Vec<f32> = (0..2 * height * width)
-        .map(|i| f32::from(u8::from(i % 7 < 3 || i / 50 % 3 == 0)))
-        .collect();
+    let pixel = |i: usize| f32::from(i % 7 < 3 || (i / 50).is_multiple_of(3));
+    let map: Vec<f32> = (0..2 * height * width).map(pixel).collect();
     let rasters = Rasters {
         pixels: &map,
         height,
@@ -183,9 +167,7 @@ fn a_mirrored_link_has_a_mirrored_image() {
         tx_m: [30.5, 100.0],
         rx_m: [201.0, 7.25],
     };
-    let images: Vec<Link> = (0..Mirror::ALL.len())
-        .map(|i| link.mirrored(i, rasters.maps(), rasters.far_end_m()))
-        .collect();
+    let images = [0, 1, 2, 3].map(|i| link.mirrored(i, rasters.maps(), rasters.far_end_m()));
     let images = conditions.batch(&images).unwrap();
     let values: Vec<f32> = images.flatten_all().unwrap().to_vec1().unwrap();
     let images: Vec<&[f32]> = values.chunks_exact(3 * size * size).collect();
@@ -197,10 +179,8 @@ fn a_mirrored_link_has_a_mirrored_image() {
                 let expected = images[0][at(turn(y, mirror.y), turn(x, mirror.x))];
                 let found = image[at(y, x)];
                 // Pixels of the map are averaged in another order, positions computed anew.
-                assert!(
-                    (found - expected).abs() < 1e-6,
-                    "{mirror:?} at {plane} {y} {x}"
-                );
+                let is_close = (found - expected).abs() < 1e-6;
+                assert!(is_close, "{mirror:?} at {plane} {y} {x}");
             }
         }
     }

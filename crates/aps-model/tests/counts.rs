@@ -19,8 +19,9 @@ const POLAR: PolarShape = PolarShape {
     features: 14,
 };
 
-/// Trainable parameters of each model and of its regularizer, without buffers.
-fn counts(preset: Preset) -> Vec<(String, usize)> {
+/// Compares the trainable parameters of each model and of its regularizer, without buffers.
+#[track_caller]
+fn assert_counts(preset: Preset, expected: [(&str, usize); 10]) {
     let count = |parameters: &VarMap| {
         let all = trainable(parameters).into_iter();
         all.map(|(_, var)| var.elem_count()).sum()
@@ -36,17 +37,8 @@ fn counts(preset: Preset) -> Vec<(String, usize)> {
             counts.push((format!("regularizer of {kind}"), count(&critic)));
         }
     }
-    for (name, count) in &counts {
-        println!("{preset} {name}: {count}");
-    }
-    counts
-}
-
-fn named(counts: &[(&str, usize)]) -> Vec<(String, usize)> {
-    counts
-        .iter()
-        .map(|&(name, count)| (name.to_owned(), count))
-        .collect()
+    let counts: Vec<_> = counts.iter().map(|(name, n)| (name.as_str(), *n)).collect();
+    assert_eq!(counts, expected, "{preset}");
 }
 
 #[test]
@@ -63,7 +55,7 @@ fn paper_s_models_have_the_paper_s_counts() {
         ("resnet_conv1d", 18_853_377),
         ("polar_reg", 3_841),
     ];
-    assert_eq!(counts(Preset::Paper), named(&expected));
+    assert_counts(Preset::Paper, expected);
 }
 
 #[test]
@@ -80,5 +72,5 @@ fn small_models_have_the_documented_counts() {
         ("resnet_conv1d", 4_721_921),
         ("polar_reg", 3_841),
     ];
-    assert_eq!(counts(Preset::Small), named(&expected));
+    assert_counts(Preset::Small, expected);
 }

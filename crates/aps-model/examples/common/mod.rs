@@ -81,9 +81,8 @@ pub fn links(count: usize) -> Vec<Link> {
 impl Case {
     /// Makes the input of links.
     pub fn input(&self) -> Outcome<Box<dyn ModelInput>> {
-        let city: Vec<f32> = (0..256 * 256)
-            .map(|i| f32::from(i / 256 / 30 % 2 == 0))
-            .collect();
+        let is_built = |i: usize| f32::from((i / 256 / 30).is_multiple_of(2));
+        let city: Vec<f32> = (0..256 * 256).map(is_built).collect();
         let rasters = Rasters {
             pixels: &city,
             height: 256,
@@ -112,10 +111,10 @@ impl Case {
     /// Draws the weights, the same on every device.
     pub fn parameters(&self, shape: InputShape) -> Outcome<VarMap> {
         let parameters = VarMap::new();
-        self.kind
-            .build(self.preset, shape, self.builder(&parameters, 1))?;
+        let vb = self.builder(&parameters, 1);
+        self.kind.build(self.preset, shape, vb)?;
         if let InputShape::Polar(PolarShape { directions, .. }) = shape {
-            let near = |i: usize| f64::from(u8::from(i / directions == i % directions));
+            let near = |i: usize| f64::from(i / directions == i % directions);
             let facts = LabelFacts {
                 array: (0..ANGLE_BINS * directions).map(near).collect(),
                 mean: 0.1,

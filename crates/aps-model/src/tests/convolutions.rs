@@ -55,10 +55,8 @@ fn with_gradients(
     device: &Device,
     f: impl Fn(&Tensor, &Tensor) -> Result<Tensor>,
 ) -> [Vec<f64>; 3] {
-    let (x, weight) = (
-        values(1, &case.x, dtype, device),
-        values(2, &case.weight, dtype, device),
-    );
+    let x = values(1, &case.x, dtype, device);
+    let weight = values(2, &case.weight, dtype, device);
     let y = f(x.as_tensor(), weight.as_tensor()).unwrap();
     let factors = values(3, y.dims(), dtype, device);
     let sum = (&y * factors.as_tensor()).unwrap().sum_all().unwrap();
@@ -109,16 +107,12 @@ fn assert_close(
     expected: &[Vec<f64>; 3],
     tolerance: f64,
 ) {
-    for (part, (found, expected)) in ["result", "by input", "by kernel"]
-        .iter()
-        .zip(found.iter().zip(expected))
-    {
+    let parts = ["result", "by input", "by kernel"];
+    for (part, (found, expected)) in parts.iter().zip(found.iter().zip(expected)) {
         assert_eq!(found.len(), expected.len(), "{case:?}, {part}");
         let scale = expected.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let error = found
-            .iter()
-            .zip(expected)
-            .fold(0.0, |m: f64, (f, e)| m.max((f - e).abs()));
+        let errors = found.iter().zip(expected).map(|(f, e)| (f - e).abs());
+        let error = errors.fold(0.0, f64::max);
         assert!(
             error <= tolerance * scale,
             "{case:?}, {part}: wrong by {error}, the largest value is {scale}"
@@ -274,23 +268,16 @@ fn of_bf16_round_to_it() {
     // bf16 keeps 8 bits: inputs, results and gradients are rounded each.
     let case = square(2, [16, 8], [9, 8], 3, 1);
     let found = found(case, DType::BF16, portable(case));
-    assert_close(
-        case,
-        &found,
-        &expected(case, DType::F64, portable(case)),
-        0.02,
-    );
+    let expected = expected(case, DType::F64, portable(case));
+    assert_close(case, &found, &expected, 0.02);
 }
 
 #[test]
 fn with_a_kernel_larger_than_the_image_are_refused() {
     let of = |shape: &[usize]| values(1, shape, DType::F32, &device());
     let (x, weight) = (of(&[1, 1, 2, 4]), of(&[1, 1, 3, 3]));
-    let refused = portable::conv2d(&x, &weight, None, 1, (0, 0))
-        .unwrap_err()
-        .to_string();
-    assert!(
-        refused.contains("3 x 3") && refused.contains("2 x 4"),
-        "{refused}"
-    );
+    let refused = portable::conv2d(&x, &weight, None, 1, (0, 0));
+    let refused = refused.unwrap_err().to_string();
+    let sizes = ["3 x 3", "2 x 4"];
+    assert!(sizes.iter().all(|size| refused.contains(size)), "{refused}");
 }

@@ -1,11 +1,11 @@
 //! Mixed precision: products of bf16 that sum in f32, weights and losses in f32.
 
-use candle_core::{DType, Device, Tensor, Var};
+use candle_core::{DType, Device, Tensor};
 use candle_nn::VarMap;
 
 use super::train::{adversarial, adversarial_config, regression, regression_config, samples};
-use super::{WAYS, builder, flat};
-use crate::condition::{InputKind, InputShape};
+use super::{WAYS, builder, flat, shape_of};
+use crate::condition::InputShape;
 use crate::parameters::sorted;
 use crate::train::{Precision, TrainConfig, Trainer};
 use crate::{ANGLE_BINS, LabelFacts, Loss, ModelKind, Preset};
@@ -20,31 +20,23 @@ fn pattern(shape: &[usize]) -> Tensor {
     Tensor::from_vec(values, shape, &Device::Cpu).unwrap()
 }
 
-fn input(kind: ModelKind) -> (InputShape, Tensor) {
-    match kind.input() {
-        InputKind::Images => (InputShape::Images, pattern(&[LINKS, 3, 64, 64])),
-        InputKind::Polar => {
-            let ways = pattern(&[LINKS, WAYS.directions, WAYS.values()]);
-            (InputShape::Polar(WAYS), ways)
-        }
-    }
-}
-
 /// Spectra in use, and gradients of all weights in training, as one list.
 fn computed(kind: ModelKind, precision: Precision) -> [Vec<f64>; 2] {
     let parameters = VarMap::new();
-    let (shape, input) = input(kind);
+    let shape = shape_of(kind);
+    let input = match shape {
+        InputShape::Images => pattern(&[LINKS, 3, 64, 64]),
+        InputShape::Polar(ways) => pattern(&[LINKS, ways.directions, ways.values()]),
+    };
     let vb = builder(&parameters, DType::F32, 3);
     let model = kind.build(Preset::Small, shape, vb).unwrap();
-    if kind.input() == InputKind::Polar {
-        let facts = LabelFacts {
-            array: flat(&pattern(&[ANGLE_BINS, WAYS.directions])),
-            mean: 0.1,
-            deviation: 0.2,
-            is_by_link: false,
-        };
-        facts.set(&parameters).unwrap();
-    }
+    let facts = LabelFacts {
+        array: flat(&pattern(&[ANGLE_BINS, WAYS.directions])),
+        mean: 0.1,
+        deviation: 0.2,
+        is_by_link: false,
+    };
+    facts.set(&parameters).unwrap();
     let input = precision.of_input(&input).unwrap();
     let used = model.forward_t(&input, false).unwrap();
     model.seed_dropout(1, 1);
@@ -53,17 +45,11 @@ fn computed(kind: ModelKind, precision: Precision) -> [Vec<f64>; 2] {
     let targets = pattern(&[LINKS, ANGLE_BINS]);
     let loss = Loss::Squared.error(&predicted, &targets).unwrap();
     let store = loss.backward().unwrap();
-    let gradient = |var: Var| {
-        store
-            .get(&var)
-            .map(|gradient| (gradient.dtype(), flat(gradient)))
-    };
-    let gradients = sorted(&parameters)
-        .into_iter()
-        .filter_map(|(_, var)| gradient(var));
-    let gradients = gradients.flat_map(|(dtype, values)| {
-        assert_eq!(dtype, DType::F32);
-        values
+    let all = sorted(&parameters);
+    let gradients = all.iter().filter_map(|(_, var)| store.get(var));
+    let gradients = gradients.flat_map(|gradient| {
+        assert_eq!(gradient.dtype(), DType::F32);
+        flat(gradient)
     });
     [flat(&used), gradients.collect()]
 }
@@ -94,15 +80,11 @@ fn spectra_and_gradients_are_as_near_those_of_f32_as_pytorch_s() {
         let full = computed(kind, Precision::Full);
         let mixed = computed(kind, Precision::Mixed);
         let off = [0, 1].map(|i| apart(&mixed[i], &full[i]));
-        println!(
-            "{kind}: spectra off by {:.1e}, gradients by {:.1e}",
-            off[0], off[1]
-        );
+        let [of_spectra, of_gradients] = off;
+        println!("{kind}: spectra off by {of_spectra:.1e}, gradients by {of_gradients:.1e}");
         // Other weights are drawn there.
-        assert!(
-            off[0] < 3.0 * spectra && off[1] < 2.0 * gradients,
-            "{kind}: {off:?}"
-        );
+        let is_near = of_spectra < 3.0 * spectra && of_gradients < 2.0 * gradients;
+        assert!(is_near, "{kind}: {off:?}");
     }
 }
 
@@ -124,16 +106,11 @@ fn training_goes_the_way_of_f32() {
         precision: Precision::Mixed,
         ..config
     };
-    for (full, half) in [
-        (
-            losses(regression(samples(16), regression_config())),
-            losses(regression(samples(16), mixed(regression_config()))),
-        ),
-        (
-            losses(adversarial(samples(16), adversarial_config())),
-            losses(adversarial(samples(16), mixed(adversarial_config()))),
-        ),
-    ] {
+    let [full, half] = [regression_config(), mixed(regression_config())]
+        .map(|config| losses(regression(samples(16), config)));
+    let [of_full, of_half] = [adversarial_config(), mixed(adversarial_config())]
+        .map(|config| losses(adversarial(samples(16), config)));
+    for (full, half) in [(full, half), (of_full, of_half)] {
         assert!(full != half && full.len() == half.len());
         let worst = full.iter().zip(&half).map(|(f, h)| (h / f - 1.0).abs());
         let worst = worst.fold(0.0, f64::max);

@@ -14,8 +14,10 @@ mod train;
 use candle_core::{DType, Device, Tensor};
 use candle_nn::{VarBuilder, VarMap};
 
-use crate::condition::PolarShape;
-use crate::seeded;
+use crate::condition::{
+    ConditionConfig, ConditionImages, InputKind, InputShape, PolarShape, Rasters,
+};
+use crate::{ModelKind, seeded};
 
 /// Shape of the ways of a link, as `map2aps` makes them.
 const WAYS: PolarShape = PolarShape {
@@ -23,6 +25,35 @@ const WAYS: PolarShape = PolarShape {
     ways: 15,
     features: 14,
 };
+
+/// Returns a shape of input that a model takes.
+fn shape_of(kind: ModelKind) -> InputShape {
+    match kind.input() {
+        InputKind::Images => InputShape::Images,
+        InputKind::Polar => InputShape::Polar(WAYS),
+    }
+}
+
+/// Returns condition images of square maps that are `side` pixels wide.
+fn conditions(
+    pixels: &[f32],
+    side: usize,
+    metres_per_pixel: f64,
+    image_size: usize,
+) -> ConditionImages {
+    let rasters = Rasters {
+        pixels,
+        height: side,
+        width: side,
+        metres_per_pixel,
+    };
+    let config = ConditionConfig {
+        image_size,
+        sigma_px: 2.5,
+        ..ConditionConfig::default()
+    };
+    ConditionImages::new(rasters, config, &Device::Cpu).unwrap()
+}
 
 /// Returns a builder of tensors on the CPU.
 fn builder(parameters: &VarMap, dtype: DType, seed: u64) -> VarBuilder<'static> {

@@ -6,7 +6,7 @@ use candle_core::DType;
 use candle_nn::VarMap;
 use prost::Message;
 
-use super::{WAYS, builder, flat};
+use super::{builder, flat, shape_of};
 use crate::condition::{InputKind, InputShape};
 use crate::onnx::export;
 use crate::parameters::{is_counter, sorted};
@@ -15,13 +15,6 @@ use crate::weights::Label;
 use crate::{ModelKind, Preset};
 
 const SIZE: usize = 64;
-
-fn shape_of(kind: ModelKind) -> InputShape {
-    match kind.input() {
-        InputKind::Images => InputShape::Images,
-        InputKind::Polar => InputShape::Polar(WAYS),
-    }
-}
 
 fn exported(kind: ModelKind, parameters: &VarMap) -> Vec<u8> {
     let (preset, shape) = (Preset::Small, shape_of(kind));
@@ -43,9 +36,9 @@ fn shape(value: &ValueInfoProto) -> Vec<String> {
 }
 
 fn numbers(tensor: &TensorProto) -> Vec<f64> {
-    let numbers = tensor.raw_data.chunks_exact(4);
+    let numbers = tensor.raw_data.as_chunks().0.iter();
     numbers
-        .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()).into())
+        .map(|&bytes| f32::from_le_bytes(bytes).into())
         .collect()
 }
 
@@ -66,21 +59,13 @@ fn a_file_tells_its_model_and_takes_any_number_of_links() {
         let ([input], [output]) = (&graph.input[..], &graph.output[..]) else {
             panic!("{kind}: one input, one output");
         };
-        let expected: (_, &[&str]) = match kind.input() {
-            InputKind::Images => ("condition", &["batch", "3", "64", "64"]),
-            InputKind::Polar => ("ways", &["batch", "180", "210"]),
+        let (name, dims) = match kind.input() {
+            InputKind::Images => ("condition", &["batch", "3", "64", "64"][..]),
+            InputKind::Polar => ("ways", &["batch", "180", "210"][..]),
         };
-        assert_eq!(
-            (&*input.name, &shape(input)[..]),
-            (
-                expected.0,
-                &expected.1.iter().map(|s| s.to_string()).collect::<Vec<_>>()[..]
-            )
-        );
-        assert_eq!(
-            (&*output.name, shape(output)),
-            ("spectrum", vec!["batch".to_owned(), "180".to_owned()])
-        );
+        assert_eq!((&*input.name, &*output.name), (name, "spectrum"));
+        assert_eq!(shape(input), dims);
+        assert_eq!(shape(output), ["batch", "180"]);
     }
 }
 
@@ -91,11 +76,8 @@ fn a_graph_has_the_weights_bit_for_bit_and_finds_every_input_made() {
         let model = ModelProto::decode(&exported(kind, &parameters)[..]).unwrap();
         let graph = model.graph.unwrap();
         let constants: HashMap<_, _> = graph.initializer.iter().map(|t| (&*t.name, t)).collect();
-        assert_eq!(
-            constants.len(),
-            graph.initializer.len(),
-            "{kind}: names are unique"
-        );
+        let count = graph.initializer.len();
+        assert_eq!(constants.len(), count, "{kind}: names are unique");
         for (name, var) in sorted(&parameters) {
             // Neither counts in evaluation: passes of training, and a choice that decided which graph was made.
             if is_counter(&var) || name == "fixed.is_by_link" {
@@ -107,31 +89,21 @@ fn a_graph_has_the_weights_bit_for_bit_and_finds_every_input_made() {
             assert_eq!(numbers(found), flat(&var), "{kind}: {name}");
         }
         // The empty name stands for an input that is not given.
-        let mut made: HashSet<&str> = constants
-            .keys()
-            .copied()
-            .chain(["", "condition", "ways"])
-            .collect();
+        let given = ["", "condition", "ways"];
+        let mut made: HashSet<&str> = constants.keys().copied().chain(given).collect();
         let mut used = HashSet::new();
         for node in &graph.node {
+            let name = &node.name;
             for input in &node.input {
-                assert!(
-                    made.contains(&**input),
-                    "{kind}: {} of {}",
-                    input,
-                    node.name
-                );
+                assert!(made.contains(&**input), "{kind}: {input} of {name}");
                 used.insert(&**input);
             }
-            assert!(
-                made.insert(&node.output[0]),
-                "{kind}: {} is made twice",
-                node.name
-            );
+            assert!(made.insert(&node.output[0]), "{kind}: {name} is made twice");
         }
         assert!(made.contains("spectrum"), "{kind}");
+        let is_used = |name: &&str| used.contains(name);
         assert!(
-            constants.keys().all(|name| used.contains(name)),
+            constants.keys().all(is_used),
             "{kind}: every constant is used"
         );
     }
@@ -140,10 +112,8 @@ fn a_graph_has_the_weights_bit_for_bit_and_finds_every_input_made() {
 #[test]
 fn the_same_weights_give_the_same_bytes() {
     for kind in [ModelKind::VitReg, ModelKind::PolarReg] {
-        assert!(
-            exported(kind, &VarMap::new()) == exported(kind, &VarMap::new()),
-            "{kind}"
-        );
+        let [first, second] = [(); 2].map(|()| exported(kind, &VarMap::new()));
+        assert!(first == second, "{kind}");
     }
 }
 
@@ -151,15 +121,11 @@ fn the_same_weights_give_the_same_bytes() {
 fn sizes_that_a_model_does_not_take_are_refused() {
     let (kind, preset, parameters) = (ModelKind::RadioUnet, Preset::Small, VarMap::new());
     let label = Label { kind, preset };
-    let export = |shape, size| export(label, shape, size, &parameters, &[]).unwrap_err();
-    assert!(
-        export(InputShape::Images, 40)
-            .to_string()
-            .contains("multiple of 16")
-    );
-    assert!(
-        export(shape_of(ModelKind::PolarReg), 64)
-            .to_string()
-            .contains("takes Images")
-    );
+    for (shape, size, told) in [
+        (InputShape::Images, 40, "multiple of 16"),
+        (shape_of(ModelKind::PolarReg), 64, "takes Images"),
+    ] {
+        let refused = export(label, shape, size, &parameters, &[]).unwrap_err();
+        assert!(refused.to_string().contains(told), "{refused}");
+    }
 }

@@ -3,8 +3,8 @@
 use candle_core::{DType, Device, Tensor, Var};
 use candle_nn::VarMap;
 
-use super::{builder, flat as values};
-use crate::condition::{ConditionConfig, ConditionImages, Link, Rasters};
+use super::{builder, conditions, flat as values};
+use crate::condition::Link;
 use crate::data::Samples;
 use crate::models::resnet_mlp::ResnetMlp;
 use crate::ops::{self, BatchNormTensors};
@@ -63,19 +63,7 @@ fn try_trainer(
     target: f32,
     change: impl Fn(&mut TrainConfig),
 ) -> Result<Trainer, TrainError> {
-    let pixels = vec![0.0; 64 * 64];
-    let rasters = Rasters {
-        pixels: &pixels,
-        height: 64,
-        width: 64,
-        metres_per_pixel: 1.0,
-    };
-    let images = ConditionConfig {
-        image_size: size,
-        sigma_px: 2.5,
-        ..ConditionConfig::default()
-    };
-    let input = ConditionImages::new(rasters, images, DEVICE).unwrap();
+    let input = Box::new(conditions(&[0.0; 64 * 64], 64, 1.0, size));
     let link = |i: usize| Link {
         map: 0,
         tx_m: [(5 * i % 64) as f64, 20.0],
@@ -92,13 +80,7 @@ fn try_trainer(
     };
     change(&mut config);
     let samples = Samples::new(links, targets).unwrap();
-    Trainer::new(
-        Box::new(model),
-        &parameters,
-        Box::new(input),
-        samples,
-        config,
-    )
+    Trainer::new(Box::new(model), &parameters, input, samples, config)
 }
 
 fn weights(trainer: &Trainer) -> Vec<f64> {
@@ -117,11 +99,11 @@ fn batch_of_one() {
     }
     match trainer(1, 32, 0.5, |_| ()).step() {
         Err(TrainError::Model(error)) => {
-            let text = error.to_string();
-            assert!(
-                text.contains("[1, 32, 1, 1]; use a batch of two or more"),
-                "{text}"
+            let (text, told) = (
+                error.to_string(),
+                "[1, 32, 1, 1]; use a batch of two or more",
             );
+            assert!(text.contains(told), "{text}");
         }
         other => panic!("{:?}", other.map(|_| ())),
     }
@@ -132,9 +114,8 @@ fn batch_of_one() {
 fn constant_targets() {
     for target in [0.0, -0.45, 3.4] {
         let mut trainer = trainer(4, 32, target, |c| c.learning_rate = 3e-3);
-        let losses: Vec<f64> = std::iter::from_fn(|| trainer.step().unwrap())
-            .map(|report| report.loss)
-            .collect();
+        let reports = std::iter::from_fn(|| trainer.step().unwrap());
+        let losses: Vec<f64> = reports.map(|report| report.loss).collect();
         let (first, last) = (losses[0], losses[losses.len() - 1]);
         assert!(losses.iter().all(|loss| loss.is_finite()));
         assert!(last < first, "{first} to {last}");
@@ -154,17 +135,11 @@ fn learning_rate_too_high() {
             Err(error) => break error,
         }
     };
-    let TrainError::Diverged {
-        step,
-        quantity,
-        value,
-        ..
-    } = error
-    else {
-        panic!("{error}");
-    };
-    println!("stopped at step {step}: {quantity} = {value:e}");
-    assert!(step <= 3 && matches!(quantity, Quantity::Loss | Quantity::Gradient));
+    println!("{error}");
+    let quantities = [Quantity::Loss, Quantity::Gradient];
+    assert!(
+        matches!(error, TrainError::Diverged { step: ..=3, quantity, .. } if quantities.contains(&quantity))
+    );
 }
 
 /// Channels without variance, at any height, are normalised to exactly their bias: the deviation is the epsilon's, and
@@ -219,9 +194,7 @@ fn clipping_at_infinity_and_at_zero() {
     assert_eq!(clip_factor(5.0, 0.0), 0.0);
     for bad in [0.0, -1.0, f64::NAN] {
         let refused = try_trainer(4, 32, 0.5, |c| c.clip_norm = bad);
-        assert!(
-            matches!(refused, Err(TrainError::Config(_))),
-            "clip_norm {bad}"
-        );
+        let is_told = matches!(refused, Err(TrainError::Config(_)));
+        assert!(is_told, "clip_norm {bad}");
     }
 }

@@ -9,8 +9,8 @@ use std::time::Duration;
 use candle_core::{DType, Device, Tensor};
 use candle_nn::{Optimizer, VarMap};
 
-use super::{builder, on_threads};
-use crate::condition::{ConditionConfig, ConditionImages, Link, ModelInput, Rasters};
+use super::{builder, conditions, flat, on_threads};
+use crate::condition::{ConditionImages, Link, ModelInput};
 use crate::data::{Examples, Samples};
 use crate::models::ms_areg::MsAreg;
 use crate::models::resnet_mlp::ResnetMlp;
@@ -23,21 +23,9 @@ const SIZE: usize = 32;
 const WIDTH: usize = 4;
 
 fn input() -> ConditionImages {
-    let pixels: Vec<f32> = (0..2 * SIZE * SIZE)
-        .map(|i| f32::from(u8::from(i % 37 < 9)))
-        .collect();
-    let rasters = Rasters {
-        pixels: &pixels,
-        height: SIZE,
-        width: SIZE,
-        metres_per_pixel: 8.0,
-    };
-    let config = ConditionConfig {
-        image_size: SIZE,
-        sigma_px: 2.5,
-        ..ConditionConfig::default()
-    };
-    ConditionImages::new(rasters, config, &Device::Cpu).unwrap()
+    let pixel = |i: usize| f32::from(i % 37 < 9);
+    let pixels: Vec<f32> = (0..2 * SIZE * SIZE).map(pixel).collect();
+    conditions(&pixels, SIZE, 8.0, SIZE)
 }
 
 fn link(i: usize) -> Link {
@@ -58,11 +46,8 @@ fn target(i: usize) -> Vec<f32> {
 }
 
 pub fn samples(n: usize) -> Samples {
-    Samples::new(
-        (0..n).map(link).collect(),
-        (0..n).flat_map(target).collect(),
-    )
-    .unwrap()
+    let targets = (0..n).flat_map(target).collect();
+    Samples::new((0..n).map(link).collect(), targets).unwrap()
 }
 
 fn resnet_mlp(width: usize) -> (Box<dyn Model>, VarMap) {
@@ -133,17 +118,14 @@ fn state(trainer: &mut Trainer, folder: &Path) -> Vec<u8> {
 /// Builds a trainer of some examples, after a change of its settings.
 type Setup = fn(Spoilt, fn(&mut TrainConfig)) -> Trainer;
 const SETUPS: [Setup; 2] = [
-    |examples, change| {
-        let mut config = regression_config();
-        change(&mut config);
-        regression(examples, config)
-    },
-    |examples, change| {
-        let mut config = adversarial_config();
-        change(&mut config);
-        adversarial(examples, config)
-    },
+    |examples, change| regression(examples, changed(regression_config(), change)),
+    |examples, change| adversarial(examples, changed(adversarial_config(), change)),
 ];
+
+fn changed(mut config: TrainConfig, change: fn(&mut TrainConfig)) -> TrainConfig {
+    change(&mut config);
+    config
+}
 
 fn sound(n: usize) -> Spoilt {
     Spoilt {
@@ -173,10 +155,8 @@ fn continued_run_equals_uninterrupted_one_bit_for_bit() {
             assert_eq!(resumed.resume(&path).unwrap(), "notes of the caller");
             assert_eq!(resumed.steps_done(), stop as u64);
             assert_eq!(steps(&mut resumed, 6 - stop), losses[stop..]);
-            assert!(
-                state(&mut resumed, folder.path()) == expected,
-                "stopped after {stop}"
-            );
+            let is_same = state(&mut resumed, folder.path()) == expected;
+            assert!(is_same, "stopped after {stop}");
         }
     }
 }
@@ -185,14 +165,12 @@ fn continued_run_equals_uninterrupted_one_bit_for_bit() {
 fn the_same_bytes_for_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     for setup in SETUPS {
-        let on = |threads| {
-            on_threads(threads, || {
-                let mut trainer = setup(sound(8), |_| ());
-                steps(&mut trainer, 3);
-                state(&mut trainer, folder.path())
-            })
+        let trained = || {
+            let mut trainer = setup(sound(8), |_| ());
+            steps(&mut trainer, 3);
+            state(&mut trainer, folder.path())
         };
-        assert!(on(1) == on(3));
+        assert!(on_threads(1, trained) == on_threads(3, trained));
     }
 }
 
@@ -248,25 +226,18 @@ fn adversarial_step_is_the_papers_equations() {
     let whole = (bce(score(&predicted), 1.0) + (&l1 * 100.0).unwrap()).unwrap();
     let norm = update(&whole, &of_predictor);
 
-    let close = |found: f64, expected: f64| {
-        assert!(
-            (found - expected).abs() <= 1e-4 * expected.abs(),
-            "{found} is not {expected}"
-        );
-    };
-    close(report.loss, f64::from(l1.to_scalar::<f32>().unwrap()));
-    close(
-        report.regularizer_loss.unwrap(),
-        f64::from(regularizer_loss.to_scalar::<f32>().unwrap()),
-    );
-    close(report.gradient_norm, norm);
-    close(report.regularizer_gradient_norm.unwrap(), regularizer_norm);
+    for (found, expected) in [
+        (report.loss, flat(&l1)[0]),
+        (report.regularizer_loss.unwrap(), flat(&regularizer_loss)[0]),
+        (report.gradient_norm, norm),
+        (report.regularizer_gradient_norm.unwrap(), regularizer_norm),
+    ] {
+        let is_close = (found - expected).abs() <= 1e-4 * expected.abs();
+        assert!(is_close, "{found} is not {expected}");
+    }
+    let plain = [&of_predictor, &of_regularizer];
     let initial = [ms_areg().1, self::regularizer().1];
-    for ((found, plain), initial) in found
-        .iter()
-        .zip([&of_predictor, &of_regularizer])
-        .zip(&initial)
-    {
+    for ((found, plain), initial) in found.iter().zip(plain).zip(&initial) {
         let (mut moved, mut apart) = (0.0, 0.0);
         let plain = trainable(plain).into_iter().zip(trainable(initial));
         for ((_, a), ((_, b), (_, initial))) in trainable(found).iter().zip(plain) {
@@ -274,16 +245,13 @@ fn adversarial_step_is_the_papers_equations() {
             apart += distance(a, &b);
         }
         // Adam's first step has the size of the rate whatever the gradient's size: rounding of gradients near zero shows.
-        assert!(
-            moved > 0.0 && apart < 1e-2 * moved,
-            "{apart} apart after moving by {moved}"
-        );
+        let is_near = moved > 0.0 && apart < 1e-2 * moved;
+        assert!(is_near, "{apart} apart after moving by {moved}");
     }
 }
 
 fn distance(a: &Tensor, b: &Tensor) -> f64 {
-    let sum = (a - b).unwrap().abs().unwrap().sum_all().unwrap();
-    f64::from(sum.to_scalar::<f32>().unwrap())
+    flat(&(a - b).unwrap().abs().unwrap().sum_all().unwrap())[0]
 }
 
 /// Examples of which one has a target that no label can have.
@@ -344,19 +312,15 @@ fn bad_label_stops_the_run_and_is_named_with_the_last_good_checkpoint() {
             assert_eq!((step, quantity), (trainer.steps_done(), Quantity::Loss));
             assert_eq!(links[0], (9, link(9)), "the worst link comes first");
             assert_eq!(checkpoint.as_ref(), Some(&path));
-            assert!(
-                text.contains("example 9") && text.contains("last.safetensors"),
-                "{text}"
-            );
+            for told in ["example 9", "last.safetensors"] {
+                assert!(text.contains(told), "{text}");
+            }
 
             assert!(matches!(trainer.step(), Err(TrainError::Failed)));
             assert!(matches!(trainer.save(&path, ""), Err(TrainError::Failed)));
             trainer.resume(&path).unwrap();
-            assert_eq!(
-                trainer.steps_done(),
-                step,
-                "what is left is the good checkpoint"
-            );
+            // What is left is the good checkpoint.
+            assert_eq!(trainer.steps_done(), step);
         }
     }
 }
@@ -379,25 +343,17 @@ fn foreign_or_damaged_checkpoint_changes_nothing() {
             other => panic!("{other:?}"),
         }
     };
-    for bytes in [
-        &good[..good.len() - 1],
-        &good[..100],
-        b"",
-        b"not safetensors at all",
-    ] {
-        assert!(
-            unreadable(bytes).contains("damaged"),
-            "{} bytes",
-            bytes.len()
-        );
+    let (shorter, foreign) = (&good[..good.len() - 1], b"not safetensors at all");
+    for bytes in [shorter, &good[..100], b"", foreign] {
+        let length = bytes.len();
+        assert!(unreadable(bytes).contains("damaged"), "{length} bytes");
     }
     let mut renamed = good.clone();
     let name = b"head.0.bias\"";
-    let places: Vec<usize> = (0..good.len() - name.len())
-        .filter(|&i| good[i..].starts_with(name))
-        .collect();
-    assert_eq!(places.len(), 1);
-    renamed[places[0] + 5] = b'9';
+    let mut places = (0..good.len()).filter(|&i| good[i..].starts_with(name));
+    let (first, second) = (places.next(), places.next());
+    assert_eq!(second, None);
+    renamed[first.unwrap() + 5] = b'9';
     assert!(unreadable(&renamed).contains("head."));
     assert!(state(&mut own, folder.path()) == before);
 
@@ -408,10 +364,7 @@ fn foreign_or_damaged_checkpoint_changes_nothing() {
         problem
     };
     let config = regression_config;
-    let other_seed = TrainConfig {
-        seed: 7,
-        ..config()
-    };
+    let other_seed = changed(config(), |config| config.seed = 7);
     assert!(refused(regression(samples(8), other_seed)).contains("seed"));
     assert!(refused(regression(samples(9), config())).contains("examples"));
     let wider = trainer(resnet_mlp(2 * WIDTH), samples(8), config());
@@ -420,12 +373,10 @@ fn foreign_or_damaged_checkpoint_changes_nothing() {
     let more = regression(samples(8), config()).with_regularizer(network, &parameters);
     assert!(refused(more.unwrap()).contains("missing"));
 
-    let missing = own.resume(folder.path().join("nothing")).unwrap_err();
-    assert!(matches!(missing, TrainError::Io { .. }));
-    let nowhere = own
-        .save(folder.path().join("no/folder/file"), "")
-        .unwrap_err();
-    assert!(matches!(nowhere, TrainError::Io { .. }));
+    let missing = own.resume(folder.path().join("nothing"));
+    assert!(matches!(missing, Err(TrainError::Io { .. })));
+    let nowhere = own.save(folder.path().join("no/folder/file"), "");
+    assert!(matches!(nowhere, Err(TrainError::Io { .. })));
 }
 
 /// A training of at most ten seconds; the clock moves by a second a step, and whenever the test says so.
@@ -481,8 +432,7 @@ fn settings_that_cannot_train_are_refused() {
     };
     let (_, parameters) = resnet_mlp(WIDTH);
     let refused = |change: fn(&mut TrainConfig)| {
-        let mut config = regression_config();
-        change(&mut config);
+        let config = changed(regression_config(), change);
         match attempt(&parameters, samples(4), config) {
             Err(TrainError::Config(problem)) => problem,
             other => panic!("{:?}", other.err()),
@@ -525,8 +475,6 @@ fn predictions_do_not_depend_on_the_batch_and_damaged_weights_are_told() {
     let (_, bias) = all.iter().find(|(name, _)| name == "head.3.bias").unwrap();
     let spoilt = (bias.ones_like().unwrap() * f64::NAN).unwrap();
     bias.set(&spoilt).unwrap();
-    assert!(matches!(
-        run(3),
-        Err(TrainError::Prediction { link: 0, .. })
-    ));
+    let told = run(3);
+    assert!(matches!(told, Err(TrainError::Prediction { link: 0, .. })));
 }

@@ -19,15 +19,11 @@ fn cross_entropy(logits: &Tensor, target: f64) -> Result<Tensor> {
 
 fn training_is_pytorch_s(dtype: DType, kind: ModelKind) -> Result<()> {
     let (parameters, critic_parameters) = (VarMap::new(), VarMap::new());
-    let model = kind.build(
-        Preset::Paper,
-        InputShape::Images,
-        builder(&parameters, dtype, 0),
-    )?;
+    let vb = builder(&parameters, dtype, 0);
+    let model = kind.build(Preset::Paper, InputShape::Images, vb)?;
     let vb = builder(&critic_parameters, dtype, 0);
-    let critic = kind
-        .build_regularizer(Preset::Paper, vb)?
-        .expect("it is adversarial");
+    let critic = kind.build_regularizer(Preset::Paper, vb)?;
+    let critic = critic.expect("it is adversarial");
     let score = |images: &Tensor, spectra: &Tensor| {
         let encoded = critic.encode(images, true)?;
         critic.score(&encoded, spectra)
@@ -48,12 +44,8 @@ fn training_is_pytorch_s(dtype: DType, kind: ModelKind) -> Result<()> {
             golden.check_absolute("train_64", &output, rigour.output);
             check_gradients(&golden.rows("critic_gradients", &moves), &rigour);
         }
-        check_loss(
-            &golden.values("critic_losses"),
-            step,
-            scalar(&loss),
-            &rigour,
-        );
+        let losses = golden.values("critic_losses");
+        check_loss(&losses, step, scalar(&loss), &rigour);
         critic_optimizer.step(&critic_parameters, &moves);
 
         let fooled = cross_entropy(&score(&images, &output)?, 1.0)?;

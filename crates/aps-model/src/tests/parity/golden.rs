@@ -37,12 +37,9 @@ impl Golden {
         let model = &self.model;
         let expected = self.arrays[name].dims();
         assert_eq!(found.dims(), expected, "{model}, {name}");
-        let worst = self
-            .values(name)
-            .iter()
-            .zip(flat(found))
-            .map(|(e, f)| (e - f).abs())
-            .fold(0.0, f64::max);
+        let expected = self.values(name).into_iter();
+        let errors = expected.zip(flat(found)).map(|(e, f)| (e - f).abs());
+        let worst = errors.fold(0.0, f64::max);
         println!("{model}, {name}: off by at most {worst:.2e}");
         assert!(worst <= tolerance, "{model}, {name}: off by {worst:e}");
     }
@@ -50,27 +47,21 @@ impl Golden {
     /// Norm and samples of each of the tensors, in the order of their names.
     pub fn rows(&self, name: &str, tensors: &[(String, Tensor)]) -> Vec<Row> {
         let expected = self.values(name);
-        assert_eq!(
-            expected.len(),
-            tensors.len() * (1 + SAMPLES),
-            "{name}: number of tensors"
-        );
-        tensors
-            .iter()
-            .zip(expected.chunks(1 + SAMPLES))
-            .map(|((tensor, found), expected)| {
-                let found = flat(found);
-                let samples: Vec<f64> = mix(&format!("sample {tensor}"), SAMPLES)
-                    .map(|at| found[(at % found.len() as u64) as usize])
-                    .collect();
-                Row {
-                    tensor: tensor.clone(),
-                    rms: expected[0] / (found.len() as f64).sqrt(),
-                    norm: (expected[0], found.iter().map(|v| v * v).sum::<f64>().sqrt()),
-                    samples: expected[1..].iter().copied().zip(samples).collect(),
-                }
-            })
-            .collect()
+        let count = tensors.len() * (1 + SAMPLES);
+        assert_eq!(expected.len(), count, "{name}: number of tensors");
+        let row = |((tensor, found), expected): (&(String, Tensor), &[f64])| {
+            let found = flat(found);
+            let name = format!("sample {tensor}");
+            let samples = mix(&name, SAMPLES).map(|at| found[(at % found.len() as u64) as usize]);
+            Row {
+                tensor: tensor.clone(),
+                rms: expected[0] / (found.len() as f64).sqrt(),
+                norm: (expected[0], found.iter().map(|v| v * v).sum::<f64>().sqrt()),
+                samples: expected[1..].iter().copied().zip(samples).collect(),
+            }
+        };
+        let expected = expected.chunks(1 + SAMPLES);
+        tensors.iter().zip(expected).map(row).collect()
     }
 }
 

@@ -23,16 +23,11 @@ pub struct Adam {
 
 /// Gradients by name, in the order of the names.
 pub fn gradients(parameters: &VarMap, store: &GradStore) -> Vec<(String, Tensor)> {
-    trainable(parameters)
-        .into_iter()
-        .map(|(name, var)| {
-            let gradient = match store.get(var.as_tensor()) {
-                Some(gradient) => gradient.clone(),
-                None => panic!("no gradient of {name}"),
-            };
-            (name, gradient)
-        })
-        .collect()
+    let gradient = |(name, var): (String, Var)| match store.get(&var) {
+        Some(gradient) => (name, gradient.clone()),
+        None => panic!("no gradient of {name}"),
+    };
+    trainable(parameters).into_iter().map(gradient).collect()
 }
 
 impl Adam {

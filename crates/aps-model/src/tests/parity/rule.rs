@@ -5,18 +5,13 @@ use candle_nn::VarMap;
 
 use crate::ANGLE_BINS;
 use crate::parameters::sorted;
+use crate::random::fnv1a;
 
 pub const BATCH: usize = 2;
 
-fn fnv1a(name: &str) -> u64 {
-    name.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01B3)
-    })
-}
-
 /// SplitMix64 of name and index: one number an element.
 pub fn mix(name: &str, count: usize) -> impl Iterator<Item = u64> {
-    let start = fnv1a(name);
+    let start = fnv1a(name.bytes());
     (1..=count as u64).map(move |i| {
         let mut z = start.wrapping_add(i.wrapping_mul(0x9E37_79B9_7F4A_7C15));
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -42,10 +37,8 @@ fn weights(name: &str, shape: &[usize]) -> Tensor {
             (0.0, f64::sqrt(gain / fan_in as f64))
         }
     };
-    let count = shape.iter().product();
-    let data: Vec<f32> = values(name, count)
-        .map(|u| (centre + spread * u) as f32)
-        .collect();
+    let values = values(name, shape.iter().product());
+    let data: Vec<f32> = values.map(|u| (centre + spread * u) as f32).collect();
     Tensor::from_vec(data, shape, &Device::Cpu).unwrap()
 }
 
@@ -63,9 +56,8 @@ pub fn set_weights(parameters: &VarMap) {
 pub fn images(size: usize) -> Tensor {
     let side = size / 8;
     let blocks: Vec<f64> = values("blocks", BATCH * side * side).collect();
-    let ends: Vec<f64> = values("ends", BATCH * 4)
-        .map(|u| ((u + 1.0) / 2.0 * size as f64).floor())
-        .collect();
+    let end = |u: f64| ((u + 1.0) / 2.0 * size as f64).floor();
+    let ends: Vec<f64> = values("ends", BATCH * 4).map(end).collect();
     let mut data = Vec::with_capacity(BATCH * 3 * size * size);
     for b in 0..BATCH {
         for channel in 0..3 {
@@ -89,9 +81,8 @@ pub fn images(size: usize) -> Tensor {
 
 /// Spectra to learn: (2, 180).
 pub fn targets() -> Tensor {
+    let values = values("targets", BATCH * ANGLE_BINS);
     // Exact in single precision.
-    let data: Vec<f32> = values("targets", BATCH * ANGLE_BINS)
-        .map(|u| (2.0 * u) as f32)
-        .collect();
+    let data: Vec<f32> = values.map(|u| (2.0 * u) as f32).collect();
     Tensor::from_vec(data, (BATCH, ANGLE_BINS), &Device::Cpu).unwrap()
 }

@@ -63,10 +63,10 @@ pub fn scalar(loss: &Tensor) -> f64 {
 pub fn check_loss(golden: &[f64], step: usize, found: f64, rigour: &Rigour) {
     let off = (found / golden[step] - 1.0).abs();
     println!("loss of step {step}: {found}, off by {off:.1e} relative");
+    let expected = golden[step];
     assert!(
         off <= rigour.loss,
-        "loss of step {step}: {found}, not {}",
-        golden[step]
+        "loss of step {step}: {found}, not {expected}"
     );
 }
 
@@ -83,10 +83,8 @@ pub fn check_gradients(rows: &[Row], rigour: &Rigour) {
     for (name, (expected, found)) in &groups {
         let off = (found / expected - 1.0).abs();
         println!("gradient of {name}: {found:.6}, off by {off:.1e} relative");
-        assert!(
-            off <= rigour.gradient,
-            "gradient of {name}: {found}, not {expected}"
-        );
+        let is_close = off <= rigour.gradient;
+        assert!(is_close, "gradient of {name}: {found}, not {expected}");
     }
     let mut samples = Vec::new();
     for row in rows {
