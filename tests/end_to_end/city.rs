@@ -5,7 +5,7 @@ use std::fs;
 use aps_data::Dataset;
 
 use crate::folder::Folder;
-use crate::{fail, succeed, xtask};
+use crate::{assert_told, fail, remarks, succeed};
 
 pub const HELSINKI: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -15,19 +15,12 @@ pub const HELSINKI: &str = concat!(
 #[test]
 fn helsinki_becomes_a_data_set() {
     let folder = Folder::new();
-    let run = |out: &str, more: &str| {
+    let line = |out: &str, more: &str| {
         let out = folder.arg(out);
-        xtask(&format!(
-            "dataset --maps '{HELSINKI}' --profile smoke --map-ids 0,2 --out {out} {more}"
-        ))
+        format!("dataset --maps '{HELSINKI}' --profile smoke --map-ids 0,2 --out {out} {more}")
     };
-    let output = run("data", "");
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{told}");
-    assert!(
-        told.contains("75 buildings") && told.contains("tiles of 256 m"),
-        "{told}"
-    );
+    let told = remarks(&line("data", ""));
+    assert_told(&told, &["75 buildings", "tiles of 256 m"]);
 
     let dataset = Dataset::open(folder.path("data")).unwrap();
     assert_eq!(dataset.verify().len(), 0);
@@ -45,14 +38,9 @@ fn helsinki_becomes_a_data_set() {
     }
 
     // Another cut of the same city is another data set.
-    let output = run("data", "--tile 200");
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        !output.status.success() && told.contains("tile_m"),
-        "{told}"
-    );
+    assert_told(&fail(&line("data", "--tile 200")), &["tile_m"]);
 
-    assert!(run("again", "--threads 1").status.success());
+    succeed(&line("again", "--threads 1"));
     let manifest = |name| fs::read(folder.path(name).join("manifest.json")).unwrap();
     assert_eq!(manifest("data"), manifest("again"));
 }
@@ -78,11 +66,7 @@ fn cities_without_maps_are_explained() {
     assert!(refused("").contains("not valid GeoJSON"));
     let bare = r#"{"type":"Polygon","coordinates":[[[24.945,60.168],[24.946,60.168],[24.946,60.1685],[24.945,60.168]]]}"#;
     fs::write(&city, bare).unwrap();
-    let error = refused("");
-    assert!(
-        error.contains("`building` tag") && error.contains("--all-polygons"),
-        "{error}"
-    );
+    assert_told(&refused(""), &["`building` tag", "--all-polygons"]);
     let error = refused("--all-polygons --min-buildings 5");
     assert!(error.contains("no tile has 5 buildings"), "{error}");
 }

@@ -30,10 +30,27 @@ pub fn succeed(line: &str) -> String {
     stdout
 }
 
+/// Standard error of a run that must succeed.
+#[track_caller]
+pub fn remarks(line: &str) -> String {
+    let output = run(line);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{line}: {stderr}");
+    stderr
+}
+
 /// Standard error of a run that must fail.
 #[track_caller]
 pub fn fail(line: &str) -> String {
     let output = run(line);
     assert!(!output.status.success(), "{line} succeeded");
     String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Fails if a text lacks one of these parts.
+#[track_caller]
+pub fn assert_told(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "'{part}' is not in\n{text}");
+    }
 }

@@ -4,8 +4,8 @@ use std::fs;
 
 use aps_data::{Dataset, LinkStatus};
 
-use crate::fail;
 use crate::folder::{Folder, files};
+use crate::{assert_told, fail};
 
 const SETTINGS: &str = "--profile smoke --store aps,pdp,paths";
 
@@ -55,15 +55,15 @@ fn another_configuration_is_refused_by_name() {
     let folder = Folder::new();
     folder.make("data", &[SETTINGS]);
     let out = folder.arg("data");
-    let error = fail(&format!(
-        "dataset {SETTINGS} --max-reflections 1 --out {out}"
-    ));
-    for difference in [
+    let settings = format!("{SETTINGS} --max-reflections 1");
+    let differences = [
         "configuration.trace.max_interactions is 3 there, 2 here",
         "configuration.trace.max_reflections is 2 there, 1 here",
-    ] {
-        assert!(error.contains(difference), "{error}");
-    }
+    ];
+    assert_told(
+        &fail(&format!("dataset {settings} --out {out}")),
+        &differences,
+    );
 }
 
 #[test]
@@ -71,11 +71,8 @@ fn the_source_of_the_material_is_named() {
     let folder = Folder::new();
     let source = |name| {
         let dataset = Dataset::open(folder.path(name)).unwrap();
-        dataset
-            .manifest()
-            .configuration
-            .pointer("/trace/material_source")
-            .cloned()
+        let configuration = &dataset.manifest().configuration;
+        configuration.pointer("/trace/material_source").cloned()
     };
     folder.make("data", &[SETTINGS]);
     assert_eq!(source("data"), Some("ITU-R P.2040-3, table 3".into()));
@@ -92,23 +89,16 @@ fn mistakes_are_told() {
         fail(&format!("dataset --maps {maps} --out {out}"))
     };
 
-    let error = refused(&maps);
-    assert!(error.contains("no map in"), "{error}");
+    assert_told(&refused(&maps), &["no map in"]);
 
-    let error = refused("/nowhere/at/all");
-    assert!(error.contains("cannot read the maps"), "{error}");
+    assert_told(&refused("/nowhere/at/all"), &["cannot read the maps"]);
 
     let map = folder.path("maps/0.json");
     fs::write(&map, "[[[0,0],[10,0],[10,\"x\"]]]").unwrap();
-    let error = refused(&maps);
-    assert!(
-        error.contains("0.json") && error.contains("building 0, vertex 2"),
-        "{error}"
-    );
+    assert_told(&refused(&maps), &["0.json", "building 0, vertex 2"]);
 
     fs::write(&map, "[[[0,0],[256,0],[256,256],[0,256]]]").unwrap();
-    let error = refused(&maps);
-    assert!(error.contains("outdoor grid points"), "{error}");
+    assert_told(&refused(&maps), &["outdoor grid points"]);
 
     let error = refused(&format!("{maps} --map-ids 0-3"));
     assert!(error.contains("[1, 2, 3] are not there"), "{error}");
@@ -128,8 +118,7 @@ fn orders_that_cannot_be_met_are_refused_before_any_work() {
         ),
     ] {
         let order = order.replace("OUT", &out);
-        let found = fail(&format!("{order} --out {out}"));
-        assert!(found.contains(told), "{found}");
+        assert_told(&fail(&format!("{order} --out {out}")), &[told]);
         assert!(!folder.path("out").exists());
     }
 }

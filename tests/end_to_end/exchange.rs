@@ -9,7 +9,7 @@ use aps_data::released::{LinkName, ProfileFile, Sample};
 use aps_data::{Dataset, InteractionKind, LinkStatus};
 
 use crate::folder::{Folder, files};
-use crate::{fail, succeed};
+use crate::{assert_told, fail, succeed};
 
 /// A small data set with these arrays.
 fn make(folder: &Folder, out: &str, store: &str) -> Dataset {
@@ -109,10 +109,7 @@ fn what_cannot_be_exported_is_explained() {
     let error = fail(&format!("export {aps} --layout released --out {out}"));
     assert!(error.contains("--store aps,paths"), "{error}");
     let error = fail(&format!("export {paper} --layout samples --out {out}"));
-    assert!(
-        error.contains("`paper`") && error.contains("--any-protocol"),
-        "{error}"
-    );
+    assert_told(&error, &["`paper`", "--any-protocol"]);
     for kind in ["released", "samples", "propbin"] {
         let error = fail(&format!("import {kind} {aps} --out {new}"));
         assert!(
@@ -287,8 +284,7 @@ fn angles_in_degrees_are_refused() {
         fs::write(folder.path("source_0.propbin"), file.to_bytes().unwrap()).unwrap();
         let (source, out) = (folder.arg("source_0.propbin"), folder.arg("out"));
         let told = fail(&format!("import propbin {source} --out {out}"));
-        assert!(told.contains("receiver 7") && told.contains(name), "{told}");
-        assert!(told.contains("are the units radians?"), "{told}");
+        assert_told(&told, &["receiver 7", name, "are the units radians?"]);
     }
 }
 

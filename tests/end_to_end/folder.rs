@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use aps_data::Dataset;
 use tempfile::TempDir;
 
 pub use houses::map;
@@ -45,6 +46,22 @@ impl Folder {
         let settings = settings.join(" ");
         succeed(&format!("dataset {settings} --out {}", self.arg(out)))
     }
+
+    /// Fails naming the files in which two data sets differ.
+    #[track_caller]
+    pub fn assert_same(&self, expected: &str, found: &str) {
+        assert_same(&files(&self.path(expected)), &files(&self.path(found)));
+    }
+}
+
+/// Number of the set pixels of all images of a data set.
+pub fn set_pixels(dataset: &Dataset) -> usize {
+    let maps = dataset.manifest().maps.iter();
+    let set = maps.map(|map| {
+        let image = dataset.map(map.id).unwrap().buildings;
+        image.pixels().iter().filter(|&&pixel| pixel == 1).count()
+    });
+    set.sum()
 }
 
 /// Every file of a data set by its relative name.

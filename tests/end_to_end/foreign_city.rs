@@ -5,8 +5,8 @@ use std::fs;
 use aps_data::Dataset;
 
 use crate::city::HELSINKI;
-use crate::folder::{Folder, assert_same, files, map};
-use crate::{fail, succeed, xtask};
+use crate::folder::{Folder, assert_same, files, map, set_pixels};
+use crate::{assert_told, fail, remarks, succeed};
 
 /// Corners of three houses \[m\], west, south, width and height.
 const HOUSES: [[f64; 4]; 3] = [
@@ -56,31 +56,6 @@ fn make(maps: &str, out: &str) -> String {
     format!("dataset --profile smoke --tx-per-map 2 --rx-per-map 10 --maps '{maps}' --out {out}")
 }
 
-/// Runs the runner on a city that it must take; returns its messages on standard error.
-#[track_caller]
-fn told(line: &str) -> String {
-    let output = xtask(line);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{line}: {told}");
-    told
-}
-
-fn built(out: &std::path::Path) -> usize {
-    let dataset = Dataset::open(out).unwrap();
-    let maps = &dataset.manifest().maps;
-    let pixels = |id| {
-        dataset
-            .map(id)
-            .unwrap()
-            .buildings
-            .pixels()
-            .iter()
-            .filter(|&&p| p == 1)
-            .count()
-    };
-    maps.iter().map(|entry| pixels(entry.id)).sum()
-}
-
 #[test]
 fn reference_system_is_read_and_recorded() {
     let folder = Folder::new();
@@ -95,18 +70,14 @@ fn reference_system_is_read_and_recorded() {
     ] {
         fs::write(&city, text).unwrap();
         let _ = fs::remove_dir_all(&out);
-        let words = told(&make(&city, &out));
-        assert!(
-            words.contains("3 buildings") && words.contains(crs),
-            "{words}"
-        );
+        assert_told(&remarks(&make(&city, &out)), &["3 buildings", crs]);
         let dataset = Dataset::open(&out).unwrap();
         let maps = &dataset.manifest().configuration["maps"];
         assert_eq!(
             (maps["crs"].as_str(), maps["all_polygons"].as_bool()),
             (Some(crs), Some(false))
         );
-        pixels.push(built(folder.path("data").as_path()) as f64);
+        pixels.push(set_pixels(&dataset) as f64);
     }
     // 1400 m2, with the pixels that walls run through; Web Mercator's own metres make 5600.
     assert!(
@@ -122,10 +93,7 @@ fn reference_system_is_read_and_recorded() {
     )
     .unwrap();
     let error = fail(&make(&city, &folder.arg("feet")));
-    assert!(
-        error.contains("EPSG::2263") && error.contains("ogr2ogr"),
-        "{error}"
-    );
+    assert_told(&error, &["EPSG::2263", "ogr2ogr"]);
 }
 
 #[test]
@@ -138,21 +106,14 @@ fn metres_are_asked_for() {
     };
     for shift in [0.0, 400_000.0] {
         let error = refused(&houses(|x, y| [x + shift, y + shift]));
-        assert!(
-            error.contains("feature ") && error.contains("--metric"),
-            "{error}"
-        );
+        assert_told(&error, &["feature ", "--metric"]);
     }
     let out = folder.arg("data");
-    let words = told(&(make(&city, &out) + " --metric"));
-    assert!(words.contains("metres"), "{words}");
+    assert_told(&remarks(&(make(&city, &out) + " --metric")), &["metres"]);
     succeed(&format!("verify {out} --maps {city}"));
     // Latitude first, in Japan.
     let error = refused(&houses(|x, y| [35.6 + y / 111e3, 139.7 + x / 91e3]));
-    assert!(
-        error.contains("no latitude") && error.contains("swapped"),
-        "{error}"
-    );
+    assert_told(&error, &["no latitude", "swapped"]);
     // Kilometres.
     fs::write(&city, collection(&houses(|x, y| [x / 1e3, y / 1e3]), "")).unwrap();
     let error = fail(&(make(&city, &folder.arg("refused")) + " --metric"));
@@ -210,15 +171,15 @@ fn same_city_comes_in_many_wrappings() {
     for (name, text) in variants {
         fs::write(folder.path(name), text).unwrap();
         let out = format!("data-{name}");
-        let words = told(&make(&folder.arg(name), &folder.arg(&out)));
+        let words = remarks(&make(&folder.arg(name), &folder.arg(&out)));
         assert!(words.contains("3 buildings about"), "{name}: {words}");
         if name == "nested.geojson" {
-            assert!(words.contains("1 features that are no building"), "{words}");
-            assert!(
-                words.contains("1 buildings planned, under construction"),
-                "{words}"
-            );
-            assert!(words.contains("1 buildings without an area"), "{words}");
+            let parts = [
+                "1 features that are no building",
+                "1 buildings planned, under construction",
+                "1 buildings without an area",
+            ];
+            assert_told(&words, &parts);
         }
         assert_same(&arrays("data-city.geojson"), &arrays(&out));
     }
@@ -269,10 +230,7 @@ fn folders_are_read_as_they_are_or_not_at_all() {
     ] {
         fs::write(folder.path("maps/000.json"), text).unwrap();
         let error = fail(&make(&maps, &folder.arg("bad")));
-        assert!(
-            error.contains("000.json") && error.contains(expected),
-            "{error}"
-        );
+        assert_told(&error, &["000.json", expected]);
     }
 }
 
@@ -286,7 +244,7 @@ fn pictures_and_checks_cut_the_city_as_the_data_set_has_it() {
         .collect();
     fs::write(&city, collection(&untagged, "")).unwrap();
     let settings = "--tile 90 --metric --all-polygons";
-    told(&format!("{} {settings}", make(&city, &out)));
+    remarks(&format!("{} {settings}", make(&city, &out)));
     let page = folder.arg("page.html");
 
     let told = succeed(&format!("verify {out} --maps {city}"));
@@ -298,8 +256,7 @@ fn pictures_and_checks_cut_the_city_as_the_data_set_has_it() {
     let [tx, rx] = map.links[map.valid_links().next().unwrap()];
     let link = format!("{},{tx},{rx}", map.id);
     let explain = format!("explain {out} --link {link} --out {page}");
-    let error = fail(&explain);
-    assert!(error.contains("--maps FILE.geojson"), "{error}");
+    assert_told(&fail(&explain), &["--maps FILE.geojson"]);
     succeed(&format!("{explain} --maps {city}"));
     let error = fail(&format!("{explain} --maps {city} --tile 50"));
     assert!(error.contains("was made of maps"), "{error}");
@@ -317,7 +274,7 @@ fn corner_of_the_first_map_can_be_given() {
     fs::write(&city, collection(&houses(degrees), "")).unwrap();
     let [longitude, latitude] = degrees(-10.0, -20.0);
     let corner = format!("--corner {longitude},{latitude}");
-    let words = told(&format!("{} {corner}", make(&city, &out)));
+    let words = remarks(&format!("{} {corner}", make(&city, &out)));
     assert!(words.contains("3 buildings"), "{words}");
     let dataset = Dataset::open(&out).unwrap();
     let manifest = dataset.manifest();

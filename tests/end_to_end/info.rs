@@ -2,10 +2,12 @@
 
 use std::fs;
 
+use aps_data::{Dataset, Part};
 use serde_json::Value;
 
-use crate::folder::{Folder, assert_same, files};
-use crate::{fail, succeed};
+use crate::folder::Folder;
+use crate::metrics::{linear, mean_std};
+use crate::{assert_told, fail, succeed};
 
 const SETTINGS: &str = "--maps synthetic:3 --profile smoke --store aps,paths";
 
@@ -18,7 +20,7 @@ fn finished_data_set_is_described() {
     let folder = Folder::new();
     folder.make("data", &[SETTINGS]);
     let told = succeed(&format!("info {}", folder.arg("data")));
-    for part in [
+    let parts = [
         "data', finished",
         "0-2",
         "240  4 transmitters, receivers from 80 points a map",
@@ -29,21 +31,15 @@ fn finished_data_set_is_described() {
         "seed = 42",
         "training maps: mean 0.",
         "dominant peaks:",
-    ] {
-        assert!(told.contains(part), "'{part}' is not in\n{told}");
-    }
+    ];
+    assert_told(&told, &parts);
     assert!(!told.contains("to continue"), "{told}");
     let json = json(&folder);
     assert_eq!(json["links"], 240);
     assert_eq!(json["finished"], true);
     assert_eq!(json["configuration"]["label"]["protocol"], "released");
-    let counted: u64 = json["status"]
-        .as_object()
-        .unwrap()
-        .values()
-        .map(|n| n.as_u64().unwrap())
-        .sum();
-    assert_eq!(counted, 240);
+    let status = json["status"].as_object().unwrap().values();
+    assert_eq!(status.map(|n| n.as_u64().unwrap()).sum::<u64>(), 240);
 }
 
 #[test]
@@ -52,43 +48,27 @@ fn statistics_are_those_that_metrics_normalises_by() {
     folder.make("data", &[SETTINGS]);
     let json = json(&folder);
     let of_info = |name: &str| json["training_relative_power"][name].as_f64().unwrap();
-    let dataset = aps_data::Dataset::open(folder.path("data")).unwrap();
-    let mut values = Vec::new();
-    for map in dataset.maps_of(aps_data::Part::Train) {
-        let map = map.unwrap();
-        let aps = map.aps.as_ref().unwrap();
-        let mut row = vec![0.0; aps.bins()];
-        for link in map.valid_links() {
-            aps.read_relative_db(link, &mut row);
-            values.extend(row.iter().map(|&db| 10_f64.powf(f64::from(db) / 10.0)));
-        }
-    }
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / n;
+    let dataset = Dataset::open(folder.path("data")).unwrap();
+    let (mean, std) = mean_std(&linear(&dataset, Part::Train));
     assert!((of_info("mean") - mean).abs() < 1e-12);
-    assert!((of_info("std") - variance.sqrt()).abs() < 1e-12);
+    assert!((of_info("std") - std).abs() < 1e-12);
 }
 
 #[test]
 fn unfinished_data_set_tells_what_it_lacks_and_how_to_go_on() {
     let folder = Folder::new();
     folder.make("data", &[SETTINGS]);
-    let expected = files(&folder.path("data"));
-    fs::remove_dir_all(folder.path("data")).unwrap();
+    fs::rename(folder.path("data"), folder.path("whole")).unwrap();
     folder.make("data", &[SETTINGS, "--shard 1/3 --threads 1"]);
     let json = json(&folder);
     assert_eq!(json["missing_maps"], serde_json::json!([1, 2]));
     let told = succeed(&format!("info {}", folder.arg("data")));
-    assert!(
-        told.contains("unfinished: 2 of 3 maps are missing"),
-        "{told}"
-    );
+    assert_told(&told, &["unfinished: 2 of 3 maps are missing"]);
     let command = told
         .lines()
         .find_map(|line| line.trim().strip_prefix("cargo xtask "));
     succeed(command.unwrap());
-    assert_same(&expected, &files(&folder.path("data")));
+    folder.assert_same("whole", "data");
 }
 
 #[test]

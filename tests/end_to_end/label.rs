@@ -6,7 +6,7 @@ use std::fs;
 use aps_label::{LabelConfig, Labeler, PathSample};
 
 use crate::folder::Folder;
-use crate::{fail, succeed};
+use crate::{assert_told, fail, succeed};
 
 #[test]
 fn foreign_paths_become_labels() {
@@ -39,11 +39,8 @@ fn foreign_paths_become_labels() {
             gain_db,
         },
     );
-    let expected = Labeler::new(&LabelConfig::released())
-        .unwrap()
-        .label(&samples)
-        .unwrap()
-        .unwrap();
+    let labeler = Labeler::new(&LabelConfig::released()).unwrap();
+    let expected = labeler.label(&samples).unwrap().unwrap();
     assert_eq!(values, expected.aps_db);
     // The released angle is the direction of travel.
     let strongest = (0..180)
@@ -62,17 +59,14 @@ fn bad_lists_are_told() {
         fs::write(&paths, text).unwrap();
         fail(&line)
     };
+    let list = |path: &str| format!(r#"{{"links": [{{"paths": [{path}]}}]}}"#);
     assert!(run("[]").contains("expected"), "shape");
-    assert!(
-        run(r#"{"links": [{"paths": []}]}"#).contains("no path"),
-        "empty"
-    );
+    assert!(run(&list("")).contains("no path"), "empty");
     // A number that is none, as Python's json writes it: link, path and field are named, and a way out.
     let good = r#"{"delay_s": 2e-7, "arrival_azimuth_rad": 0.5, "gain_db": -90}"#;
     let second = |path: &str| {
-        let list =
-            format!(r#"{{"links": [{{"paths": [{good}]}}, {{"paths": [{good}, {path}]}}]}}"#);
-        run(&list)
+        let links = format!(r#"{{"paths": [{good}]}}, {{"paths": [{good}, {path}]}}"#);
+        run(&format!(r#"{{"links": [{links}]}}"#))
     };
     for value in ["-Infinity", "NaN", "null"] {
         let told = second(&good.replace("-90", value));
@@ -81,27 +75,16 @@ fn bad_lists_are_told() {
     }
     for value in ["135.0", "-1e9", "6.4"] {
         let told = second(&good.replace("0.5", value));
-        assert!(
-            told.contains("link 1: path 1: arrival_azimuth_rad"),
-            "{told}"
-        );
+        assert_told(&told, &["link 1: path 1: arrival_azimuth_rad"]);
         assert!(told.contains("are the units radians?"), "{told}");
     }
-    let told = run(&format!(
-        "{0}\n{0}",
-        format!(r#"{{"links": [{{"paths": [{good}]}}]}}"#)
-    ));
+    let told = run(&format!("{0}\n{0}", list(good)));
     assert!(told.contains("one list a file"), "{told}");
-    let negative =
-        r#"{"links": [{"paths": [{"delay_s": -1, "arrival_azimuth_rad": 0, "gain_db": -80}]}]}"#;
-    assert!(run(negative).contains("link 0"), "delay");
+    let negative = list(r#"{"delay_s": -1, "arrival_azimuth_rad": 0, "gain_db": -80}"#);
+    assert!(run(&negative).contains("link 0"), "delay");
     assert!(!out.exists());
     for azimuth in ["6.283185307179587", "-6.28"] {
-        let list = format!(
-            r#"{{"links": [{{"paths": [{}]}}]}}"#,
-            good.replace("0.5", azimuth)
-        );
-        fs::write(&paths, list).unwrap();
+        fs::write(&paths, list(&good.replace("0.5", azimuth))).unwrap();
         succeed(&line);
     }
 }

@@ -24,7 +24,7 @@ mod slurm;
 mod trace;
 mod verify;
 
-use command::{fail, run as xtask, succeed};
+use command::{assert_told, fail, remarks, run as xtask, succeed};
 
 /// The runner.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_xtask");

@@ -2,13 +2,13 @@
 //! set; what does not fit is told.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use aps_data::{Dataset, Part, npy};
 use aps_label::SAMPLE_EPSILON;
 use serde_json::Value;
 
-use crate::{fail, succeed, xtask};
+use crate::folder::Folder;
+use crate::{assert_told, fail, succeed, xtask};
 
 const PAPER_COLUMNS: [&str; 10] = [
     "MAE", "PSNR", "CosSim", "NMSE", "Angle", "PLE", "Hit@2", "Hit@4", "Rec.@2", "Rec.@4",
@@ -24,27 +24,12 @@ fn lobes(samples: usize) -> Vec<f32> {
     (0..samples * 180).map(value).collect()
 }
 
-struct Folder(tempfile::TempDir);
-
 impl Folder {
-    fn new() -> Self {
-        Folder(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
     /// Writes an array and returns its path as an argument.
     fn write<T: npy::Element>(&self, name: &str, shape: &[usize], data: &[T]) -> String {
-        let path = self.path(name);
-        npy::write(&path, shape, data).unwrap();
-        argument(&path)
+        npy::write(self.path(name), shape, data).unwrap();
+        self.arg(name)
     }
-}
-
-fn argument(path: &Path) -> String {
-    path.to_str().unwrap().to_owned()
 }
 
 fn json(line: &str) -> Value {
@@ -160,10 +145,7 @@ fn rejected_samples_are_shouted() {
     );
     assert!(output.status.success());
     assert!(out.contains("NOT SCORED"), "{out}");
-    assert!(
-        err.contains("1 of 4") && err.contains("sample 2, bin 5"),
-        "{err}"
-    );
+    assert_told(&err, &["1 of 4", "sample 2, bin 5"]);
     let scores = json(&line);
     assert_eq!(scores["rejected"], 1);
     assert_eq!(scores["first_rejected"][0]["sample"], 2);
@@ -184,38 +166,27 @@ fn what_does_not_fit_is_told() {
     };
 
     let short = folder.write("short.npy", &[6, 180], &lobes(6));
-    let error = refused(&short);
-    assert!(
-        error.contains("(7, 180)") && error.contains("(6, 180)"),
-        "{error}"
-    );
-    assert!(error.contains("same samples"), "{error}");
+    assert_told(&refused(&short), &["(7, 180)", "(6, 180)", "same samples"]);
 
     let deep = folder.write("deep.npy", &[7, 180, 1], &lobes(7));
-    let error = refused(&deep);
-    assert!(
-        error.contains("(7, 180, 1)") && error.contains("(7, 180)"),
-        "{error}"
-    );
-    assert!(error.contains("reshape"), "{error}");
+    assert_told(&refused(&deep), &["(7, 180, 1)", "(7, 180)", "reshape"]);
 
     let whole = folder.write("whole.npy", &[7, 180], &[1_u32; 7 * 180]);
     assert!(refused(&whole).contains("astype"));
 
-    let text = folder.path("text.npy");
+    let text = folder.arg("text.npy");
     fs::write(&text, "1, 2, 3, 4, 5, 6, 7").unwrap();
-    assert!(refused(&argument(&text)).contains("not an .npy file"));
+    assert!(refused(&text).contains("not an .npy file"));
 
     let bytes = fs::read(folder.path("truth.npy")).unwrap();
-    let twice = folder.path("twice.npy");
+    let twice = folder.arg("twice.npy");
     fs::write(&twice, [&bytes[..], &bytes].concat()).unwrap();
-    let error = refused(&argument(&twice));
-    assert!(error.contains("more than one array"), "{error}");
+    assert_told(&refused(&twice), &["more than one array"]);
 
     let bytes = fs::read(folder.path("short.npy")).unwrap();
-    let cut = folder.path("cut.npy");
+    let cut = folder.arg("cut.npy");
     fs::write(&cut, &bytes[..bytes.len() - 4]).unwrap();
-    assert!(refused(&argument(&cut)).contains("truncated"));
+    assert!(refused(&cut).contains("truncated"));
 
     let ids = folder.write("i.npy", &[3], &[1_u32; 3]);
     let error = refused(&format!("{truth} --map-ids {ids}"));
@@ -225,7 +196,7 @@ fn what_does_not_fit_is_told() {
 }
 
 /// Linear relative power of all labels of a part, row after row.
-fn linear(dataset: &Dataset, part: Part) -> Vec<f64> {
+pub fn linear(dataset: &Dataset, part: Part) -> Vec<f64> {
     let mut values = Vec::new();
     for map in dataset.maps_of(part) {
         let map = map.unwrap();
@@ -239,7 +210,8 @@ fn linear(dataset: &Dataset, part: Part) -> Vec<f64> {
     values
 }
 
-fn mean_std(values: &[f64]) -> (f64, f64) {
+/// Mean and deviation.
+pub fn mean_std(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;
@@ -249,10 +221,9 @@ fn mean_std(values: &[f64]) -> (f64, f64) {
 #[test]
 fn data_set_as_truth() {
     let folder = Folder::new();
-    let root = folder.path("data");
-    let truth = argument(&root);
+    let truth = folder.arg("data");
     succeed(&format!("dataset --profile smoke --out {truth}"));
-    let dataset = Dataset::open(&root).unwrap();
+    let dataset = Dataset::open(&truth).unwrap();
     let (mean, std) = mean_std(&linear(&dataset, Part::Train));
     let test = linear(&dataset, Part::Test);
     let shape = [test.len() / 180, 180];

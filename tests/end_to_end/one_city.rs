@@ -4,7 +4,7 @@ use std::fs;
 
 use aps_data::Dataset;
 
-use crate::folder::Folder;
+use crate::folder::{Folder, set_pixels};
 use crate::{fail, succeed};
 
 /// Makes a small data set of a file or folder; returns what was said and the set pixels of its images.
@@ -12,18 +12,7 @@ fn make(folder: &Folder, maps: &str, out: &str, more: &str) -> (String, usize) {
     let settings = "--profile smoke --tx-per-map 3 --rx-per-map 30 --maps";
     let said = folder.make(out, &[settings, maps, more]);
     let dataset = Dataset::open(folder.path(out)).unwrap();
-    let maps = dataset.manifest().maps.iter();
-    let set = maps.map(|map| {
-        dataset
-            .map(map.id)
-            .unwrap()
-            .buildings
-            .pixels()
-            .iter()
-            .filter(|&&p| p == 1)
-            .count()
-    });
-    (said, set.sum())
+    (said, set_pixels(&dataset))
 }
 
 /// A city in metres whose one building has these rings.

@@ -8,7 +8,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Scene, TraceConfig, Tracer};
 
 use crate::folder::Folder;
-use crate::{fail, succeed};
+use crate::{assert_told, fail, succeed};
 
 const SETTINGS: &str = "--profile smoke --store";
 
@@ -26,22 +26,19 @@ fn pictures_in(page: &str) -> usize {
     found
 }
 
-/// The text of each cell of each row that is linked to a path.
-fn linked_rows(page: &str) -> Vec<Vec<String>> {
+/// The text of each cell of each row of so many cells that is linked to a path.
+fn linked_rows(page: &str, cells: usize) -> Vec<Vec<String>> {
     let text = |cell: &str| {
         let cell = cell.split("</td>").next().unwrap();
         let words = cell.split('<').filter_map(|part| part.split_once('>'));
         words.map(|(_, text)| text).collect::<String>()
     };
-    page.split("<tr data-path=")
-        .skip(1)
-        .map(|row| row.split("</tr>").next().unwrap())
-        .map(|row| {
-            row.split("<td")
-                .skip(1)
-                .map(|cell| text(&format!("<td{cell}")))
-                .collect()
-        })
+    let rows = page.split("<tr data-path=").skip(1).map(|row| {
+        let row = row.split("</tr>").next().unwrap();
+        let cells = row.split("<td").skip(1);
+        cells.map(|cell| text(&format!("<td{cell}"))).collect()
+    });
+    rows.filter(|row: &Vec<String>| row.len() == cells)
         .collect()
 }
 
@@ -64,15 +61,10 @@ fn table_of_paths_holds_what_the_tracer_found() {
 
     let scene = Scene::from_radiomapseer(house).unwrap();
     let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
-    let mut paths = tracer
-        .trace(DVec2::new(90.0, 130.0), DVec2::new(120.0, 120.0))
-        .unwrap()
-        .paths;
+    let (tx, rx) = (DVec2::new(90.0, 130.0), DVec2::new(120.0, 120.0));
+    let mut paths = tracer.trace(tx, rx).unwrap().paths;
     paths.sort_by(|p, q| q.gain_db().total_cmp(&p.gain_db()));
-    let rows: Vec<Vec<String>> = linked_rows(&page)
-        .into_iter()
-        .filter(|r| r.len() == 9)
-        .collect();
+    let rows = linked_rows(&page, 9);
     assert_eq!(rows.len(), paths.len());
     for (i, (row, path)) in rows.iter().zip(&paths).enumerate() {
         assert_eq!(number(&row[0]) as usize, i + 1);
@@ -101,25 +93,17 @@ fn table_of_paths_holds_what_the_tracer_found() {
         .collect();
     let labeler = Labeler::new(&LabelConfig::paper()).unwrap();
     let label = labeler.label(&samples).unwrap().unwrap();
-    let top_db = label
-        .aps_db
-        .iter()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
+    let top_db = label.aps_db.iter().copied().fold(f64::MIN, f64::max);
     let bin = label.aps_db.iter().position(|db| *db == top_db).unwrap();
-    let lobes: Vec<Vec<String>> = linked_rows(&page)
-        .into_iter()
-        .filter(|r| r.len() == 6)
-        .collect();
-    let top = lobes
-        .iter()
-        .find(|row| (number(&row[2]) - top_db).abs() < 0.051);
+    let lobes = linked_rows(&page, 6);
+    let is_top = |row: &&Vec<String>| (number(&row[2]) - top_db).abs() < 0.051;
     let at = |row: &Vec<String>| number(&row[1]);
     assert!(
         lobes.iter().any(|row| at(row) == labeler.angles_deg()[bin]),
         "{lobes:?}"
     );
     // Its mirror lobe is where the formula puts it.
+    let top = lobes.iter().find(is_top);
     let top = top.expect("the highest lobe is in the table");
     let apart = (180.0 - at(top) - number(&top[5])).rem_euclid(360.0);
     assert!(apart.min(360.0 - apart) <= 4.0, "{top:?}");
@@ -140,11 +124,7 @@ fn heading_turns_the_angles_and_nothing_else() {
     };
     let (own, turned) = (page(""), page("--heading 90"));
     assert!(page("--heading=0") == own);
-    let paths = |page: &str| -> Vec<Vec<String>> {
-        let rows = linked_rows(page).into_iter();
-        rows.filter(|row| row.len() == 9).collect()
-    };
-    let (own, turned) = (paths(&own), paths(&turned));
+    let (own, turned) = (linked_rows(&own, 9), linked_rows(&turned, 9));
     assert!(!own.is_empty() && own.len() == turned.len());
     for (own, turned) in own.iter().zip(&turned) {
         let differ: Vec<usize> = (0..9).filter(|&i| own[i] != turned[i]).collect();
@@ -202,15 +182,10 @@ fn gallery_shows_links_and_counts_all() {
     assert!(page.len() < 400_000, "{} bytes", page.len());
     assert!(!page.contains("<script") && !page.contains("NaN"));
 
-    let manifest = Dataset::open(folder.path("data"))
-        .unwrap()
-        .manifest()
-        .clone();
+    let dataset = Dataset::open(folder.path("data")).unwrap();
+    let manifest = dataset.manifest();
     let valid = manifest.totals.status["valid"];
-    assert!(
-        page.contains(&format!("Over all {valid} links with a label")),
-        "{page}"
-    );
+    assert_told(&page, &[&format!("Over all {valid} links with a label")]);
     // The mean number of dominant peaks is the one counted when the data set was made; half
     // precision may change a link or two.
     let (mut links, mut peaks) = (0.0, 0.0);
@@ -241,17 +216,16 @@ fn links_that_are_not_there_are_told() {
     fs::write(folder.path("maps/0.json"), "[[[0,0],[10,0],[10,10]]]").unwrap();
     let (data, out) = (folder.arg("data"), folder.arg("x.html"));
 
-    let error = fail(&format!("explain {data} --link 0,9,1 --out {out}"));
-    assert!(error.contains("no link from transmitter 9"), "{error}");
-    let error = fail(&format!("explain {data} --link 0;1 --out {out}"));
-    assert!(error.contains("MAP,TX,RX"), "{error}");
+    for (line, told) in [
+        ("explain DATA --link 0,9,1", "no link from transmitter 9"),
+        ("explain DATA --link 0;1", "MAP,TX,RX"),
+        ("explain DATA --link 0,1,1 --maps MAPS", "buildings differ"),
+        ("gallery DATA --links 7,0,0", "no map 7"),
+        ("explain", "name a link"),
+    ] {
+        let line = line.replace("DATA", &data).replace("MAPS", &maps);
+        assert_told(&fail(&format!("{line} --out {out}")), &[told]);
+    }
     let error = fail(&format!("explain {data} --link 0,1,1 --out x.png"));
     assert!(error.contains(".html or .svg"), "{error}");
-    let error = fail(&format!(
-        "explain {data} --link 0,1,1 --maps {maps} --out {out}"
-    ));
-    assert!(error.contains("buildings differ"), "{error}");
-    let error = fail(&format!("gallery {data} --links 7,0,0 --out {out}"));
-    assert!(error.contains("no map 7"), "{error}");
-    assert!(fail(&format!("explain --out {out}")).contains("name a link"));
 }

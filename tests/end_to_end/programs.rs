@@ -4,6 +4,8 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
+use crate::PROGRAM;
+
 #[test]
 fn commands_of_other_packages_reach_them_with_all_arguments() {
     let folder = tempfile::tempdir().unwrap();
@@ -17,7 +19,7 @@ fn commands_of_other_packages_reach_them_with_all_arguments() {
         ("xtask-models", "export-onnx"),
         ("xtask-explore", "explore"),
     ] {
-        let mut runner = Command::new(env!("CARGO_BIN_EXE_xtask"));
+        let mut runner = Command::new(PROGRAM);
         runner
             .env("CARGO", &cargo)
             .args([command, "--seed", "7", "--help"]);

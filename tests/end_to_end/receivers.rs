@@ -6,7 +6,7 @@ use std::fs;
 use aps_data::{Dataset, MapData};
 
 use crate::folder::{Folder, files};
-use crate::succeed;
+use crate::{assert_told, succeed};
 
 /// Makes a data set of one map with limits so low that many points are out of reach.
 fn make(folder: &Folder, maps: &str, out: &str, [tx, rx]: [u32; 2], more: &str) -> String {
@@ -46,10 +46,7 @@ fn each_transmitter_has_the_first_points_it_reaches() {
     let folder = Folder::new();
     let maps = folder.maps(1);
     let said = make(&folder, &maps, "reached", [6, 40], "--threads 1");
-    assert!(
-        said.contains("100.000 %") && said.contains("not reached"),
-        "{said}"
-    );
+    assert_told(&said, &["100.000 %", "not reached"]);
     let reached = map(&folder, "reached");
     assert_eq!((reached.links.len(), reached.rx_m.len()), (240, 160));
     assert!(reached.links.is_sorted() && reached.status.iter().all(|s| s.is_valid()));
@@ -75,20 +72,13 @@ fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() 
     let folder = Folder::new();
     let maps = maps_with_yard(&folder);
     let said = make(&folder, &maps, "data", [40, 40], "");
-    assert!(
-        said.contains("missing") && said.contains("enclosed"),
-        "{said}"
-    );
+    assert_told(&said, &["missing", "enclosed"]);
     let dataset = Dataset::open(folder.path("data")).unwrap();
     let entry = &dataset.manifest().maps[0];
     let missing = entry.statistics["missing_links"].as_u64().unwrap();
     assert!(missing > 0 && entry.links as u64 + missing == 40 * 40);
-    assert!(
-        entry.statistics["points_not_reached"]["enclosed"]
-            .as_u64()
-            .unwrap()
-            > 0
-    );
+    let enclosed = &entry.statistics["points_not_reached"]["enclosed"];
+    assert!(enclosed.as_u64().unwrap() > 0);
     let told = succeed(&format!("verify {} --maps {maps}", folder.arg("data")));
     assert!(told.contains("as it should be"), "{told}");
 }
@@ -108,10 +98,7 @@ fn threads_and_shards_give_the_same_bytes() {
     for shard in ["--shard 2/2", "--shard 1/2"] {
         make(&folder, &maps, "shards", [6, 40], shard);
     }
-    succeed(&format!(
-        "dataset merge {} --out {}",
-        folder.arg("shards"),
-        folder.arg("merged")
-    ));
+    let [shards, merged] = ["shards", "merged"].map(|name| folder.arg(name));
+    succeed(&format!("dataset merge {shards} --out {merged}"));
     assert_eq!(of("one"), of("merged"));
 }

@@ -7,7 +7,7 @@ use aps_label::{Array, LabelConfig, Labeler, PathSample};
 use half::f16;
 
 use crate::folder::{Folder, assert_same, files};
-use crate::{fail, succeed};
+use crate::{assert_told, fail, succeed};
 
 const SETTINGS: &str = "--maps synthetic:3 --profile smoke --threads 1 --store";
 
@@ -27,7 +27,7 @@ fn same_settings_give_the_same_bytes() {
     let folder = Folder::new();
     folder.make("traced", &[SETTINGS, "aps,pdp,paths"]);
     relabel(&folder, "traced", "same", "--threads 2");
-    assert_same(&files(&folder.path("traced")), &files(&folder.path("same")));
+    folder.assert_same("traced", "same");
 }
 
 #[test]
@@ -81,11 +81,7 @@ fn circular_array_sees_what_the_crate_computes() {
                 })
                 .collect();
             let label = labeler.label(&samples).unwrap().unwrap();
-            let top = label
-                .aps_db
-                .iter()
-                .copied()
-                .fold(f64::NEG_INFINITY, f64::max);
+            let top = label.aps_db.iter().copied().fold(f64::MIN, f64::max);
             aps.read_relative_db(link, &mut row);
             for (&stored, &db) in row.iter().zip(&label.aps_db) {
                 let error = f64::from(stored) - (db - top);
@@ -117,10 +113,7 @@ fn killed_relabelling_is_continued() {
     std::fs::remove_file(folder.path("resumed/manifest.json")).unwrap();
     std::fs::remove_dir_all(folder.path("resumed/map_0002")).unwrap();
     relabel(&folder, "traced", "resumed", "--fs-hz 1e8");
-    assert_same(
-        &files(&folder.path("whole")),
-        &files(&folder.path("resumed")),
-    );
+    folder.assert_same("whole", "resumed");
     let [from, out] = ["traced", "resumed"].map(|name| folder.arg(name));
     let told = fail(&format!("relabel {from} --out {out} --fs-hz 2e8"));
     let difference = "configuration.label.sampling_rate_hz is 100000000.0 there, 200000000.0 here";
@@ -141,15 +134,11 @@ fn a_folder_that_cannot_be_made_is_not_laid_to_the_source() {
 fn data_set_without_paths_says_how_to_make_one_with_them() {
     let folder = Folder::new();
     folder.make("labels", &["--maps synthetic:3 --profile smoke"]);
-    let told = fail(&format!(
-        "relabel {} --out {}",
-        folder.arg("labels"),
-        folder.arg("new")
-    ));
-    assert!(told.contains("stores no paths"), "{told}");
-    assert!(
-        told.contains("cargo xtask dataset --store aps,paths"),
-        "{told}"
+    let [from, out] = ["labels", "new"].map(|name| folder.arg(name));
+    let told = fail(&format!("relabel {from} --out {out}"));
+    assert_told(
+        &told,
+        &["stores no paths", "cargo xtask dataset --store aps,paths"],
     );
     assert!(!folder.path("new").exists());
 }
@@ -162,14 +151,8 @@ fn damaged_source_is_not_given_new_checksums() {
     let mut bytes = std::fs::read(&array).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     std::fs::write(&array, bytes).unwrap();
-    let told = fail(&format!(
-        "relabel {} --out {}",
-        folder.arg("traced"),
-        folder.arg("new")
-    ));
-    assert!(
-        told.contains("map_0001/path_delay_s.npy") && told.contains("SHA-256"),
-        "{told}"
-    );
+    let [from, out] = ["traced", "new"].map(|name| folder.arg(name));
+    let told = fail(&format!("relabel {from} --out {out}"));
+    assert_told(&told, &["map_0001/path_delay_s.npy", "SHA-256"]);
     assert!(folder.path("new/map_0000").exists() && !folder.path("new/map_0001").exists());
 }

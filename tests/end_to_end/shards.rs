@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::command::words;
-use crate::folder::{Folder, assert_same, files};
+use crate::folder::Folder;
 use crate::{fail, succeed};
 
 const SETTINGS: &str =
@@ -19,25 +19,12 @@ fn shards_in_folders_of_their_own_join_into_one_run() {
         assert!(told.contains("dataset merge"), "{told}");
     }
     assert!(!folder.path("1/manifest.json").exists());
-    let parts = ["3", "1", "2"].map(|i| folder.arg(i));
-    let [a, b, c] = parts.each_ref().map(String::as_str);
-    succeed(&format!(
-        "dataset merge {a} {b} {c} --out {}",
-        folder.arg("merged")
-    ));
-    assert_same(
-        &files(&folder.path("whole")),
-        &files(&folder.path("merged")),
-    );
-    // Once more there is nothing to do.
-    succeed(&format!(
-        "dataset merge {a} {b} {c} --out {}",
-        folder.arg("merged")
-    ));
-    assert_same(
-        &files(&folder.path("whole")),
-        &files(&folder.path("merged")),
-    );
+    let [a, b, c, merged] = ["3", "1", "2", "merged"].map(|name| folder.arg(name));
+    // The second time there is nothing to do.
+    for _ in 0..2 {
+        succeed(&format!("dataset merge {a} {b} {c} --out {merged}"));
+        folder.assert_same("whole", "merged");
+    }
 }
 
 #[test]
@@ -49,10 +36,7 @@ fn shards_in_one_folder_are_joined_where_they_are() {
         folder.make("shared", &[SETTINGS, &maps, "--shard", i]);
     }
     succeed(&format!("dataset merge --out {}", folder.arg("shared")));
-    assert_same(
-        &files(&folder.path("whole")),
-        &files(&folder.path("shared")),
-    );
+    folder.assert_same("whole", "shared");
 }
 
 /// The commands that an error message ends with, as the runner takes them.
@@ -80,10 +64,7 @@ fn missing_shards_are_told_with_the_commands_that_make_them() {
     let ends = commands.iter().map(|command| words(command).pop().unwrap());
     let others = ends.collect::<Vec<_>>().join(" ");
     succeed(&format!("dataset merge {part} {others} --out {merged}"));
-    assert_same(
-        &files(&folder.path("whole")),
-        &files(&folder.path("merged")),
-    );
+    folder.assert_same("whole", "merged");
 }
 
 #[test]
@@ -100,7 +81,7 @@ fn a_whole_run_that_has_not_finished_is_told_with_its_command() {
         succeed(command);
     }
     succeed(&format!("dataset merge --out {part}"));
-    assert_same(&files(&folder.path("whole")), &files(&folder.path("part")));
+    folder.assert_same("whole", "part");
 }
 
 #[test]
@@ -109,15 +90,10 @@ fn shards_of_different_settings_are_not_joined() {
     let maps = folder.maps(2);
     folder.make("1", &[SETTINGS, &maps, "--shard 1/2"]);
     folder.make("2", &[SETTINGS, &maps, "--shard 2/2 --frequency-hz 28e9"]);
-    let [a, b] = ["1", "2"].map(|i| folder.arg(i));
-    let told = fail(&format!(
-        "dataset merge {a} {b} --out {}",
-        folder.arg("merged")
-    ));
-    assert!(
-        told.contains("configuration.trace.frequency_hz is 28000000000.0 there, 3500000000.0 here"),
-        "{told}"
-    );
+    let [a, b, merged] = ["1", "2", "merged"].map(|name| folder.arg(name));
+    let told = fail(&format!("dataset merge {a} {b} --out {merged}"));
+    let difference = "configuration.trace.frequency_hz is 28000000000.0 there, 3500000000.0 here";
+    assert!(told.contains(difference), "{told}");
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Output};
 
-use crate::folder::{Folder, assert_same, files};
-use crate::{fail, succeed, xtask};
+use crate::folder::Folder;
+use crate::{assert_told, fail, succeed, xtask};
 
 const SETTINGS: &str = "--profile full --tx-per-map 2 --rx-per-map 9";
 
@@ -67,10 +67,7 @@ fn tasks_and_merge_make_what_one_run_makes() {
     assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("90 links computed anew"), "{said}");
-    assert_same(
-        &files(&folder.path("whole")),
-        &files(&folder.path("shards")),
-    );
+    folder.assert_same("whole", "shards");
 }
 
 #[test]
@@ -97,10 +94,7 @@ fn only_shards_that_lack_maps_are_asked_for_again() {
     let folder = Folder::new();
     let maps = folder.maps(8);
     let said = campaign(&folder, &maps, "");
-    assert!(
-        said.contains("8 maps, 144 links; 8 of 8 tasks to do, 2 at once"),
-        "{said}"
-    );
+    assert_told(&said, &["8 maps, 144 links; 8 of 8 tasks to do, 2 at once"]);
     assert!(read(&folder, "array.sh").contains("#SBATCH --array=1-8%2\n"));
     for task in [1, 4, 5] {
         assert!(run(&folder, "array.sh", task, 0).status.success());
@@ -110,8 +104,7 @@ fn only_shards_that_lack_maps_are_asked_for_again() {
     for task in [2, 3, 6, 7, 8] {
         assert!(run(&folder, "array.sh", task, 0).status.success());
     }
-    let said = campaign(&folder, &maps, "");
-    assert!(said.contains("0 of 8 tasks"), "{said}");
+    assert_told(&campaign(&folder, &maps, ""), &["0 of 8 tasks"]);
     stand_in(&folder, "sbatch", "echo 71");
     assert!(run(&folder, "submit.sh", 0, 0).status.success());
     let merge = folder.path("shards-slurm/merge.sh");
@@ -168,10 +161,7 @@ fn no_more_tasks_are_submitted_than_the_cluster_numbers() {
     ));
     assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        said.contains("1200") && said.contains("MaxArraySize"),
-        "{said}"
-    );
+    assert_told(&said, &["1200", "MaxArraySize"]);
     stand_in(&folder, "sbatch", "echo 71");
     for (limit, is_enough) in [("1001", false), ("1200", false), ("1201", true)] {
         stand_in(
@@ -195,19 +185,13 @@ fn what_every_task_would_refuse_is_refused_at_once() {
     let maps = folder.maps(3);
     let out = folder.arg("shards");
     let refused = |more: &str| fail(&format!("slurm --nodes 2 {more} --maps {maps} --out {out}"));
-    let told = refused("--tasks 4");
-    assert!(told.contains("4 tasks for 3 maps"), "{told}");
-    let told = refused("--frequency-hz 0");
-    assert!(told.contains("frequency"), "{told}");
+    assert_told(&refused("--tasks 4"), &["4 tasks for 3 maps"]);
+    assert_told(&refused("--frequency-hz 0"), &["frequency"]);
     let told = refused("--map-ids 0-7");
-    assert!(
-        told.contains("maps [3, 4, 5, 6, 7] are not there"),
-        "{told}"
-    );
+    assert_told(&told, &["maps [3, 4, 5, 6, 7] are not there"]);
     assert!(!folder.path("shards-slurm").exists());
     succeed(&format!(
         "dataset --profile smoke --maps {maps} --out {out}"
     ));
-    let told = refused("--seed 1");
-    assert!(told.contains("other settings"), "{told}");
+    assert_told(&refused("--seed 1"), &["other settings"]);
 }

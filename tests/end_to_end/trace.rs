@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::folder::Folder;
-use crate::{fail, succeed, xtask};
+use crate::{assert_told, fail, remarks, succeed};
 
 /// A folder with one house, 20 m x 10 m, and the map's name; the terminals are north of it.
 fn house() -> (Folder, String) {
@@ -92,9 +92,7 @@ fn a_refused_carrier_is_refused_without_a_remark() {
 fn what_deserves_a_second_look_is_said_in_a_line() {
     let (_root, map) = house();
     let notes = |rx: &str| -> Vec<String> {
-        let output = xtask(&format!("trace --map {map} --tx 90,110 --rx {rx}"));
-        assert!(output.status.success(), "{output:?}");
-        let text = String::from_utf8(output.stderr).unwrap();
+        let text = remarks(&format!("trace --map {map} --tx 90,110 --rx {rx}"));
         text.lines().map(Into::into).collect()
     };
     assert!(notes("90,120").is_empty());
@@ -103,39 +101,31 @@ fn what_deserves_a_second_look_is_said_in_a_line() {
     for frequency in ["923e6", "3e11"] {
         let told = notes(&format!("90,120 --frequency-hz {frequency}"));
         assert!(told.len() == 1, "{told:?}");
-        assert!(
-            told[0].contains("ITU-R P.2040-3") && told[0].contains("1e9 to 1e11 Hz"),
-            "{told:?}"
-        );
+        assert_told(&told[0], &["ITU-R P.2040-3", "1e9 to 1e11 Hz"]);
     }
     let told = notes("90,110.0001");
-    assert!(
-        told.len() == 1 && told[0].contains("less than a wavelength"),
-        "{told:?}"
-    );
+    assert!(told.len() == 1, "{told:?}");
+    assert_told(&told[0], &["less than a wavelength"]);
     assert!(notes("90,110.09").is_empty());
 }
 
 #[test]
 fn terminals_in_the_wrong_place_are_named() {
     let (_root, map) = house();
-    let error = fail(&format!("trace --map {map} --tx 110,105 --rx 5,5"));
-    assert!(
-        error.contains("transmitter") && error.contains("inside building 0"),
-        "{error}"
-    );
-    let error = fail(&format!("trace --map {map} --tx 5,5 --rx 110,110"));
-    assert!(
-        error.contains("receiver") && error.contains("on wall"),
-        "{error}"
-    );
-    let error = fail(&format!("trace --map {map} --tx 5,5 --rx 5,5"));
-    assert!(error.contains("both at"), "{error}");
-    let error = fail(&format!("trace --map {map} --tx 5,5 --rx 300,5"));
-    assert!(error.contains("outside the area"), "{error}");
-    let error = fail(&format!("trace --map {map} --tx 5;5 --rx 3,5"));
-    assert!(error.contains("not a pair of numbers"), "{error}");
-    assert!(fail(&format!("trace --map {map}")).contains("give a link"));
+    let cases: [(&str, &[&str]); 6] = [
+        (
+            "--tx 110,105 --rx 5,5",
+            &["transmitter", "inside building 0"],
+        ),
+        ("--tx 5,5 --rx 110,110", &["receiver", "on wall"]),
+        ("--tx 5,5 --rx 5,5", &["both at"]),
+        ("--tx 5,5 --rx 300,5", &["outside the area"]),
+        ("--tx 5;5 --rx 3,5", &["not a pair of numbers"]),
+        ("", &["give a link"]),
+    ];
+    for (ends, told) in cases {
+        assert_told(&fail(&format!("trace --map {map} {ends}")), told);
+    }
 }
 
 #[test]

@@ -9,12 +9,16 @@ use aps_raytrace::scene::{CityConfig, Location};
 use sha2::{Digest, Sha256};
 
 use crate::folder::{Folder, files, map};
-use crate::{succeed, xtask};
+use crate::{assert_told, succeed, xtask};
 
-/// A data set in `data` of these maps.
-fn make(folder: &Folder, maps: &str) {
-    let settings = "--profile full --tx-per-map 2 --rx-per-map 15 --store aps,pdp,paths --maps";
-    folder.make("data", &[settings, maps]);
+const SETTINGS: &str = "--profile full --tx-per-map 2 --rx-per-map 15 --store aps,pdp,paths --maps";
+
+/// A folder with a data set in `data` of so many maps, and those.
+fn made(count: u32) -> (Folder, String) {
+    let folder = Folder::new();
+    let maps = folder.maps(count);
+    folder.make("data", &[SETTINGS, &maps]);
+    (folder, maps)
 }
 
 /// The findings of a run that must have some.
@@ -25,10 +29,7 @@ fn findings(folder: &Folder, more: &str) -> Vec<String> {
     assert_eq!(output.status.code(), Some(1), "{errors}");
     let told = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<String> = told.lines().map(Into::into).collect();
-    assert!(
-        errors.contains(&format!("{} findings in", lines.len())),
-        "{errors}"
-    );
+    assert_told(&errors, &[&format!("{} findings in", lines.len())]);
     lines
 }
 
@@ -59,29 +60,24 @@ fn forge(folder: &Folder, array: &str, change: impl FnOnce(&mut [u8])) {
 
 #[test]
 fn sound_data_set_has_no_finding() {
-    let folder = Folder::new();
-    let maps = folder.maps(3);
-    make(&folder, &maps);
+    let (folder, maps) = made(3);
     let data = folder.arg("data");
     let told = succeed(&format!("verify {data} --maps {maps} --sample 90"));
     assert!(told.contains("90 links computed anew"), "{told}");
-    let told = succeed(&format!("verify {data}"));
-    assert!(told.contains("give --maps"), "{told}");
+    assert_told(&succeed(&format!("verify {data}")), &["give --maps"]);
 }
 
 #[test]
 fn synthetic_cities_are_made_anew() {
     let folder = Folder::new();
-    make(&folder, "synthetic:2");
+    folder.make("data", &[SETTINGS, "synthetic:2"]);
     let told = succeed(&format!("verify {} --sample 1000", folder.arg("data")));
     assert!(told.contains("as it should be"), "{told}");
 }
 
 #[test]
 fn one_flipped_byte_in_any_file_is_found() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
-    make(&folder, &maps);
+    let (folder, _) = made(1);
     for (name, bytes) in files(&folder.path("data")) {
         if name == ".lock" {
             continue;
@@ -104,9 +100,7 @@ fn one_flipped_byte_in_any_file_is_found() {
 
 #[test]
 fn forged_label_is_found_by_computing_it_anew() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
-    make(&folder, &maps);
+    let (folder, maps) = made(1);
     let dataset = Dataset::open(folder.path("data")).unwrap();
     let link = dataset.map(0).unwrap().valid_links().nth(5).unwrap();
     // A level that nothing else depends on: 3 dB more.
@@ -124,9 +118,7 @@ fn forged_label_is_found_by_computing_it_anew() {
 
 #[test]
 fn forged_path_is_found_by_computing_it_anew() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
-    make(&folder, &maps);
+    let (folder, maps) = made(1);
     forge(&folder, "map_0000/path_delay_s.npy", |data| data[0] ^= 1);
     let found = findings(&folder, &format!("--maps {maps} --sample 30"));
     assert_eq!(
@@ -137,9 +129,7 @@ fn forged_path_is_found_by_computing_it_anew() {
 
 #[test]
 fn forged_shape_is_found_by_the_statistics() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
-    make(&folder, &maps);
+    let (folder, _) = made(1);
     forge(&folder, "map_0000/aps_db.npy", |data| {
         // Some bin below the maximum, to 0 dB.
         let bin = data.chunks(2).position(|db| db != [0, 0]).unwrap();
@@ -154,9 +144,7 @@ fn forged_shape_is_found_by_the_statistics() {
 
 #[test]
 fn link_that_ends_in_a_building_is_found_with_and_without_the_maps() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
-    make(&folder, &maps);
+    let (folder, maps) = made(1);
     // The middle of the first house of map 0.
     forge(&folder, "map_0000/tx.npy", |data| {
         data[..8].copy_from_slice(&55_f64.to_le_bytes());
@@ -178,9 +166,7 @@ fn link_that_ends_in_a_building_is_found_with_and_without_the_maps() {
 
 #[test]
 fn other_maps_are_found() {
-    let folder = Folder::new();
-    let maps = folder.maps(2);
-    make(&folder, &maps);
+    let (folder, maps) = made(2);
     fs::write(folder.path("maps/1.json"), map(3)).unwrap();
     let found = findings(&folder, &format!("--maps {maps}"));
     assert!(

@@ -15,11 +15,14 @@ use aps_data::{
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use command::{fail, run, succeed, words};
+use command::{assert_told, fail, remarks, succeed, words};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_xtask-models");
 
 const BINS: usize = 180;
+
+/// The committed maps and data sets.
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data");
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
@@ -120,26 +123,24 @@ fn lines(path: &Path) -> usize {
     fs::read_to_string(path).unwrap().lines().count()
 }
 
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
 #[test]
 fn training_leaves_weights_logs_and_every_setting() {
     let report = &trained().report;
-    assert!(
-        report.contains("mean training spectrum") && report.contains("best, epoch"),
-        "{report}"
-    );
+    assert_told(report, &["mean training spectrum", "best, epoch"]);
     assert_eq!(
         (lines(&file("steps.csv")), lines(&file("scores.csv"))),
         (1 + 6, 1 + 2)
     );
-    let config: Value =
-        serde_json::from_str(&fs::read_to_string(file("config.json")).unwrap()).unwrap();
+    let config = json(&file("config.json"));
     assert_eq!(config["model"], "resnet_mlp");
     assert_eq!(config["train_maps"], json!([0, 1]));
     assert_eq!(config["dev_maps"], json!([2]));
-    assert_eq!(
-        (&config["train_links"], &config["dev_links"]),
-        (&json!(30), &json!(15))
-    );
+    assert_eq!(config["train_links"], 30);
+    assert_eq!(config["dev_links"], 15);
     assert_eq!(config["training"]["batch"], 10);
     assert!(file("best.safetensors").is_file());
 }
@@ -168,12 +169,8 @@ fn stopped_run_continues_to_the_same_bytes() {
     };
     succeed(&line(&out, ""));
     let scores = fs::read_to_string(out.join("scores.csv")).unwrap();
-    let made: Vec<&str> = scores
-        .lines()
-        .skip(1)
-        .map(|row| row.split(',').next().unwrap())
-        .collect();
-    assert_eq!(made, ["2", "3", "4", "6"]);
+    let made = scores.lines().skip(1).map(|row| row.split(',').next());
+    assert!(made.eq(["2", "3", "4", "6"].map(Some)), "{scores}");
     kill_after_an_epoch(&again);
     succeed(&line(&again, "--resume"));
     for name in [
@@ -195,21 +192,14 @@ fn predictions_are_rows_of_the_test_links() {
     let predict = format!("predict --weights {} --out {}", text(&weights), text(&out));
     succeed(&format!("{predict} --data {} --split test", text(data)));
     let spectra = npy::read::<f32>(&out).unwrap();
-    let map = Dataset::open(data)
-        .unwrap()
-        .maps_of(Part::Test)
-        .next()
-        .unwrap()
-        .unwrap();
+    let dataset = Dataset::open(data).unwrap();
+    let map = dataset.maps_of(Part::Test).next().unwrap().unwrap();
     let valid: Vec<usize> = map.valid_links().collect();
     assert_eq!(spectra.shape, [valid.len(), BINS]);
     assert!(spectra.data.iter().all(|x| x.is_finite()));
     let names = fs::read_to_string(folder.path().join("pred.links.csv")).unwrap();
-    let rows: Vec<Vec<&str>> = names
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').collect())
-        .collect();
+    let rows = names.lines().skip(1).map(|line| line.split(',').collect());
+    let rows: Vec<Vec<&str>> = rows.collect();
     assert_eq!(rows.len(), valid.len());
     for (i, (row, &link)) in rows.iter().zip(&valid).enumerate() {
         assert_eq!(row[..3], [i.to_string(), "3".into(), link.to_string()]);
@@ -225,8 +215,7 @@ fn predictions_are_rows_of_the_test_links() {
     succeed(&predict);
     assert_eq!(npy::read::<f32>(&out).unwrap().shape, [2, BINS]);
     npy::write(&images, &[2, 3, 16, 64], &pixels).unwrap();
-    let told = fail(&predict);
-    assert!(told.contains("trained on 32 x 32"), "{told}");
+    assert_told(&fail(&predict), &["trained on 32 x 32"]);
 }
 
 /// Without a file of weights, on the small data set that the scores of the shipped ones are stated for.
@@ -234,8 +223,7 @@ fn predictions_are_rows_of_the_test_links() {
 fn shipped_weights_predict_where_no_file_is_given() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("pred.npy");
-    let data = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data"));
-    let (dataset, city) = (data.join("shipped"), data.join("helsinki.geojson"));
+    let [dataset, city] = ["shipped", "helsinki.geojson"].map(|name| Path::new(DATA).join(name));
     let opened = Dataset::open(&dataset).unwrap();
     let links = opened.maps_of(Part::Test);
     let links: usize = links.map(|map| map.unwrap().valid_links().count()).sum();
@@ -262,16 +250,10 @@ fn shipped_weights_predict_where_no_file_is_given() {
 fn labels_of_other_limits_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let (out, changed) = (folder.path().join("pred.npy"), folder.path().join("data"));
-    let data = Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../tests/data/shipped"
-    ));
+    let data = &Path::new(DATA).join("shipped");
     copy(data, &changed);
-    let predict = format!(
-        "predict --model ms_areg --out {} --data {}",
-        text(&out),
-        text(&changed)
-    );
+    let [out, data_arg] = [&out, &changed].map(|path| text(path));
+    let predict = format!("predict --model ms_areg --out {out} --data {data_arg}");
     let told = |changes: &[(&str, &str)]| {
         for file in ["manifest.json", "map_0000/map.json", "map_0001/map.json"] {
             let mut json = fs::read_to_string(data.join(file)).unwrap();
@@ -281,10 +263,7 @@ fn labels_of_other_limits_are_told() {
             }
             fs::write(changed.join(file), json).unwrap();
         }
-        let output = run(&predict);
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{told}");
-        told
+        remarks(&predict)
     };
     let silent = told(&[("\"pdp\": false", "\"pdp\": true")]);
     assert!(!silent.contains("other labels"), "{silent}");
@@ -292,12 +271,11 @@ fn labels_of_other_limits_are_told() {
         ("\"max_diffractions\": 1", "\"max_diffractions\": 3"),
         ("\"material\": \"concrete\"", "\"material\": \"pec\""),
     ]);
-    for difference in [
+    let differences = [
         "max_diffractions: 1 in the training, 3 here",
         "material: concrete in the training, pec here",
-    ] {
-        assert!(told.contains(difference), "{told}");
-    }
+    ];
+    assert_told(&told, &differences);
 }
 
 fn copy(from: &Path, to: &Path) {
@@ -315,10 +293,7 @@ fn copy(from: &Path, to: &Path) {
 #[test]
 fn weights_with_foreign_metadata_need_the_model_named() {
     let folder = tempfile::tempdir().unwrap();
-    let (weights, out) = (
-        folder.path().join("w.safetensors"),
-        folder.path().join("o.npy"),
-    );
+    let [weights, out] = ["w.safetensors", "o.npy"].map(|name| folder.path().join(name));
     let mut bytes = fs::read(file("best.safetensors")).unwrap();
     let label = b"resnet_mlp small";
     let at = bytes.windows(label.len()).position(|w| w == label).unwrap();
@@ -330,11 +305,7 @@ fn weights_with_foreign_metadata_need_the_model_named() {
         text(dataset()),
         text(&out)
     );
-    let told = fail(&predict);
-    assert!(
-        told.contains("resnet18 imagene") && told.contains("--model"),
-        "{told}"
-    );
+    assert_told(&fail(&predict), &["resnet18 imagene", "--model"]);
     succeed(&format!("{predict} --model resnet_mlp --preset small"));
 }
 
@@ -344,8 +315,7 @@ fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
     let (weights, out) = (file("best.safetensors"), folder.path().join("m.onnx"));
     let export = format!("export-onnx --weights {}", text(&weights));
     let line = format!("{export} --out {}", text(&out));
-    let told = succeed(&line);
-    assert!(told.contains("images of 32 pixels"), "{told}");
+    assert_told(&succeed(&line), &["images of 32 pixels"]);
     let bytes = fs::read(&out).unwrap();
     let has = |words: &str| bytes.windows(words.len()).any(|w| w == words.as_bytes());
     for words in [
@@ -357,29 +327,19 @@ fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
         assert!(has(words), "{words}");
     }
 
-    let told = fail(&line);
-    assert!(
-        told.contains("m.onnx") && told.contains("--overwrite"),
-        "{told}"
-    );
+    assert_told(&fail(&line), &["m.onnx", "--overwrite"]);
     let line = format!("{line} --overwrite --image-size 48");
     assert!(succeed(&line).contains("48 pixels"));
     assert_ne!(fs::read(&out).unwrap(), bytes);
     let told = fail(&format!("{line} --model ms_mlp"));
-    assert!(
-        told.contains("resnet_mlp") && told.contains("ms_mlp"),
-        "{told}"
-    );
+    assert_told(&told, &["resnet_mlp", "ms_mlp"]);
 
     let shipped = folder.path().join("shipped.onnx");
     let line = format!("export-onnx --model polar_reg --out {}", text(&shipped));
     assert!(succeed(&line).contains("polar_reg"));
     assert!(fail("export-onnx --model ms_mlp --out no.onnx").contains("polar_reg"));
     let told = fail(&format!("{line} --overwrite --image-size 32"));
-    assert!(
-        told.contains("polar_reg takes no condition images"),
-        "{told}"
-    );
+    assert_told(&told, &["polar_reg takes no condition images"]);
     let none = folder.path().join("none.onnx");
     let told = fail(&format!("{export} --image-size 0 --out {}", text(&none)));
     assert!(told.contains("0 pixels"), "{told}");
@@ -397,20 +357,12 @@ fn what_does_not_fit_is_told() {
         ))
     };
     let told = predict(&weights, dataset(), "--model ms_mlp");
-    assert!(
-        told.contains("resnet_mlp") && told.contains("ms_mlp"),
-        "{told}"
-    );
+    assert_told(&told, &["resnet_mlp", "ms_mlp"]);
     let told = predict(&weights, dataset(), "--preset paper");
-    assert!(told.contains("small") && told.contains("paper"), "{told}");
+    assert_told(&told, &["small", "paper"]);
     let other = dataset_of("released");
     let told = predict(&weights, other.path(), "");
-    assert!(
-        told.contains("half a turn")
-            && told.contains("--protocol paper")
-            && told.contains("relabel"),
-        "{told}"
-    );
+    assert_told(&told, &["half a turn", "--protocol paper", "relabel"]);
     assert!(!out.exists());
     let foreign = folder.path().join("foreign.safetensors");
     fs::write(&foreign, b"nothing of the kind").unwrap();
@@ -430,10 +382,7 @@ fn what_does_not_fit_is_told() {
     assert!(fail(&training("resnet_mlp", dataset(), "")).contains("folder of a data set"));
     let warm = format!("--warm-start {}", text(&weights));
     let told = fail(&training("ms_mlp", &new, &warm));
-    assert!(
-        told.contains("best.safetensors") && told.contains("encoder.stem.0.weight"),
-        "{told}"
-    );
+    assert_told(&told, &["best.safetensors", "encoder.stem.0.weight"]);
 }
 
 #[test]
@@ -454,15 +403,9 @@ fn a_run_begins_with_the_weights_of_another() {
     succeed(&training("ms_mlp", &first, "--epochs 1"));
     let weights = first.join("best.safetensors");
     let more = format!("--epochs 1 --warm-start {}", text(&weights));
-    let output = run(&training("ms_areg", &second, &more));
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{told}");
-    assert!(
-        told.contains("kept: noise_proj.bias, noise_proj.weight"),
-        "{told}"
-    );
-    let config = fs::read_to_string(second.join("config.json")).unwrap();
-    let config: Value = serde_json::from_str(&config).unwrap();
+    let told = remarks(&training("ms_areg", &second, &more));
+    assert_told(&told, &["kept: noise_proj.bias, noise_proj.weight"]);
+    let config = json(&second.join("config.json"));
     let told = config["initial_weights"].as_str().unwrap();
     assert!(told.contains(text(&weights)), "{told}");
 }
@@ -473,11 +416,8 @@ fn a_part_of_the_links_is_drawn_and_other_maps_can_be_held_out() {
     let out = folder.path().join("run");
     let more = "--epochs 1 --limit 12 --dev-maps 0 --dev-limit 7";
     succeed(&training("resnet_mlp", &out, more));
-    let config: Value =
-        serde_json::from_str(&fs::read_to_string(out.join("config.json")).unwrap()).unwrap();
+    let config = json(&out.join("config.json"));
     assert_eq!(config["train_maps"], json!([1, 2]));
-    assert_eq!(
-        (&config["train_links"], &config["dev_links"]),
-        (&json!(12), &json!(7))
-    );
+    assert_eq!(config["train_links"], 12);
+    assert_eq!(config["dev_links"], 7);
 }
