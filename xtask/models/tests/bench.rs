@@ -9,6 +9,9 @@ use aps_model::ModelKind;
 use aps_report::benchmark::{Entry, EntryKind, Results, ScoreTable};
 use tempfile::TempDir;
 
+/// The entries of the weights that come with the program.
+const SHIPPED: [&str; 2] = ["MS-AReg, shipped", "Polar-Reg, shipped"];
+
 fn run(out: &Path, more: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_xtask-models"))
         .args(["bench-models", "--profile", "smoke", "--out"])
@@ -57,56 +60,34 @@ fn smoke_benchmark_is_whole_and_reused() {
     let external = format!("own={}", copy.display());
     let best = out.join("models/resnet_mlp/best.safetensors");
     let weights = format!("weights={}", best.display());
-    let more = [
-        "--config",
-        config.to_str().unwrap(),
-        "--models",
-        "resnet_mlp,ms_areg",
-        "--external",
-        &external,
-        "--weights",
-        &weights,
-    ];
-    let second = results(&out, &more);
+    let config = config.to_str().unwrap();
+    let settings = ["--config", config, "--models", "resnet_mlp,ms_areg"];
+    let foreign = ["--external", &external, "--weights", &weights];
+    let second = results(&out, &[settings, foreign].concat());
     assert_eq!(second.profile, "custom");
     assert_eq!(entry(&second, "ResNet-MLP"), entry(&first, "ResNet-MLP"));
-    assert_eq!(
-        table(&second, &out, "own"),
-        table(&first, &out, "ResNet-MLP")
-    );
+    let trained = table(&first, &out, "ResNet-MLP");
+    assert_eq!(table(&second, &out, "own"), trained);
     assert_eq!(entry(&second, "own").kind, EntryKind::External);
     let weights = entry(&second, "weights");
-    assert_eq!(
-        (weights.kind, &weights.training),
-        (EntryKind::Shipped, &None)
-    );
-    assert_eq!(
-        table(&second, &out, "weights"),
-        table(&first, &out, "ResNet-MLP")
-    );
+    assert_eq!(weights.kind, EntryKind::Shipped);
+    assert_eq!(weights.training, None);
+    assert_eq!(table(&second, &out, "weights"), trained);
     let [failure] = &second.failed[..] else {
         panic!("{:?}", second.failed);
     };
     assert_eq!(failure.name, "MS-AReg");
-    assert!(
-        failure.message.contains("learning_rate"),
-        "{}",
-        failure.message
-    );
+    let is_told = failure.message.contains("learning_rate");
+    assert!(is_told, "{}", failure.message);
     let html = fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(
-        html.contains("learning_rate"),
-        "the report tells what failed"
-    );
+    let is_told = html.contains("learning_rate");
+    assert!(is_told, "the report tells what failed");
 
     // Predictions of other links are refused, and nothing else suffers.
     npy::write(&copy, &[2, 180], &[0.0_f32; 360]).unwrap();
     let third = results(&out, &["--models", "resnet_mlp", "--external", &external]);
-    assert!(
-        third.failed[0].message.contains("2 spectra"),
-        "{:?}",
-        third.failed
-    );
+    let is_told = third.failed[0].message.contains("2 spectra");
+    assert!(is_told, "{:?}", third.failed);
     assert!(!third.entries.iter().any(|e| e.name == "MS-AReg"));
 }
 
@@ -131,27 +112,16 @@ fn is_whole(results: &Results, out: &Path) {
         let cosines = training.curve.iter().filter_map(|p| p.dev_cosine);
         let highest = cosines.fold(f64::NEG_INFINITY, f64::max);
         let best = training.curve.iter();
-        let best = best
-            .filter(|p| p.dev_cosine == Some(highest))
-            .map(|p| p.steps);
-        assert_eq!(training.best_steps, best.min(), "{kind}");
+        let best = best.filter(|p| p.dev_cosine == Some(highest));
+        assert_eq!(training.best_steps, best.map(|p| p.steps).min(), "{kind}");
         let batches: Vec<usize> = model.latency.iter().map(|l| l.batch).collect();
         assert_eq!(batches, [1, 16]);
-        assert!(
-            model
-                .latency
-                .iter()
-                .all(|l| l.p95_ms_per_link >= l.median_ms_per_link)
-        );
+        let mut times = model.latency.iter();
+        assert!(times.all(|l| l.p95_ms_per_link >= l.median_ms_per_link));
     }
-    let shipped = results
-        .entries
-        .iter()
-        .filter(|e| e.kind == EntryKind::Shipped);
-    let shipped: Vec<&str> = shipped.map(|e| e.name.as_str()).collect();
-    let expected =
-        [ModelKind::MsAreg, ModelKind::PolarReg].map(|kind| format!("{}, shipped", kind.title()));
-    assert_eq!(shipped, expected);
+    let shipped = |e: &&Entry| e.kind == EntryKind::Shipped;
+    let shipped = results.entries.iter().filter(shipped);
+    assert!(shipped.map(|e| &*e.name).eq(SHIPPED));
     assert!(results.left_out.is_empty(), "{:?}", results.left_out);
     // The tracer scores better with more of the interactions that the labels are made of.
     let cosine = |name| mean_cosine(results, out, name);
@@ -166,10 +136,8 @@ fn is_whole(results: &Results, out: &Path) {
     // The labels' own limits.
     assert!(cosine("tracer, 3 interactions") > 0.999_999);
     let in_sight = results.links.iter().filter(|l| l.line_of_sight).count() as u64;
-    assert_eq!(
-        entry(results, "tracer, 0 interactions").substituted_links,
-        data.test_links - in_sight
-    );
+    let direct = entry(results, "tracer, 0 interactions");
+    assert_eq!(direct.substituted_links, data.test_links - in_sight);
     for file in ["report.html", "report.md", "configuration.json"] {
         assert!(out.join(file).is_file(), "{file}");
     }
@@ -186,16 +154,10 @@ fn shipped_weights_are_left_out_where_labels_mean_something_else() {
     assert!(results.failed.is_empty(), "{:?}", results.failed);
     assert!(!results.entries.iter().any(|e| e.kind == EntryKind::Shipped));
     assert!(results.entries.iter().any(|e| e.kind == EntryKind::Model));
-    let names: Vec<&str> = results.left_out.iter().map(|r| r.name.as_str()).collect();
-    let expected =
-        [ModelKind::MsAreg, ModelKind::PolarReg].map(|kind| format!("{}, shipped", kind.title()));
-    assert_eq!(names, expected);
+    let left_out = &results.left_out;
+    assert!(left_out.iter().map(|r| &*r.name).eq(SHIPPED));
     let told = "protocol: paper in the training, released here";
-    assert!(
-        results.left_out[0].message.contains(told),
-        "{:?}",
-        results.left_out
-    );
+    assert!(left_out[0].message.contains(told), "{left_out:?}");
     let page = fs::read_to_string(out.join("report.md")).unwrap();
     assert!(page.contains("Left out") && page.contains(told), "{page}");
 }
