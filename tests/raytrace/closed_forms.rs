@@ -30,10 +30,8 @@ fn free_space_is_friis() {
     let tracer = Tracer::new(&scene, with_chains()).unwrap();
     let mut worst = 0.0_f64;
     for distance_m in [1e-3, 1.0, 100.0, 12_345.6] {
-        let paths = tracer
-            .trace(DVec2::new(3.0, 4.0), DVec2::new(3.0 + distance_m, 4.0))
-            .unwrap()
-            .paths;
+        let (tx, rx) = (DVec2::new(3.0, 4.0), DVec2::new(3.0 + distance_m, 4.0));
+        let paths = tracer.trace(tx, rx).unwrap().paths;
         assert_eq!(paths.len(), 1);
         let loss_db = 20.0 * (4.0 * PI * distance_m * FREQUENCY_HZ / 299_792_458.0).log10();
         worst = worst.max((paths[0].gain_db() + loss_db).abs());
@@ -41,10 +39,8 @@ fn free_space_is_friis() {
     eprintln!("free space: {worst:.1e} dB from Friis");
     assert!(worst < 1e-9);
     // The handbook's 32.45 + 20 log10(f/MHz) + 20 log10(d/km), at 100 m.
-    let paths = tracer
-        .trace(DVec2::ZERO, DVec2::new(0.0, 100.0))
-        .unwrap()
-        .paths;
+    let (tx, rx) = (DVec2::ZERO, DVec2::new(0.0, 100.0));
+    let paths = tracer.trace(tx, rx).unwrap().paths;
     assert!((paths[0].gain_db() + 83.33).abs() < 0.01);
 }
 

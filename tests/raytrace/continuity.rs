@@ -6,28 +6,14 @@
 use std::f64::consts::PI;
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{
-    Complex64, Footprint, InteractionKind, Material, PathRecord, Scene, TraceConfig, Tracer,
-};
-use aps_tests::links::{decibels, total_field, with_chains};
+use aps_raytrace::{Complex64, Footprint, Material, Scene, Tracer};
+use aps_tests::links::{corners, decibels, one_of_each, total_field};
 use aps_tests::shapes::{rectangle, scene};
 
 /// Length of the building's sides \[m\].
 const SIDE_M: f64 = 1e3;
 
 const MATERIALS: [Material; 2] = [Material::Concrete, Material::PerfectConductor];
-
-fn config(material: Material) -> TraceConfig {
-    TraceConfig {
-        material,
-        max_reflections: 1,
-        max_diffractions: 1,
-        max_interactions: 2,
-        dynamic_range_db: None,
-        max_fallback_diffractions: 0,
-        ..with_chains()
-    }
-}
 
 /// A corner at the origin; the 0-face runs along `start_rad`, the building from there
 /// counter-clockwise over `interior_rad`.
@@ -68,19 +54,15 @@ impl Corner {
 /// Field, and number of rays of geometrical optics.
 fn field(tracer: &Tracer, tx: DVec2, rx: DVec2) -> (Complex64, usize) {
     let paths = tracer.trace(tx, rx).unwrap().paths;
-    let is_diffracted = |p: &&PathRecord| {
-        let mut kinds = p.interactions.iter().map(|i| i.kind);
-        kinds.any(|k| k == InteractionKind::Diffraction)
-    };
-    let diffracted = paths.iter().filter(is_diffracted).count();
-    (total_field(&paths), paths.len() - diffracted)
+    let optical = paths.iter().filter(|p| corners(p) == 0).count();
+    (total_field(&paths), optical)
 }
 
 /// Steps over each boundary of a corner; returns the largest jump of the level [dB] and how many
 /// boundaries there were.
 fn largest_jump(interior_rad: f64, material: Material, distances_m: [f64; 2]) -> (f64, usize) {
     let corner = Corner::new(interior_rad);
-    let tracer = Tracer::new(&corner.scene, config(material)).unwrap();
+    let tracer = Tracer::new(&corner.scene, one_of_each(material)).unwrap();
     let (mut worst, mut count) = (0.0_f64, 0);
     for part in [0.04, 0.11, 0.23, 0.37, 0.5, 0.61, 0.78, 0.95] {
         let phi = part * corner.open_rad;
@@ -156,7 +138,7 @@ fn exactly_on_a_boundary_the_level_is_that_beside_it() {
     for (walls, material) in WHOLE.iter().flat_map(|w| MATERIALS.map(|m| (w, m))) {
         let [d, e] = walls.map(whole);
         let scene = scene(&[Footprint::new([DVec2::ZERO, d, e])]);
-        let tracer = Tracer::new(&scene, config(material)).unwrap();
+        let tracer = Tracer::new(&scene, one_of_each(material)).unwrap();
         let is_free = |p: DVec2| scene.check_terminal(p).is_ok();
         for (i, j) in (-3..=3).flat_map(|i| (-3..=3).map(move |j| (i, j))) {
             let tx = whole((25 * i, 25 * j));
@@ -170,11 +152,9 @@ fn exactly_on_a_boundary_the_level_is_that_beside_it() {
                 let in_front = f64::from(side) * wall.perp_dot(tx) < 0.0;
                 in_front.then(|| -mirror(tx, wall))
             });
-            for (kind, towards) in [Some(shadow), reflections[0], reflections[1]]
-                .iter()
-                .enumerate()
-            {
-                let Some(towards) = *towards else { continue };
+            let kinds = [Some(shadow), reflections[0], reflections[1]];
+            for (kind, towards) in kinds.into_iter().enumerate() {
+                let Some(towards) = towards else { continue };
                 for scale in [1.0, 0.4, 3.0] {
                     let rx = (towards * scale).round();
                     if rx == tx || rx.perp_dot(towards) != 0.0 || !is_free(rx) {
@@ -206,7 +186,7 @@ fn exactly_on_the_boundary_of_a_reflected_ray_the_level_is_that_beside_it() {
     let scene = scene(&[rectangle(0.0, 0.0, 40.0, 40.0), wall]);
     let (mut worst, mut count) = (0.0_f64, 0);
     for material in MATERIALS {
-        let tracer = Tracer::new(&scene, config(material)).unwrap();
+        let tracer = Tracer::new(&scene, one_of_each(material)).unwrap();
         for (x, y) in (1..=24).flat_map(|x| (1..=40).map(move |y| (x, -y))) {
             let tx = whole((x, y));
             // The image is at (x, -100 - y); beyond the corner, a multiple of the opposite.

@@ -1,7 +1,8 @@
 //! The field of whole scenes against the solution of the wave equation (`tests/golden/fullwave`).
 
-use aps_raytrace::{Complex64, InteractionKind, Link, PathRecord, TraceConfig, Tracer};
+use aps_raytrace::{Complex64, Link, TraceConfig, Tracer};
 use aps_tests::fullwave::{FullWave, Walls, line_source_field};
+use aps_tests::links::corners;
 
 /// Fields that much below those of free space are not compared: down to -80 dB the reference is good to 0.13 dB.
 const FLOOR: f64 = 1e-4;
@@ -15,11 +16,6 @@ fn limits(reflections: usize, diffractions: usize, slope_diffraction: bool) -> T
         dynamic_range_db: None,
         ..TraceConfig::default()
     }
-}
-
-fn corners(path: &PathRecord) -> usize {
-    let kinds = path.interactions.iter().map(|i| i.kind);
-    kinds.filter(|&k| k == InteractionKind::Diffraction).count()
 }
 
 /// Errors of the level [dB] of the links whose strongest path has at least so many corners, and the number of links without a path.

@@ -1,7 +1,7 @@
 //! Line of sight, R, D, R-D and D-R against exhaustion: the same paths, lengths and gains.
 
-use aps_raytrace::{Material, Scene, TraceConfig, Tracer};
-use aps_tests::links::{by_sequence, outdoor_points, strongest, with_chains};
+use aps_raytrace::{Material, Scene, Tracer};
+use aps_tests::links::{by_sequence, one_of_each, outdoor_points, strongest};
 use aps_tests::maps::real_cities;
 use aps_tests::mixed::mixed_candidates;
 use aps_tests::shapes::city_scene;
@@ -13,11 +13,15 @@ const TOLERANCE_M: f64 = 1e-7;
 /// Nearer to a boundary than this [rad] the textbook's formula loses its digits.
 const OFF_BOUNDARY_RAD: f64 = 1e-5;
 
-#[derive(Default)]
+/// Paths, by what was done with them.
+#[derive(Debug, Default)]
 struct Tally {
     compared: usize,
+    /// With a corner.
     diffracted: usize,
+    /// With a corner and a wall.
     mixed: usize,
+    /// Too close to call.
     close: usize,
     on_boundary: usize,
     /// Largest error of a gain, relative.
@@ -25,17 +29,8 @@ struct Tally {
 }
 
 fn check(scene: &Scene, material: Material, wall: Wall, counts: [usize; 2]) -> Tally {
-    let config = TraceConfig {
-        material,
-        max_reflections: 1,
-        max_diffractions: 1,
-        max_interactions: 2,
-        dynamic_range_db: None,
-        max_fallback_diffractions: 0,
-        ..with_chains()
-    };
     let radio = Radio::of(wall);
-    let tracer = Tracer::new(scene, config).unwrap();
+    let tracer = Tracer::new(scene, one_of_each(material)).unwrap();
     let mut tally = Tally::default();
     for &tx in &outdoor_points(scene, counts[0], 300) {
         // Near links have more paths.
@@ -82,19 +77,12 @@ fn check(scene: &Scene, material: Material, wall: Wall, counts: [usize; 2]) -> T
 }
 
 fn report(what: &str, tally: &Tally) {
-    let Tally {
-        compared,
-        diffracted,
-        mixed,
-        close,
-        on_boundary,
-        worst,
-    } = tally;
     eprintln!(
-        "{what}: {compared} paths ({diffracted} with a corner, {mixed} of them with a wall too), \
-         gains differ by {worst:.1e} at most; {close} too close to call, {on_boundary} on a boundary"
+        "{what}, gains differ by {:.1e} at most: {tally:?}",
+        tally.worst
     );
-    assert!(*mixed > 50 && *close < compared / 5 && *on_boundary < compared / 20);
+    let compared = tally.compared;
+    assert!(tally.mixed > 50 && tally.close < compared / 5 && tally.on_boundary < compared / 20);
 }
 
 #[test]

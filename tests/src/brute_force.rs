@@ -31,41 +31,15 @@ pub fn candidates(
     tolerance_m: f64,
 ) -> Vec<Candidate> {
     let mut found = Vec::new();
-    let mut sequence = Vec::new();
-    extend(
-        walls,
-        tx,
-        rx,
-        max_order,
-        tolerance_m,
-        &mut sequence,
-        &mut found,
-    );
-    found
-}
-
-fn extend(
-    walls: &[Wall],
-    tx: DVec2,
-    rx: DVec2,
-    max_order: usize,
-    tolerance_m: f64,
-    sequence: &mut Vec<u32>,
-    found: &mut Vec<Candidate>,
-) {
-    if let Some(candidate) = examine(walls, tx, rx, sequence, &[], tolerance_m) {
-        found.push(candidate);
-    }
-    if sequence.len() == max_order {
-        return;
-    }
-    for id in 0..walls.len() as u32 {
-        if sequence.last() != Some(&id) {
-            sequence.push(id);
-            extend(walls, tx, rx, max_order, tolerance_m, sequence, found);
-            sequence.pop();
+    let mut sequences = vec![Vec::new()];
+    while let Some(sequence) = sequences.pop() {
+        found.extend(examine(walls, tx, rx, &sequence, &[], tolerance_m));
+        if sequence.len() < max_order {
+            let others = (0..walls.len() as u32).filter(|id| sequence.last() != Some(id));
+            sequences.extend(others.map(|id| [&sequence[..], &[id]].concat()));
         }
     }
+    found
 }
 
 /// One sequence, unless its clearance is below `-tolerance_m`. When the receiver is a corner, the

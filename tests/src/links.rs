@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use aps_label::PathSample;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
-use aps_raytrace::{Complex64, InteractionKind, PathRecord, Scene, TraceConfig};
+use aps_raytrace::{Complex64, InteractionKind, Material, PathRecord, Scene, TraceConfig};
 
 /// Interactions of a path, in order from the transmitter: kinds, and ids of walls or corners.
 pub type Sequence = Vec<(InteractionKind, u32)>;
@@ -57,6 +57,13 @@ pub fn sample(path: &PathRecord) -> PathSample {
     }
 }
 
+/// Number of the corners on a path.
+#[must_use]
+pub fn corners(path: &PathRecord) -> usize {
+    let kinds = path.interactions.iter().map(|i| i.kind);
+    kinds.filter(|&k| k == InteractionKind::Diffraction).count()
+}
+
 /// Power of the strongest path; 0 without any.
 #[must_use]
 pub fn strongest(paths: &[PathRecord]) -> f64 {
@@ -80,6 +87,20 @@ pub fn decibels(p: Complex64, q: Complex64) -> f64 {
 pub fn with_chains() -> TraceConfig {
     TraceConfig {
         max_fallback_diffractions: 4,
+        ..TraceConfig::default()
+    }
+}
+
+/// Every path of at most one reflection and one diffraction, at walls of this material.
+#[must_use]
+pub fn one_of_each(material: Material) -> TraceConfig {
+    TraceConfig {
+        material,
+        max_reflections: 1,
+        max_diffractions: 1,
+        max_interactions: 2,
+        dynamic_range_db: None,
+        max_fallback_diffractions: 0,
         ..TraceConfig::default()
     }
 }

@@ -95,14 +95,15 @@ fn between(d: DVec2, e: DVec2) -> f64 {
     d.perp_dot(e).abs().atan2(d.dot(e).abs())
 }
 
+fn reflections_of(c: &Candidate) -> Sequence {
+    let kind = InteractionKind::Reflection;
+    c.walls.iter().map(|&id| (kind, id)).collect()
+}
+
 fn reflected(walls: &[Wall], radio: Radio, c: Candidate) -> MixedCandidate {
     let coefficient = reflections(walls, radio, &c);
     MixedCandidate {
-        sequence: c
-            .walls
-            .iter()
-            .map(|&id| (InteractionKind::Reflection, id))
-            .collect(),
+        sequence: reflections_of(&c),
         length_m: c.length_m,
         clearance_m: c.clearance_m,
         off_boundary_rad: f64::INFINITY,
@@ -159,10 +160,6 @@ impl Corner {
         before: &Candidate,
         after: &Candidate,
     ) -> MixedCandidate {
-        let reflections_of = |c: &Candidate| -> Sequence {
-            let kind = InteractionKind::Reflection;
-            c.walls.iter().map(|&id| (kind, id)).collect()
-        };
         let mut sequence = reflections_of(before);
         sequence.push((InteractionKind::Diffraction, self.id));
         sequence.extend(reflections_of(after).into_iter().rev());

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{InteractionKind, Material, PathRecord, TraceConfig, Tracer};
-use aps_tests::links::{outdoor_points, total_field, with_chains};
+use aps_raytrace::{Material, PathRecord, TraceConfig, Tracer};
+use aps_tests::links::{corners, outdoor_points, total_field, with_chains};
 use aps_tests::motion::difference;
 use aps_tests::shapes::{city, city_scene, moved, points, polygon, rectangle, scene};
 use aps_tests::utd::{Radio, Wall};
@@ -80,10 +80,8 @@ fn wall_of_a_thousand_kilometres_makes_two_rays() {
     let radio = Radio::of(Wall::Concrete);
     let mut worst = [0.0_f64; 2];
     for (x, y, v) in [(30.0, 4.0, 1.5), (1e4, 2.0, 7.0), (0.25, 1e-3, 40.0)] {
-        let paths = tracer
-            .trace(DVec2::new(7.0, y), DVec2::new(7.0 + x, v))
-            .unwrap()
-            .paths;
+        let (tx, rx) = (DVec2::new(7.0, y), DVec2::new(7.0 + x, v));
+        let paths = tracer.trace(tx, rx).unwrap().paths;
         assert_eq!(paths.len(), 2);
         let length_m = x.hypot(y + v);
         let gain = radio.spherical_wave(length_m) / length_m
@@ -133,15 +131,8 @@ fn walls_of_a_nanometre_change_no_other_path() {
                     }
                 }
                 let specular = |paths: &[PathRecord]| -> Vec<f64> {
-                    let is_specular = |p: &&PathRecord| {
-                        let mut kinds = p.interactions.iter().map(|i| i.kind);
-                        kinds.all(|kind| kind == InteractionKind::Reflection)
-                    };
-                    paths
-                        .iter()
-                        .filter(is_specular)
-                        .map(|p| p.length_m)
-                        .collect()
+                    let specular = paths.iter().filter(|p| corners(p) == 0);
+                    specular.map(|p| p.length_m).collect()
                 };
                 assert_eq!(specular(&before), specular(&after), "{tx} -> {rx}");
                 let levels = [before, after].map(|p| total_field(&p).norm());

@@ -111,9 +111,8 @@ fn two_facing_circles_meet_a_stated_limit() {
         ..with_chains()
     };
     let tracer = Tracer::new(&scene, config).unwrap();
-    let link = tracer
-        .trace(DVec2::new(75.0, 0.0), DVec2::new(75.0, 30.0))
-        .unwrap();
+    let (tx, rx) = (DVec2::new(75.0, 0.0), DVec2::new(75.0, 30.0));
+    let link = tracer.trace(tx, rx).unwrap();
     assert!(link.paths.len() > 3);
 }
 
@@ -199,9 +198,8 @@ fn houses_a_picometre_apart_are_one_row() {
         let between = two.locate(DVec2::new(10.0 + gap / 2.0, 5.0));
         assert!(matches!(between, Location::Inside { .. }));
         let tracer = Tracer::new(&two, with_chains()).unwrap();
-        let link = tracer
-            .trace(DVec2::new(10.0, -5.0), DVec2::new(10.0, 15.0))
-            .unwrap();
+        let (tx, rx) = (DVec2::new(10.0, -5.0), DVec2::new(10.0, 15.0));
+        let link = tracer.trace(tx, rx).unwrap();
         assert!(!link.paths.iter().any(|p| p.is_line_of_sight()));
         let mut all = link.paths.iter().flat_map(|p| &p.interactions);
         assert!(all.all(|i| i.point.x < 1e-9 || i.point.x > 20.0 - 1e-9));
@@ -229,8 +227,7 @@ fn collinear_footprints_leave_free_space() {
     assert!(scene.walls().is_empty());
     assert_eq!(scene.report().count(|k| matches!(k, RepairKind::Sliver)), 3);
     let tracer = Tracer::new(&scene, with_chains()).unwrap();
-    let link = tracer
-        .trace(DVec2::new(-1.0, -1.0), DVec2::new(5.0, 5.0))
-        .unwrap();
+    let (tx, rx) = (DVec2::new(-1.0, -1.0), DVec2::new(5.0, 5.0));
+    let link = tracer.trace(tx, rx).unwrap();
     assert_eq!(link.paths.len(), 1);
 }

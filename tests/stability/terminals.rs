@@ -262,9 +262,8 @@ fn terminals_out_of_this_world_are_refused() {
             );
         }
     }
-    let link = tracer
-        .trace(DVec2::new(1e9, 1e9), DVec2::new(-1e9, -9e8))
-        .unwrap();
+    let (tx, rx) = (DVec2::new(1e9, 1e9), DVec2::new(-1e9, -9e8));
+    let link = tracer.trace(tx, rx).unwrap();
     assert_finite(&link, "far");
 }
 
@@ -317,9 +316,8 @@ fn azimuths_at_half_a_turn() {
     let empty = scene(&[]);
     let tracer = Tracer::new(&empty, with_chains()).unwrap();
     for y in [0.0, -0.0, 1e-300, -1e-300, 1e-9, -1e-9] {
-        let link = tracer
-            .trace(DVec2::new(3.0, 0.0), DVec2::new(-4.0, y))
-            .unwrap();
+        let (tx, rx) = (DVec2::new(3.0, 0.0), DVec2::new(-4.0, y));
+        let link = tracer.trace(tx, rx).unwrap();
         let path = &link.paths[0];
         for azimuth in [path.departure_azimuth_rad, path.arrival_azimuth_rad] {
             assert!(azimuth > -PI && azimuth <= PI, "{y}: {azimuth}");
