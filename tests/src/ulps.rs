@@ -15,14 +15,15 @@ use aps_raytrace::{
     Complex64, Material, SPEED_OF_LIGHT_M_PER_S, TraceConfig, Tracer, VACUUM_PERMITTIVITY_F_PER_M,
     transition, utd,
 };
+use serde::Serialize;
 
 use crate::double_complex::{self, DoubleComplex, spherical_wave};
 use crate::double_double::{DoubleDouble, PI, dd};
 use crate::label::{array_response, linear, path, q, squared_sinc};
 use crate::shapes::scene;
 
-/// Measured errors of one kernel.
-#[derive(Debug, Clone, PartialEq)]
+/// Measured errors of one kernel, whose scale is 1.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct KernelError {
     /// The crate it belongs to.
     pub of: &'static str,
@@ -38,33 +39,22 @@ pub struct KernelError {
     pub points: usize,
 }
 
-/// An error being measured; the scale of every kernel is 1.
-struct Meter {
-    found: KernelError,
-}
-
-impl Meter {
+impl KernelError {
     fn new(of: &'static str, kernel: &'static str) -> Self {
         Self {
-            found: KernelError {
-                of,
-                kernel,
-                relative_ulps: 0.0,
-                absolute_ulps: 0.0,
-                at: String::new(),
-                points: 0,
-            },
+            of,
+            kernel,
+            ..Self::default()
         }
     }
 
     fn add(&mut self, error: DoubleDouble, size: DoubleDouble, at: impl FnOnce() -> String) {
-        let found = &mut self.found;
-        found.points += 1;
+        self.points += 1;
         let ulps = error.abs().to_f64() / f64::EPSILON;
-        found.absolute_ulps = found.absolute_ulps.max(ulps);
+        self.absolute_ulps = self.absolute_ulps.max(ulps);
         let size = size.abs().to_f64();
-        if size >= 1e-6 && ulps / size > found.relative_ulps {
-            (found.relative_ulps, found.at) = (ulps / size, at());
+        if size >= 1e-6 && ulps / size > self.relative_ulps {
+            (self.relative_ulps, self.at) = (ulps / size, at());
         }
     }
 
@@ -83,28 +73,37 @@ pub fn worst_errors() -> Vec<KernelError> {
     let mut all = vec![transition_function(), diffraction_coefficient()];
     all.extend([reflection_coefficient(), free_space()]);
     all.extend([delay_kernel(), continuous_maximum()]);
-    all.extend([array_direct(false), array_direct(true)]);
-    all.extend([array_tables(false), array_tables(true)]);
+    let line = linear(16, 0.5);
+    let circle = Array::UniformCircular {
+        elements: 15,
+        radius_wavelengths: 1.0,
+    };
+    all.extend([
+        array_direct("array response, linear, direct", line),
+        array_direct("array response, circular, direct", circle),
+        array_tables("array response, linear, tables", line),
+        array_tables("array response, circular, tables", circle),
+    ]);
     all.extend([decibels(), powers(), standardised(), deviation()]);
     all.extend(scores());
     all
 }
 
 fn transition_function() -> KernelError {
-    let mut meter = Meter::new("aps-raytrace", "transition function F");
+    let mut meter = KernelError::new("aps-raytrace", "transition function F");
     for i in -63..=63 {
         let x = 10_f64.powf(f64::from(i) / 7.0);
         let want = double_complex::transition(dd(x));
         meter.complex(transition::transition(x), want, || format!("x = {x:.3e}"));
     }
-    meter.found
+    meter
 }
 
 fn diffraction_coefficient() -> KernelError {
     let k = std::f64::consts::TAU * 3.5e9 / SPEED_OF_LIGHT_M_PER_S;
     let minus_one = Complex64::new(-1.0, 0.0);
     // |D| is at most 2 sqrt(L).
-    let mut meter = Meter::new("aps-raytrace", "diffraction coefficient D / sqrt(L)");
+    let mut meter = KernelError::new("aps-raytrace", "diffraction coefficient D / sqrt(L)");
     for n in [1.1, 1.5, 1.9, 2.0] {
         for distance_m in [0.05, 5.0, 500.0] {
             for (i, j) in [(0.11, 0.93), (0.25, 0.61), (0.4, 0.47), (0.07, 0.12)] {
@@ -123,11 +122,11 @@ fn diffraction_coefficient() -> KernelError {
             }
         }
     }
-    meter.found
+    meter
 }
 
 fn reflection_coefficient() -> KernelError {
-    let mut meter = Meter::new("aps-raytrace", "reflection coefficient");
+    let mut meter = KernelError::new("aps-raytrace", "reflection coefficient");
     let omega = std::f64::consts::TAU * 3.5e9;
     for (eps, sigma) in [(5.24, 0.123), (1.000_001, 0.0), (3.0, 1e-4), (1.0, 6e7)] {
         let material = Material::Dielectric {
@@ -150,12 +149,12 @@ fn reflection_coefficient() -> KernelError {
             });
         }
     }
-    meter.found
+    meter
 }
 
 /// A direct ray, as the tracer yields it: length, spreading and phase.
 fn free_space() -> KernelError {
-    let mut meter = Meter::new("aps-raytrace", "gain of free space, phase included");
+    let mut meter = KernelError::new("aps-raytrace", "gain of free space, phase included");
     let scene = scene(&[]);
     let tracer = Tracer::new(&scene, TraceConfig::default()).expect("default settings");
     for i in 0..200 {
@@ -168,7 +167,7 @@ fn free_space() -> KernelError {
             format!("{:.3} m", rx.length())
         });
     }
-    meter.found
+    meter
 }
 
 fn labeler(array: Array, base: LabelConfig) -> Labeler {
@@ -178,7 +177,7 @@ fn labeler(array: Array, base: LabelConfig) -> Labeler {
 
 /// sinc^2(f_s tau), one term by the formula.
 fn delay_kernel() -> KernelError {
-    let mut meter = Meter::new("aps-label", "delay kernel, direct");
+    let mut meter = KernelError::new("aps-label", "delay kernel, direct");
     let faster = LabelConfig {
         sampling_rate_hz: 1e9,
         ..LabelConfig::paper()
@@ -191,13 +190,13 @@ fn delay_kernel() -> KernelError {
         let want = squared_sinc(dd(1e9 * tau));
         meter.real(got, want, || format!("f_s tau = {:.6}", 1e9 * tau));
     }
-    meter.found
+    meter
 }
 
 /// The largest of two pulses' sum over a continuous delay, which is a polynomial's top, compared with
 /// the sum in 32 digits at the delay found.
 fn continuous_maximum() -> KernelError {
-    let mut meter = Meter::new("aps-label", "maximum over a continuous delay");
+    let mut meter = KernelError::new("aps-label", "maximum over a continuous delay");
     let labeler = labeler(linear(1, 0.5), LabelConfig::paper());
     for i in 0..200 {
         let apart = 0.01 * f64::from(i) / 200e6;
@@ -210,28 +209,11 @@ fn continuous_maximum() -> KernelError {
             format!("{:.2} pulses apart", 0.01 * f64::from(i))
         });
     }
-    meter.found
+    meter
 }
 
-fn array(circular: bool) -> Array {
-    if circular {
-        Array::UniformCircular {
-            elements: 15,
-            radius_wavelengths: 1.0,
-        }
-    } else {
-        linear(16, 0.5)
-    }
-}
-
-fn array_direct(circular: bool) -> KernelError {
-    let name = if circular {
-        "array response, circular, direct"
-    } else {
-        "array response, linear, direct"
-    };
-    let mut meter = Meter::new("aps-label", name);
-    let array = array(circular);
+fn array_direct(name: &'static str, array: Array) -> KernelError {
+    let mut meter = KernelError::new("aps-label", name);
     for i in 0..600 {
         let theta = f64::from(i) * 0.013 - 3.1;
         let theta_k = f64::from(i * 7 % 60) * 0.1 - 2.9;
@@ -240,7 +222,7 @@ fn array_direct(circular: bool) -> KernelError {
             format!("{theta:.3} rad for {theta_k:.3} rad")
         });
     }
-    meter.found
+    meter
 }
 
 /// A path at a delay of the released label's axis, where its pulse is 1, that counts with this power \[dBm\].
@@ -249,14 +231,9 @@ fn at_first_delay(arrival_azimuth_rad: f64, power_dbm: f64) -> PathSample {
 }
 
 /// The same from a label's tables: one path, its own delay.
-fn array_tables(circular: bool) -> KernelError {
-    let name = if circular {
-        "array response, circular, tables"
-    } else {
-        "array response, linear, tables"
-    };
-    let mut meter = Meter::new("aps-label", name);
-    let labeler = labeler(array(circular), LabelConfig::released());
+fn array_tables(name: &'static str, array: Array) -> KernelError {
+    let mut meter = KernelError::new("aps-label", name);
+    let labeler = labeler(array, LabelConfig::released());
     for i in 0..12 {
         let theta_k = f64::from(i) * 0.53 - 3.1;
         let paths = [at_first_delay(theta_k, 0.0)];
@@ -273,12 +250,12 @@ fn array_tables(circular: bool) -> KernelError {
             });
         }
     }
-    meter.found
+    meter
 }
 
 /// 10 log10 of a sum of two powers.
 fn decibels() -> KernelError {
-    let mut meter = Meter::new("aps-label", "power to dB");
+    let mut meter = KernelError::new("aps-label", "power to dB");
     let labeler = labeler(linear(1, 0.5), LabelConfig::released());
     for i in 1..600 {
         let gain_db = -0.05 * f64::from(i);
@@ -290,24 +267,24 @@ fn decibels() -> KernelError {
             format!("0 dB and {gain_db:.2} dB")
         });
     }
-    meter.found
+    meter
 }
 
 /// 10^(dB/10) of labels.
 fn powers() -> KernelError {
-    let mut meter = Meter::new("aps-label", "dB to relative power");
+    let mut meter = KernelError::new("aps-label", "dB to relative power");
     let row: Vec<f64> = (0..3000).map(|i| -0.017 * f64::from(i)).collect();
     let mut values = row.clone();
     relative_power(&mut values).expect("finite");
     for (got, db) in values.iter().zip(&row) {
         meter.real(*got, dd(*db).from_decibel(), || format!("{db:.3} dB"));
     }
-    meter.found
+    meter
 }
 
 /// The released target: relative power, affine, standardised by its own mean and deviation.
 fn standardised() -> KernelError {
-    let mut meter = Meter::new("aps-label", "standardised target");
+    let mut meter = KernelError::new("aps-label", "standardised target");
     let split = MeanStd {
         mean: 0.17,
         std: 0.26,
@@ -331,11 +308,11 @@ fn standardised() -> KernelError {
             meter.real(*got, (*x - mean) / std, || format!("row {seed}, bin {bin}"));
         }
     }
-    meter.found
+    meter
 }
 
 fn deviation() -> KernelError {
-    let mut meter = Meter::new("aps-label", "deviation of a training split");
+    let mut meter = KernelError::new("aps-label", "deviation of a training split");
     for centre in [0.0, 0.1, 0.5] {
         let values: Vec<f64> = (0..9000)
             .map(|i| centre + 0.3 * f64::from(i * 7 % 1000) / 1000.0)
@@ -349,7 +326,7 @@ fn deviation() -> KernelError {
         let got = moments.mean_std().expect("values").std;
         meter.real(got, want, || format!("values around {centre}"));
     }
-    meter.found
+    meter
 }
 
 /// The metrics that are sums over bins.
@@ -362,7 +339,7 @@ fn scores() -> Vec<KernelError> {
         (Metric::PsnrDb, "PSNR [dB]"),
         (Metric::Cosine, "cosine similarity"),
     ];
-    let mut meters = metrics.map(|(_, name)| Meter::new("aps-metrics", name));
+    let mut meters = metrics.map(|(_, name)| KernelError::new("aps-metrics", name));
     let mut scorer = Scorer::new(Scoring::Paper);
     let range = DataRange::new(7.5).expect("positive");
     for seed in 0..40 {
@@ -389,5 +366,5 @@ fn scores() -> Vec<KernelError> {
             meter.real(metric.of(&scores, range), want, || format!("pair {seed}"));
         }
     }
-    meters.map(|m| m.found).to_vec()
+    meters.to_vec()
 }

@@ -53,7 +53,7 @@ pub use errors::{FLOOR_DB, SpectrumError};
 pub use join::{join, publish, studies_folder};
 pub use scenes::{MapChoice, NamedScene};
 pub use stopwatch::{Stopwatch, Timing, on_one_thread};
-pub use study::{FORMAT, Study};
+pub use study::{Column, FORMAT, Study};
 
 /// The amount of measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -86,7 +86,7 @@ fn name(value: &impl ValueEnum) -> String {
     shown.get_name().into()
 }
 
-/// The studies, in the order in which they run.
+/// The studies, in the order in which they run and, but for that of models, stand in the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum StudyName {
     /// Limits of the tracer: label error against time a link.
@@ -120,6 +120,11 @@ impl StudyName {
     /// As the command line and the files have it.
     pub fn name(self) -> String {
         name(&self)
+    }
+
+    /// The study without anything in it, in the place of its name.
+    fn study(self, title: &str) -> Study {
+        Study::new(&self.name(), title).at(1 + self as u32)
     }
 
     /// Measures. A bar tells how far it is. The study of models is another program's, which links candle: none comes back.

@@ -31,6 +31,7 @@ pub struct Links<'s> {
 pub type Spectra = Vec<Option<Vec<f64>>>;
 
 /// The outcome of one setting.
+#[derive(Default)]
 pub struct Traced {
     pub spectra: Spectra,
     pub time: LinkTime,
@@ -140,15 +141,13 @@ impl<'s> Links<'s> {
         let map = stopwatch.compare_again(&began, configs, |&config| {
             let _ = black_box(Tracer::new(self.scene, config.clone()));
         });
-        let (tx, began) = timed(&tracers, |tracer| {
-            prepare(&self.tx, |p| tracer.transmitter(p))
-        })?;
+        let (tx, began) = timed(&tracers, |t| prepare(&self.tx, |p| t.transmitter(p)))?;
         let transmitter = stopwatch.compare_again(&began, &tracers, |tracer| {
             for &p in &self.tx {
                 let _ = black_box(tracer.transmitter(p));
             }
         });
-        let (rx, began) = timed(&tracers, |tracer| prepare(&self.rx, |p| tracer.receiver(p)))?;
+        let (rx, began) = timed(&tracers, |t| prepare(&self.rx, |p| t.receiver(p)))?;
         let receiver = stopwatch.compare_again(&began, &tracers, |tracer| {
             for &p in &self.rx {
                 let _ = black_box(tracer.receiver(p));
@@ -175,13 +174,11 @@ impl<'s> Links<'s> {
         });
         let traced = found.into_iter().enumerate().map(|(i, found)| {
             // Chains beyond the limits are made when a link first asks for them.
-            let first_us = match found.beyond {
+            let first_s = match found.beyond {
                 0 => 0.0,
-                _ => {
-                    1e6 * (found.cold.as_secs_f64() - join[i].median_s).max(0.0)
-                        / self.tx.len() as f64
-                }
+                _ => (found.cold.as_secs_f64() - join[i].median_s).max(0.0),
             };
+            let first_us = 1e6 * first_s / self.tx.len() as f64;
             Traced {
                 time: LinkTime {
                     map_s: map[i].median_s,
@@ -228,13 +225,9 @@ impl Ready<'_> {
     fn find(&self) -> Result<Found> {
         let mut found = Found {
             traced: Traced {
-                spectra: Vec::new(),
-                time: LinkTime::default(),
-                paths: 0,
-                omitted: Omitted::default(),
                 corners: self.tracer.corner_count(),
                 images: self.tx.iter().map(Transmitter::image_count).sum(),
-                cut_links: 0,
+                ..Traced::default()
             },
             samples: Vec::with_capacity(self.tx.len() * self.rx.len()),
             beyond: 0,

@@ -2,24 +2,18 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::Parser;
 use xtask_studies::command;
 
 /// Studies of error against run time.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
+enum Cli {
     /// Measure error against run time, and report it.
     Report(command::Args),
 }
 
 fn main() -> ExitCode {
-    let Command::Report(args) = Cli::parse().command;
+    let Cli::Report(args) = Cli::parse();
     xtask::cli::exit_code(args.run())
 }

@@ -3,7 +3,8 @@
 use anyhow::{Result, bail, ensure};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::CityConfig;
-use aps_raytrace::{Area, Footprint, Scene};
+use aps_raytrace::{Area, Scene};
+use aps_tests::shapes::{block, rectangle, ring};
 use map2aps::SceneSettings;
 use map2aps::maps::{TileSettings, choose};
 use xtask::{IdList, MapsArg};
@@ -90,12 +91,9 @@ impl MapChoice {
         all.sort_by_key(|s| (s.scene.walls().len(), s.id));
         let count = profile.choose(2, CHOSEN).min(all.len());
         let last = all.len() - 1;
-        let place = |i: usize| {
-            if count < 2 {
-                last
-            } else {
-                i * last / (count - 1)
-            }
+        let place = |i: usize| match count {
+            0 | 1 => last,
+            _ => i * last / (count - 1),
         };
         Ok((0..count).map(|i| all[place(i)].clone()).collect())
     }
@@ -128,45 +126,34 @@ pub fn typical(profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
         min: DVec2::new(x[0], y[0]),
         max: DVec2::new(x[1], y[1]),
     };
-    let block = |x: [f64; 2], y: [f64; 2]| {
-        [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])].map(DVec2::from)
-    };
-    let mut courtyard = Footprint::new(block([0.0, 120.0], [0.0, 100.0]));
-    courtyard
-        .holes
-        .push(block([20.0, 100.0], [20.0, 80.0]).into());
-    let canyon = [
-        Footprint::new(block([-200.0, 456.0], [60.0, 100.0])),
-        Footprint::new(block([-200.0, 456.0], [120.0, 160.0])),
-    ];
+    let size = profile.choose(128.0, 256.0);
+    let square = Scene::new(&[], Some(area([0.0, size], [0.0, size])))?;
+    let (outer, yard) = (
+        ring([0.0, 120.0], [0.0, 100.0]),
+        ring([20.0, 100.0], [20.0, 80.0]),
+    );
+    let courtyard = Scene::new(
+        &[block(outer, yard)],
+        Some(area([21.0, 99.0], [21.0, 79.0])),
+    )?;
+    let rows = [60.0, 120.0].map(|y| rectangle(-200.0, y, 456.0, y + 40.0));
+    let canyon = Scene::new(&rows, Some(area([0.0, 256.0], [101.0, 119.0])))?;
     let [open, .., dense] = &cities(profile, seed)?[..] else {
         bail!("no synthetic cities");
     };
-    let size = profile.choose(128.0, 256.0);
-    let own = |name: &str, id: u32, scene: Scene| NamedScene {
+    let scenes = [
+        ("empty square", square),
+        ("courtyard", courtyard),
+        ("canyon", canyon),
+        ("open suburb", open.scene.clone()),
+        ("dense old town", dense.scene.clone()),
+    ];
+    let named = |(id, (name, scene)): (u32, (&str, Scene))| NamedScene {
         name: name.into(),
         id,
         scene,
     };
-    Ok(vec![
-        own(
-            "empty square",
-            100,
-            Scene::new(&[], Some(area([0.0, size], [0.0, size])))?,
-        ),
-        own(
-            "courtyard",
-            101,
-            Scene::new(&[courtyard], Some(area([21.0, 99.0], [21.0, 79.0])))?,
-        ),
-        own(
-            "canyon",
-            102,
-            Scene::new(&canyon, Some(area([0.0, 256.0], [101.0, 119.0])))?,
-        ),
-        own("open suburb", 103, open.scene.clone()),
-        own("dense old town", 104, dense.scene.clone()),
-    ])
+    Ok((100..).zip(scenes).map(named).collect())
 }
 
 #[cfg(test)]
@@ -191,13 +178,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for (id, houses) in [(0, 3), (1, 1), (2, 9), (3, 4), (4, 2), (5, 8), (6, 5)] {
             let house = |i: usize| {
-                let (x, y) = (10 + 20 * i, 10);
-                format!(
-                    "[[{x},{y}],[{},{y}],[{},{}],[{x},{y}]]",
-                    x + 9,
-                    x + 9,
-                    y + 9
-                )
+                let (left, right) = (10 + 20 * i, 19 + 20 * i);
+                format!("[[{left},10],[{right},10],[{right},19],[{left},10]]")
             };
             let houses: Vec<String> = (0..houses).map(house).collect();
             let text = format!("[{}]", houses.join(","));
@@ -206,11 +188,8 @@ mod tests {
         let source = MapsArg::Folder(folder.path().into());
         let ids = |ids: Option<IdList>| -> Vec<u32> {
             let maps = MapChoice::new(source.clone(), ids).unwrap();
-            maps.scenes(Profile::Full, 1)
-                .unwrap()
-                .iter()
-                .map(|s| s.id)
-                .collect()
+            let scenes = maps.scenes(Profile::Full, 1).unwrap();
+            scenes.iter().map(|s| s.id).collect()
         };
         assert_eq!(ids(None), [1, 4, 3, 6, 2]);
         assert_eq!(ids(Some(IdList(vec![2, 4]))), [4, 2]);

@@ -18,15 +18,11 @@ pub struct Stopwatch {
     pub most: Duration,
 }
 
-/// Times of one piece of work.
+/// Time of one piece of work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// Median [s].
     pub median_s: f64,
-    /// Half of the samples lie between this [s] ...
-    pub low_s: f64,
-    /// ... and this [s].
-    pub high_s: f64,
 }
 
 impl Stopwatch {
@@ -106,22 +102,16 @@ impl Stopwatch {
 impl Timing {
     fn of(mut samples: Vec<f64>) -> Self {
         samples.sort_by(f64::total_cmp);
-        let at = |part: usize| samples[(samples.len() - 1) * part / 4];
         Self {
-            median_s: at(2),
-            low_s: at(1),
-            high_s: at(3),
+            median_s: samples[(samples.len() - 1) / 2],
         }
     }
 
     /// The same for each of `count` equal parts of the work.
     #[must_use]
     pub fn per(self, count: usize) -> Self {
-        let share = |seconds: f64| seconds / count as f64;
         Self {
-            median_s: share(self.median_s),
-            low_s: share(self.low_s),
-            high_s: share(self.high_s),
+            median_s: self.median_s / count as f64,
         }
     }
 
@@ -159,7 +149,6 @@ mod tests {
         let mut runs = 0;
         let timing = stopwatch.time(|| runs += 1);
         assert_eq!(runs, 6);
-        assert!(timing.low_s <= timing.median_s && timing.median_s <= timing.high_s);
         assert_eq!(timing.per(4).median_s, timing.median_s / 4.0);
     }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use aps_data::replace_unsynced;
-use aps_report::document::{Block, Data, Figure, Section, Table};
+use aps_report::document::{Block, Data, Figure, Section, Table, Verdict};
 use aps_report::drawing::Drawing;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +33,9 @@ pub struct Study {
     /// Names of its CSV and SVG files, in the folder of its JSON.
     pub files: BTreeSet<String>,
 }
+
+/// A column of a table: its head, and its cell of an item.
+pub type Column<'c, T> = (&'c str, &'c dyn Fn(&T) -> String);
 
 impl Study {
     /// An empty study.
@@ -67,9 +70,31 @@ impl Study {
     ///
     /// # Panics
     /// For a row with another number of cells than the head.
-    pub fn table(&mut self, caption: impl Into<String>, head: &[&str], rows: Vec<Vec<String>>) {
+    pub fn table(
+        &mut self,
+        caption: impl Into<String>,
+        head: &[&str],
+        rows: impl IntoIterator<Item = Vec<String>>,
+    ) {
         let table = Table::new(caption, head.iter().copied());
         self.section.table(table.rows(rows));
+    }
+
+    /// Adds a table with a row for each item.
+    pub fn columns<'i, T: 'i>(
+        &mut self,
+        caption: impl Into<String>,
+        items: impl IntoIterator<Item = &'i T>,
+        columns: &[Column<'_, T>],
+    ) {
+        let head: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
+        let row = |item: &T| columns.iter().map(|(_, cell)| cell(item)).collect();
+        self.table(caption, &head, items.into_iter().map(row));
+    }
+
+    /// Adds a verdict.
+    pub fn verdict(&mut self, verdict: Verdict) {
+        self.section.verdict(verdict);
     }
 
     /// Adds all that was measured as `NAME-STEM.csv`, headed by the rows' field names.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use aps_report::chart::{Axis, Chart};
 use aps_report::document::Verdict;
@@ -11,26 +11,20 @@ use clap::ValueEnum;
 use tempfile::TempDir;
 use xtask_studies::{Conditions, Profile, Study, StudyName, join};
 
-fn report(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_xtask-studies"))
-        .arg("report")
-        .args(args)
-        .output()
-        .expect("the runner starts")
+/// The command at its smallest, with the words of a line.
+fn report(line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask-studies"));
+    command.args(["report", "--profile", "smoke"]);
+    command.args(line.split_whitespace());
+    command
 }
 
 #[track_caller]
-fn succeed(args: &[&str]) {
-    let output = report(args);
+fn succeed(mut command: Command) -> String {
+    let output = command.output().expect("the program starts");
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {stderr}");
-}
-
-#[track_caller]
-fn fail(args: &[&str]) -> String {
-    let output = report(args);
-    assert!(!output.status.success(), "{args:?} succeeded");
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    assert!(output.status.success(), "{command:?}: {stderr}");
+    String::from_utf8(output.stdout).unwrap()
 }
 
 fn folder() -> (TempDir, String) {
@@ -47,32 +41,25 @@ fn files(folder: &Path) -> BTreeSet<String> {
     entries.map(name).collect()
 }
 
-fn foreign(name: &str, stem: &str) -> Study {
-    let mut study = Study::new(name, "From | elsewhere").at(4);
-    study
-        .section
-        .verdict(Verdict::decided(true, "A <b>bold</b> claim", ""));
+/// Writes a study of another program, with a figure.
+fn write_foreign(folder: &Path, stem: &str) {
+    let mut study = Study::new("models", "From | elsewhere").at(4);
+    study.verdict(Verdict::decided(true, "A <b>bold</b> claim", ""));
     let chart =
         Chart::new(Axis::log("time [ms]"), Axis::log("error")).line("a", [[1.0, 0.5], [2.0, 0.25]]);
     study.figure(stem, "Error.", chart.draw());
-    study
-}
-
-fn conditions() -> Conditions {
-    Conditions::now(Profile::Smoke, 1, "cargo xtask elsewhere")
+    let conditions = Conditions::now(Profile::Smoke, 1, "cargo xtask elsewhere");
+    study.write(folder, conditions).unwrap();
 }
 
 #[test]
 fn every_study_is_written_whole_and_joined() {
     let (folder, out) = folder();
     let own = StudyName::value_variants().iter();
-    let own: Vec<String> = own
-        .filter(|study| **study != StudyName::Models)
-        .map(|study| study.name())
-        .collect();
-    let mut args = vec!["--profile", "smoke", "--out", &out];
-    args.extend(own.iter().flat_map(|name| ["--study", name]));
-    succeed(&args);
+    let own = own.filter(|study| **study != StudyName::Models);
+    let own: Vec<String> = own.map(|study| study.name()).collect();
+    let asked: String = own.iter().map(|name| format!("--study {name} ")).collect();
+    succeed(report(&format!("--out {out} {asked}")));
     let text = fs::read_to_string(folder.path().join("numerics.md")).unwrap();
     assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
     assert!(text.contains("profile smoke"), "a report of smoke says so");
@@ -126,27 +113,16 @@ fn every_study_is_written_whole_and_joined() {
 fn a_study_from_elsewhere_keeps_its_place_beside_a_new_run() {
     let (folder, out) = folder();
     let studies = folder.path().join("numerics");
-    foreign("models", "time")
-        .write(&studies, conditions())
-        .unwrap();
-    succeed(&[
-        "--study",
-        "diffraction",
-        "--profile",
-        "smoke",
-        "--out",
-        &out,
-    ]);
+    write_foreign(&studies, "time");
+    succeed(report(&format!("--study diffraction --out {out}")));
     let text = fs::read_to_string(folder.path().join("numerics.md")).unwrap();
     let place = |words: &str| {
-        text.find(words)
-            .unwrap_or_else(|| panic!("no {words} in {text}"))
+        let found = text.find(words);
+        found.unwrap_or_else(|| panic!("no {words} in {text}"))
     };
     assert!(place("## Diffraction") < place("## From \\| elsewhere"));
-    assert!(
-        text.contains("A &lt;b&gt;bold&lt;/b&gt; claim")
-            && text.contains("numerics/models-time.svg")
-    );
+    place("A &lt;b&gt;bold&lt;/b&gt; claim");
+    place("numerics/models-time.svg");
     assert!(
         !text.contains("## Tracer"),
         "a study that never ran is not there"
@@ -163,23 +139,19 @@ fn the_study_of_models_is_handed_over() {
     let cargo = folder.path().join("cargo");
     fs::write(&cargo, "#!/bin/sh\nprintf '%s\\n' \"$@\"\n").unwrap();
     fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
-    let run = |args: &[&str]| -> String {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_xtask-studies"));
-        command.env("CARGO", &cargo).arg("report").args(args);
-        let output = command.args(["--profile", "smoke", "--out", &out]).output();
-        let output = output.unwrap();
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{stderr}");
-        String::from_utf8(output.stdout).unwrap().replace('\n', " ")
+    let run = |line: &str| -> String {
+        let mut command = report(&format!("{line} --out {out}"));
+        command.env("CARGO", &cargo);
+        succeed(command).replace('\n', " ")
     };
     let own = ["run", "--release", "--package", "xtask-models"].join(" ");
-    let alone = run(&["--study", "models", "--seed", "7", "--work", "w"]);
+    let alone = run("--study models --seed 7 --work w");
     assert!(alone.starts_with(&own), "{alone}");
     let given = format!("-- report --profile smoke --seed 7 --out {out} --work w ");
     assert!(alone.ends_with(&given), "{alone}");
     assert!(!folder.path().join("numerics.md").exists());
 
-    let both = run(&["--study", "models", "--study", "rounding"]);
+    let both = run("--study models --study rounding");
     let report = folder.path().join("numerics.md");
     let published = format!("report '{}' {own}", report.display());
     assert!(both.starts_with(&published), "{both}");
@@ -189,12 +161,8 @@ fn the_study_of_models_is_handed_over() {
 #[test]
 fn a_study_measured_anew_leaves_no_file_of_its_last_run() {
     let (folder, _) = folder();
-    foreign("models", "old")
-        .write(folder.path(), conditions())
-        .unwrap();
-    foreign("models", "new")
-        .write(folder.path(), conditions())
-        .unwrap();
+    write_foreign(folder.path(), "old");
+    write_foreign(folder.path(), "new");
     assert!(!folder.path().join("models-old.svg").exists());
     assert!(folder.path().join("models-new.svg").is_file());
 }
@@ -205,7 +173,7 @@ fn studies_that_cannot_be_read_are_named() {
     let at = folder.path();
     let error = |folder: &Path| format!("{:#}", join(folder, "numerics").unwrap_err());
     assert!(error(at).contains("holds none"), "{}", error(at));
-    foreign("models", "time").write(at, conditions()).unwrap();
+    write_foreign(at, "time");
     let json = fs::read_to_string(at.join("models.json")).unwrap();
     let write = |text: &str| fs::write(at.join("models.json"), text).unwrap();
     write(&json.replace("\"format\": 2", "\"format\": 99"));
@@ -226,12 +194,15 @@ fn studies_that_cannot_be_read_are_named() {
 #[test]
 fn maps_that_cannot_be_used_are_refused_before_anything_is_measured() {
     let (_keep, out) = folder();
-    let args = |more: &[&'static str]| -> String {
-        let mut all = vec!["--profile", "smoke", "--study", "tracer", "--out", &out];
-        all.extend(more);
-        fail(&all)
-    };
-    assert!(args(&["--ids", "3"]).contains("--ids"));
-    assert!(args(&["--maps", "city.geojson"]).contains("folder of RadioMapSeer"));
-    assert!(args(&["--maps", "no/such/folder"]).contains("no/such/folder"));
+    for (maps, told) in [
+        ("--ids 3", "--ids"),
+        ("--maps city.geojson", "folder of RadioMapSeer"),
+        ("--maps no/such/folder", "no/such/folder"),
+    ] {
+        let mut command = report(&format!("--study tracer --out {out} {maps}"));
+        let output = command.output().unwrap();
+        assert!(!output.status.success(), "{maps} succeeded");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(stderr.contains(told), "{maps}: {stderr}");
+    }
 }

@@ -7,8 +7,7 @@ use aps_model::condition::{
     ConditionConfig, ConditionImages, InputShape, Link, ModelInput, Rasters,
 };
 use aps_model::{Model, ModelKind, Preset, frozen, seeded};
-use aps_report::numbers::small;
-use aps_report::numbers::three_digits;
+use aps_report::numbers::{small, three_digits};
 use aps_report::trade::{Marked, Trade};
 use serde::Serialize;
 use xtask_studies::{Profile, Stopwatch, Study};
@@ -98,40 +97,29 @@ fn describe(
         rows.iter()
             .find(|r| r.model == row.model && r.precision == precision && r.batch == batch)
     };
-    let ratio = |value: f64, other: Option<f64>| other.map_or(String::new(), |o| small(value / o));
-    let cells = |row: &Row| {
-        vec![
-            row.model.into(),
-            row.precision.into(),
-            row.batch.to_string(),
-            three_digits(row.ms_per_link),
-            small(row.relative_error),
-            small(row.largest_error),
-            ratio(
-                row.ms_per_link,
-                find(row, row.precision, batches[0]).map(|r| r.ms_per_link),
-            ),
-            ratio(
-                row.ms_per_link,
-                find(row, "f32", row.batch).map(|r| r.ms_per_link),
-            ),
-        ]
+    let time_over = |row: &Row, other: Option<&Row>| {
+        other.map_or(String::new(), |o| small(row.ms_per_link / o.ms_per_link))
     };
-    let head = [
-        "model",
-        "precision",
-        "batch",
-        "time a link [ms]",
-        "relative error",
-        "largest error",
-        "time, of the smallest batch",
-        "time, of f32",
-    ];
+    let of_smallest_batch = |row: &Row| time_over(row, find(row, row.precision, batches[0]));
+    let of_f32 = |row: &Row| time_over(row, find(row, "f32", row.batch));
     let caption = format!(
         "Small preset with its first weights, {PIXELS} x {PIXELS} images; errors against double precision, relative to the \
          deviation of its outputs"
     );
-    study.table(caption, &head, rows.iter().map(cells).collect());
+    study.columns(
+        caption,
+        rows,
+        &[
+            ("model", &|row| row.model.into()),
+            ("precision", &|row| row.precision.into()),
+            ("batch", &|row| row.batch.to_string()),
+            ("time a link [ms]", &|row| three_digits(row.ms_per_link)),
+            ("relative error", &|row| small(row.relative_error)),
+            ("largest error", &|row| small(row.largest_error)),
+            ("time, of the smallest batch", &of_smallest_batch),
+            ("time, of f32", &of_f32),
+        ],
+    );
     study.data("precision", "Every model, precision and batch", rows)
 }
 

@@ -85,7 +85,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let heads = K_RHO.map(|k_rho| format!("k rho = {k_rho}"));
     let head = ["method", &heads[0], &heads[1], &heads[2]];
     let caption = "Largest error within 20 deg of the shadow boundary [of the incident field]";
-    study.table(caption, &head, shown.map(cells).to_vec());
+    study.table(caption, &head, shown.map(cells));
     study.data("boundary", "Errors next to the shadow boundary", &rows)
 }
 

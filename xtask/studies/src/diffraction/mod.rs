@@ -13,11 +13,7 @@ use super::{Setup, Study, StudyName};
 
 /// Measures.
 pub fn run(setup: &Setup) -> Result<Study> {
-    let mut study = Study::new(
-        &StudyName::Diffraction.name(),
-        "Diffraction: theory and its computation",
-    )
-    .at(3);
+    let mut study = StudyName::Diffraction.study("Diffraction: theory and its computation");
     let bar = progress::bar(3, "parts");
     bar.set_message("diffract");
     wedges::study(setup, &mut study)?;

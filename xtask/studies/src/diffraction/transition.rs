@@ -3,8 +3,7 @@
 use anyhow::Result;
 use aps_report::chart::{Axis, Chart};
 use aps_report::document::Verdict;
-use aps_report::numbers::small;
-use aps_report::numbers::three_digits;
+use aps_report::numbers::{small, three_digits};
 use aps_report::trade::{Marked, Trade};
 use aps_tests::utd::transition_table;
 use serde::Serialize;
@@ -84,9 +83,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     );
     if let Some(own) = trade.named("aps-raytrace") {
         let claim = "relative error of F in aps-raytrace";
-        study
-            .section
-            .verdict(Verdict::bound(claim, own.error, 3e-11, ""));
+        study.verdict(Verdict::bound(claim, own.error, 3e-11, ""));
     }
     study.data("transition", "Errors of the transition function", &rows)
 }

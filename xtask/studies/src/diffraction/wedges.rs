@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 use anyhow::Result;
 use aps_report::chart::{Axis, Chart};
 use aps_report::document::Verdict;
-use aps_report::numbers::small;
-use aps_report::numbers::three_digits;
+use aps_report::numbers::{small, three_digits};
 use aps_report::trade::{Marked, Trade};
 use aps_tests::wedge::ExactWedge;
 use rayon::prelude::*;
@@ -106,19 +105,13 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let mut trade = Trade::default();
     let mut table = Vec::new();
     for (method, ns) in Method::ALL.into_iter().zip(times) {
-        let at = |of: fn(&Row) -> Option<f64>| {
-            let own = rows
-                .iter()
-                .filter(|r| r.method == method.name() && r.k_rho == COMPARED_AT);
-            own.filter_map(of).fold(None, |worst: Option<f64>, e| {
-                Some(worst.map_or(e, |w| w.max(e)))
-            })
+        let is_own = |r: &&Row| r.method == method.name() && r.k_rho == COMPARED_AT;
+        let worst = |of: fn(&Row) -> Option<f64>| {
+            let own = rows.iter().filter(is_own);
+            own.filter_map(of).reduce(f64::max)
         };
-        let (any, shadow, deep) = (
-            at(|r| r.worst_error),
-            at(|r| r.shadow_error_db),
-            at(|r| r.deep_shadow_error_db),
-        );
+        let (any, shadow) = (worst(|r| r.worst_error), worst(|r| r.shadow_error_db));
+        let deep = worst(|r| r.deep_shadow_error_db);
         if let Some(shadow) = deep {
             trade.add(method.name(), method.name(), ns, shadow);
         }
@@ -236,8 +229,6 @@ fn verdicts(rows: &[Row], study: &mut Study) {
             "dB",
         ),
     ] {
-        study
-            .section
-            .verdict(Verdict::bound(claim, value, most, unit));
+        study.verdict(Verdict::bound(claim, value, most, unit));
     }
 }

@@ -34,6 +34,7 @@ pub struct Reference<'f> {
 }
 
 /// Results of a setting, link by link.
+#[derive(Default)]
 pub struct Comparison {
     /// Field found over the field there; 0 for no path.
     ratio: Vec<Complex64>,
@@ -97,15 +98,7 @@ impl<'f> Reference<'f> {
         let tracer = self.tracer(config)?;
         let receivers = self.receivers.iter().map(|&place| tracer.receiver(place));
         let receivers = receivers.collect::<Result<Vec<_>, _>>()?;
-        let mut found = Comparison {
-            ratio: Vec::new(),
-            ratio_of_its_material: Vec::new(),
-            corners: Vec::new(),
-            boundaries: Vec::new(),
-            directions: Vec::new(),
-            paths: 0,
-            time_us: 0.0,
-        };
+        let mut found = Comparison::default();
         let mut time = began.elapsed();
         let mut link = Link::default();
         for (i, &source) in self.sources.iter().enumerate() {

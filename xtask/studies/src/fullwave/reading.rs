@@ -20,11 +20,8 @@ const BOUNDARIES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, f64::INFINITY];
 type Value = fn(&Row) -> f64;
 
 pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
-    let mut study = Study::new(
-        &StudyName::Fullwave.name(),
-        "The whole field: the tracer against the wave equation",
-    )
-    .at(4);
+    let mut study =
+        StudyName::Fullwave.study("The whole field: the tracer against the wave equation");
     let settings = Setting::all();
     let named = [DEFAULT, CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| settings[i].name.as_str());
     let of = |row: &Row, setting: &str| {
@@ -50,7 +47,7 @@ pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
             line.extend(cells(row, value));
             line
         };
-        study.table(caption, &head, scenes.iter().map(line).collect());
+        study.table(caption, &head, scenes.iter().map(line));
     };
     table(
         &mut study,
@@ -84,48 +81,46 @@ pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
     Ok(study)
 }
 
+/// The rows of each scene at four settings, where all of them are there.
+fn at_settings(
+    settings: [usize; 4],
+    scenes: &[&Row],
+    of: &impl Fn(&Row, &str) -> Option<Row>,
+) -> Vec<[Row; 4]> {
+    let all = Setting::all();
+    let rows = |row: &&Row| {
+        let [p, q, r, s] = settings.map(|i| of(row, &all[i].name));
+        Some([p?, q?, r?, s?])
+    };
+    scenes.iter().filter_map(rows).collect()
+}
+
 fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<Row>) {
     study.section.heading("In the shadow of two corners");
-    let settings = Setting::all();
-    let line = |row: &&Row| -> Option<Vec<String>> {
-        let [without, with, far_without, far] =
-            [CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| of(row, &settings[i].name));
-        let (without, with, far_without, far) = (without?, with?, far_without?, far?);
-        (with.two_corners > 0).then(|| {
-            vec![
-                row.scene.into(),
-                row.walls.into(),
-                with.two_corners.to_string(),
-                without.two_corners_missing.to_string(),
-                with.two_corners_missing.to_string(),
-                fixed(without.two_corners_mean_error_db, 2),
-                fixed(with.two_corners_mean_error_db, 2),
-                fixed(without.two_corners_median_error_db, 2),
-                fixed(with.two_corners_median_error_db, 2),
-                fixed(with.time_us / without.time_us, 2),
-                fixed(far_without.two_corners_mean_error_db, 2),
-                fixed(far.two_corners_mean_error_db, 2),
-            ]
-        })
-    };
-    let head = [
-        "scene",
-        "walls",
-        "links",
-        "no path, without slopes",
-        "with",
-        "mean error [dB], without",
-        "with",
-        "median error [dB], without",
-        "with",
-        "time with / without",
-        "R8 D3, 40 dB: mean error, without",
-        "with",
-    ];
-    study.table(
+    // Without and with slopes, then the same of far limits.
+    let all = at_settings([CASCADE, SLOPES, FAR_CASCADE, FAR], scenes, of);
+    let missing = |row: &Row| row.two_corners_missing.to_string();
+    let mean = |row: &Row| fixed(row.two_corners_mean_error_db, 2);
+    let median = |row: &Row| fixed(row.two_corners_median_error_db, 2);
+    study.columns(
         "Links whose strongest path has two corners, R5 D2 and 30 dB, without and with slopes",
-        &head,
-        scenes.iter().filter_map(line).collect(),
+        all.iter().filter(|r| r[1].two_corners > 0),
+        &[
+            ("scene", &|r| r[1].scene.into()),
+            ("walls", &|r| r[1].walls.into()),
+            ("links", &|r| r[1].two_corners.to_string()),
+            ("no path, without slopes", &|r| missing(&r[0])),
+            ("with", &|r| missing(&r[1])),
+            ("mean error [dB], without", &|r| mean(&r[0])),
+            ("with", &|r| mean(&r[1])),
+            ("median error [dB], without", &|r| median(&r[0])),
+            ("with", &|r| median(&r[1])),
+            ("time with / without", &|r| {
+                fixed(r[1].time_us / r[0].time_us, 2)
+            }),
+            ("R8 D3, 40 dB: mean error, without", &|r| mean(&r[2])),
+            ("with", &|r| mean(&r[3])),
+        ],
     );
 }
 
@@ -160,46 +155,29 @@ fn orders(study: &mut Study, rows: &[Row], beyond: &[Row]) {
     study.table(
         "The same mean error [dB] in the canyon as limits grow, at 40 dB, without and with slopes",
         &head,
-        all.iter().filter(first).map(|row| line(&row)).collect(),
+        all.iter().filter(first).map(|row| line(&row)),
     );
 }
 
 fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<Row>) {
     study.section.heading("Parts of the error");
-    let settings = Setting::all();
-    let line = |row: &&Row| -> Option<Vec<String>> {
-        let [default, cascade, slopes, far] =
-            [DEFAULT, CASCADE, SLOPES, FAR].map(|i| of(row, &settings[i].name));
-        let (default, cascade, slopes, far) = (default?, cascade?, slopes?, far?);
-        let steps = [
-            default.mean_error_db - cascade.mean_error_db,
-            cascade.mean_error_db - slopes.mean_error_db,
-            slopes.mean_error_db - far.mean_error_db,
-            far.mean_error_db - far.mean_error_of_its_material_db,
-            far.mean_error_of_its_material_db,
-        ];
-        let mut line = vec![
-            row.scene.into(),
-            row.walls.into(),
-            fixed(default.mean_error_db, 2),
-        ];
-        line.extend(steps.map(|step| fixed(step, 2)));
-        Some(line)
-    };
-    let head = [
-        "scene",
-        "walls",
-        "R2 D1",
-        "orders up to R5 D2",
-        "slopes",
-        "orders up to R8 D3",
-        "Gamma of the reference",
-        "rest: UTD, of concrete with Luebbers' Gamma",
-    ];
-    study.table(
+    let step = |r: &[Row; 4], i: usize| fixed(r[i].mean_error_db - r[i + 1].mean_error_db, 2);
+    let rest = |r: &[Row; 4]| r[3].mean_error_of_its_material_db;
+    let of_gamma = |r: &[Row; 4]| fixed(r[3].mean_error_db - rest(r), 2);
+    let of_rest = |r: &[Row; 4]| fixed(rest(r), 2);
+    study.columns(
         "Mean error of the level [dB], and what of it goes with each step; negative where it grows",
-        &head,
-        scenes.iter().filter_map(line).collect(),
+        &at_settings([DEFAULT, CASCADE, SLOPES, FAR], scenes, of),
+        &[
+            ("scene", &|r| r[0].scene.into()),
+            ("walls", &|r| r[0].walls.into()),
+            ("R2 D1", &|r| fixed(r[0].mean_error_db, 2)),
+            ("orders up to R5 D2", &|r| step(r, 0)),
+            ("slopes", &|r| step(r, 1)),
+            ("orders up to R8 D3", &|r| step(r, 2)),
+            ("Gamma of the reference", &of_gamma),
+            ("rest: UTD, of concrete with Luebbers' Gamma", &of_rest),
+        ],
     );
 }
 
@@ -403,7 +381,7 @@ fn verdict(study: &mut Study, rows: &[Row]) {
     let (without, with) = (sums(CASCADE), sums(SLOPES));
     let gain_db = (without.0 - with.0) / links.max(1) as f64;
     let ratio = with.1 / without.1;
-    study.section.verdict(Verdict::decided(
+    study.verdict(Verdict::decided(
         gain_db >= 3.0 && ratio < 1.3,
         "Slopes bring the mean error in the shadow of two corners down by 3 dB or more at less than 1.3 times the time",
         format!("{} dB over {links} links, {} times the time", fixed(gain_db, 2), fixed(ratio, 2)),

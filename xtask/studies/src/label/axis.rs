@@ -3,8 +3,7 @@
 use anyhow::Result;
 use aps_label::{Array, DelayAxis, Label, LabelConfig, Labeler, PathSample, Scratch};
 use aps_report::document::Verdict;
-use aps_report::numbers::small;
-use aps_report::numbers::three_digits;
+use aps_report::numbers::{small, three_digits};
 use aps_report::trade::{Marked, Trade};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -18,7 +17,7 @@ const POINTS: [usize; 8] = [128, 64, 256, 401, 512, 1024, 2048, 4096];
 /// Samples of the reference per null spacing of the pulse, before the best are refined.
 const FINE: f64 = 16.0;
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Row {
     axis: String,
     /// Empty for the continuous maximum.
@@ -74,28 +73,20 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     study.figure("axis-time", caption, chart.draw());
     let worst_db = rows.last().map_or(0.0, |row| row.worst_error_db);
     let claim = "error of the continuous maximum, against one refined by golden section";
-    study
-        .section
-        .verdict(Verdict::bound(claim, worst_db, 1e-6, "dB"));
-    let cells = |row: &Row| {
-        vec![
-            row.axis.clone(),
-            row.spacing_ns.map_or(String::new(), three_digits),
-            three_digits(row.us_per_label),
-            small(row.mean_error_db),
-            small(row.worst_error_db),
-            trade.on_front(&row.axis),
-        ]
-    };
-    let head = [
-        "axis",
-        "spacing [ns]",
-        "time a label [us]",
-        "mean error [dB]",
-        "largest error [dB]",
-        "on the front",
-    ];
-    study.table("Delay axes", &head, rows.iter().map(cells).collect());
+    study.verdict(Verdict::bound(claim, worst_db, 1e-6, "dB"));
+    let spacing = |row: &Row| row.spacing_ns.map_or(String::new(), three_digits);
+    study.columns(
+        "Delay axes",
+        &rows,
+        &[
+            ("axis", &|row| row.axis.clone()),
+            ("spacing [ns]", &spacing),
+            ("time a label [us]", &|row| three_digits(row.us_per_label)),
+            ("mean error [dB]", &|row| small(row.mean_error_db)),
+            ("largest error [dB]", &|row| small(row.worst_error_db)),
+            ("on the front", &|row| trade.on_front(&row.axis)),
+        ],
+    );
     study.data("axis", "Every delay axis", &rows)
 }
 
@@ -124,12 +115,9 @@ fn errors(labeler: &Labeler, links: &[Vec<PathSample>], truth: &[Vec<f64>]) -> R
         worst = worst.max(error.worst_db);
     }
     Ok(Row {
-        axis: String::new(),
-        points: None,
-        spacing_ns: None,
-        us_per_label: 0.0,
         mean_error_db: mean,
         worst_error_db: worst,
+        ..Row::default()
     })
 }
 

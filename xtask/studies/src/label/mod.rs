@@ -19,7 +19,7 @@ const LAST_S: f64 = 0.95e-6;
 pub fn run(setup: &Setup) -> Result<Study> {
     let links = links(setup)?;
     let paths = links.iter().map(Vec::len).sum::<usize>() as f64 / links.len() as f64;
-    let mut study = Study::new(&StudyName::Label.name(), "Label: the delay axis").at(2);
+    let mut study = StudyName::Label.study("Label: the delay axis");
     study.section.text(format!(
         "{} links of a synthetic city, R2 D1, {paths:.1} paths a link up to {:.0} ns.",
         links.len(),

@@ -12,11 +12,7 @@ use super::{Setup, Study, StudyName};
 /// Measures.
 pub fn run(setup: &Setup) -> Result<Study> {
     let scenes = typical(setup.profile, setup.seed)?;
-    let mut study = Study::new(
-        &StudyName::Pruning.name(),
-        "Pruning: what leaving out saves",
-    )
-    .at(5);
+    let mut study = StudyName::Pruning.study("Pruning: what leaving out saves");
     let bar = progress::bar(2 * scenes.len() as u64, "scenes");
     bar.set_message("pruning");
     omissions::study(setup, &scenes, &bar, &mut study)?;

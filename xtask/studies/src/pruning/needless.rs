@@ -85,43 +85,24 @@ pub fn study(
     };
     let mut head = vec!["scene", "walls", "convex corners"];
     head.extend(MECHANISMS);
-    study.table(
-        "Tracing of a link [us]",
-        &head,
-        scenes.iter().map(cells).collect(),
-    );
-    let parts = |row: &Row| {
-        vec![
-            row.scene.clone(),
-            row.mechanisms.into(),
-            row.corners.to_string(),
-            three_digits(row.images_per_transmitter),
-            three_digits(row.map_us),
-            three_digits(row.transmitter_us),
-            three_digits(row.receiver_us),
-            three_digits(row.join_us),
-        ]
-    };
-    let head = [
-        "scene",
-        "allowed",
-        "corners set up",
-        "images",
-        "map [us]",
-        "transmitter [us]",
-        "receiver [us]",
-        "join [us]",
-    ];
-    let lacking = rows
-        .iter()
-        .filter(|r| ["empty square", "courtyard"].contains(&&*r.scene));
-    study.table(
+    study.table("Tracing of a link [us]", &head, scenes.iter().map(cells));
+    let is_lacking = |row: &&Row| ["empty square", "courtyard"].contains(&&*row.scene);
+    study.columns(
         "Its parts, in the scenes that lack something",
-        &head,
-        lacking.map(parts).collect(),
+        rows.iter().filter(is_lacking),
+        &[
+            ("scene", &|row| row.scene.clone()),
+            ("allowed", &|row| row.mechanisms.into()),
+            ("corners set up", &|row| row.corners.to_string()),
+            ("images", &|row| three_digits(row.images_per_transmitter)),
+            ("map [us]", &|row| three_digits(row.map_us)),
+            ("transmitter [us]", &|row| three_digits(row.transmitter_us)),
+            ("receiver [us]", &|row| three_digits(row.receiver_us)),
+            ("join [us]", &|row| three_digits(row.join_us)),
+        ],
     );
     for verdict in verdicts(scenes, &find) {
-        study.section.verdict(verdict);
+        study.verdict(verdict);
     }
     study.data("needless", "Every scene by what is allowed", &rows)
 }

@@ -3,8 +3,7 @@
 use anyhow::Result;
 use aps_raytrace::TraceConfig;
 use aps_report::chart::{Axis, Chart, Spot};
-use aps_report::numbers::small;
-use aps_report::numbers::{fixed, three_digits};
+use aps_report::numbers::{fixed, small, three_digits};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
@@ -103,34 +102,21 @@ pub fn study(
         bar.inc(1);
     }
     study.section.heading("Omissions that can be turned off");
-    let cells = |r: &Row| {
-        vec![
-            r.scene.clone(),
-            r.omission.into(),
-            three_digits(r.total_us),
-            format!("{} %", fixed(100.0 * (r.time_ratio - 1.0), 0)),
-            three_digits(r.paths_per_link),
-            three_digits(r.left_out_per_link),
-            small(r.mean_error_db),
-            small(r.worst_error_db),
-            r.lost_links.to_string(),
-        ]
-    };
-    let head = [
-        "scene",
-        "omission",
-        "time [us]",
-        "change",
-        "paths",
-        "left out",
-        "mean error [dB]",
-        "worst link [dB]",
-        "links lost",
-    ];
-    study.table(
+    let change = |r: &Row| format!("{} %", fixed(100.0 * (r.time_ratio - 1.0), 0));
+    study.columns(
         "With the omission, and what it changes",
-        &head,
-        rows.iter().map(cells).collect(),
+        &rows,
+        &[
+            ("scene", &|r| r.scene.clone()),
+            ("omission", &|r| r.omission.into()),
+            ("time [us]", &|r| three_digits(r.total_us)),
+            ("change", &change),
+            ("paths", &|r| three_digits(r.paths_per_link)),
+            ("left out", &|r| three_digits(r.left_out_per_link)),
+            ("mean error [dB]", &|r| small(r.mean_error_db)),
+            ("worst link [dB]", &|r| small(r.worst_error_db)),
+            ("links lost", &|r| r.lost_links.to_string()),
+        ],
     );
     let caption = "Time with an omission in parts of that without it, and what it costs; costs below 1e\u{2212}6 dB are drawn there.";
     study.figure("omissions", caption, chart(&rows).draw());
@@ -145,10 +131,9 @@ fn chart(rows: &[Row]) -> Chart {
         let spot = |r: &Row| Spot {
             at: [r.time_ratio, r.mean_error_db.max(1e-6)],
             // Where nothing is lost the names would only cover each other.
-            label: if r.mean_error_db > 1e-6 {
-                r.scene.clone()
-            } else {
-                String::new()
+            label: match r.mean_error_db > 1e-6 {
+                true => r.scene.clone(),
+                false => String::new(),
             },
             ..Spot::default()
         };

@@ -2,8 +2,7 @@
 
 use anyhow::Result;
 use aps_report::document::Verdict;
-use aps_report::numbers::small;
-use aps_report::numbers::{count, duration, three_digits};
+use aps_report::numbers::{count, duration, small, three_digits};
 use aps_report::trade::{Marked, Trade};
 
 use super::settings::{self, DEFAULT};
@@ -62,7 +61,7 @@ impl<'r> Overall<'r> {
 /// The study, from its measurements.
 pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result<Study> {
     let all = Overall::of(rows);
-    let mut study = Study::new(&StudyName::Tracer.name(), "Tracer: how far to go").at(1);
+    let mut study = StudyName::Tracer.study("Tracer: how far to go");
     let limits = settings::reference(setup.profile);
     study.section.text(format!(
         "Rn Dm: limits of n reflections and m diffractions. Reference: R{} D{}, without omissions, down to {REST_DB} dB below the \
@@ -105,9 +104,7 @@ pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result
             small(default.error)
         );
         let is_there = by_db.front().contains(&default);
-        study
-            .section
-            .verdict(Verdict::decided(is_there, claim, numbers));
+        study.verdict(Verdict::decided(is_there, claim, numbers));
     }
     overall_table(&mut study, &all, by_db);
     study.data("settings", "Every setting on every map", rows)?;
@@ -116,29 +113,22 @@ pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result
 }
 
 fn maps(study: &mut Study, references: &[ReferenceRow]) {
-    let row = |r: &ReferenceRow| {
-        vec![
-            r.map.clone(),
-            r.buildings.to_string(),
-            r.walls.to_string(),
-            format!("{} of {}", r.compared, r.links),
-            r.without_path.to_string(),
-            r.beyond.to_string(),
-            count(r.paths_per_link.round() as u64),
-            duration(r.seconds),
-        ]
-    };
-    let head = [
-        "map",
-        "buildings",
-        "walls",
-        "links compared",
-        "without a path",
-        "beyond its limits",
-        "paths a link",
-        "time",
-    ];
-    study.table("The reference", &head, references.iter().map(row).collect());
+    study.columns(
+        "The reference",
+        references,
+        &[
+            ("map", &|r| r.map.clone()),
+            ("buildings", &|r| r.buildings.to_string()),
+            ("walls", &|r| r.walls.to_string()),
+            ("links compared", &|r| {
+                format!("{} of {}", r.compared, r.links)
+            }),
+            ("without a path", &|r| r.without_path.to_string()),
+            ("beyond its limits", &|r| r.beyond.to_string()),
+            ("paths a link", &|r| count(r.paths_per_link.round() as u64)),
+            ("time", &|r| duration(r.seconds)),
+        ],
+    );
 }
 
 fn trade(all: &[Overall<'_>], error: &str) -> Trade {
@@ -155,37 +145,21 @@ fn trade(all: &[Overall<'_>], error: &str) -> Trade {
 }
 
 fn overall_table(study: &mut Study, all: &[Overall<'_>], by_db: &Trade) {
-    let row = |o: &Overall<'_>| {
-        vec![
-            o.first.setting.clone(),
-            three_digits(o.total_us),
-            three_digits(o.trace_us),
-            three_digits(o.paths),
-            o.missing.to_string(),
-            o.cut_links.to_string(),
-            small(o.mean_db),
-            small(o.p95_db),
-            small(o.one_minus_cosine),
-            small(o.ple_deg),
-            by_db.on_front(&o.first.setting),
-        ]
-    };
-    let head = [
-        "setting",
-        "time [us]",
-        "of it tracing [us]",
-        "paths",
-        "links without",
-        "links cut",
-        "mean error [dB]",
-        "95 % [dB]",
-        "1 \u{2212} CosSim",
-        "PLE [deg]",
-        "on the front",
-    ];
-    study.table(
+    study.columns(
         "All settings, over all maps",
-        &head,
-        all.iter().map(row).collect(),
+        all,
+        &[
+            ("setting", &|o| o.first.setting.clone()),
+            ("time [us]", &|o| three_digits(o.total_us)),
+            ("of it tracing [us]", &|o| three_digits(o.trace_us)),
+            ("paths", &|o| three_digits(o.paths)),
+            ("links without", &|o| o.missing.to_string()),
+            ("links cut", &|o| o.cut_links.to_string()),
+            ("mean error [dB]", &|o| small(o.mean_db)),
+            ("95 % [dB]", &|o| small(o.p95_db)),
+            ("1 \u{2212} CosSim", &|o| small(o.one_minus_cosine)),
+            ("PLE [deg]", &|o| small(o.ple_deg)),
+            ("on the front", &|o| by_db.on_front(&o.first.setting)),
+        ],
     );
 }
