@@ -6,18 +6,18 @@ use map2aps::{
     Error as Cause, ExchangeError, MapError, MergeError, MissingPart, ScoreError, SettingsError,
 };
 
-use crate::args::Shard;
+use crate::args;
 use crate::command_line;
 
 /// Text to put behind the error; empty where no option helps.
 pub fn advice(error: &Error) -> String {
-    let mut causes = error
+    let Some(cause) = error
         .chain()
-        .filter_map(|cause| cause.downcast_ref::<Cause>());
-    let Some(cause) = causes.next().map(Cause::cause) else {
+        .find_map(|cause| cause.downcast_ref::<Cause>())
+    else {
         return String::new();
     };
-    match cause {
+    match cause.cause() {
         Cause::GeoJson(error) => geojson(error),
         Cause::Map(MapError::NotGeoJson { .. }) => " in --map-ids",
         Cause::Map(MapError::NoImage(_)) => " (cargo xtask import ... --maps)",
@@ -61,8 +61,8 @@ fn geojson(error: &GeoJsonError) -> &'static str {
 /// The command that makes a missing part of a data set.
 fn command(part: &MissingPart) -> String {
     let mut words = part.command.clone();
-    if let Some(shard) = Shard::of(part.shard) {
-        words.extend(["--shard".into(), shard.to_string()]);
+    if let Some(shard) = args::shard(part.shard) {
+        words.extend(["--shard".into(), shard]);
     }
     words.extend(["--out".into(), part.folder.display().to_string()]);
     command_line::shown(words)

@@ -236,51 +236,24 @@ impl From<PartName> for Part {
     }
 }
 
-/// A value of `--shard`: `I/N`, counted from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// From 1 to `count`.
-    pub number: u32,
-    pub count: u32,
-}
-
-impl Shard {
-    /// The shard that may write so; `None` for a whole data set.
-    pub fn of(access: Access) -> Option<Self> {
-        match access {
-            Access::Whole => None,
-            Access::Shard { index, count } => Some(Self {
-                number: index + 1,
-                count,
-            }),
+/// Reads the maps that a shard may write, `I/N`, counted from 1.
+pub fn parse_shard(text: &str) -> Result<Access, String> {
+    let parts = text.split_once('/');
+    let parts = parts.and_then(|(i, n)| Some((i.parse::<u32>().ok()?, n.parse().ok()?)));
+    match parts {
+        Some((number, count)) if (1..=count).contains(&number) => {
+            let index = number - 1;
+            Ok(Access::Shard { index, count })
         }
-    }
-
-    /// The maps it may write.
-    pub fn access(self) -> Access {
-        Access::Shard {
-            index: self.number - 1,
-            count: self.count,
-        }
+        _ => Err(format!("'{text}' is not a shard; try 1/4, 2/4, 3/4, 4/4")),
     }
 }
 
-impl fmt::Display for Shard {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}/{}", self.number, self.count)
-    }
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/');
-        let parts = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match parts {
-            Some((number, count)) if (1..=count).contains(&number) => Ok(Self { number, count }),
-            _ => Err(format!("'{text}' is not a shard; try 1/4, 2/4, 3/4, 4/4")),
-        }
+/// The shard that may write so, as `--shard` takes it; `None` for a whole data set.
+pub fn shard(access: Access) -> Option<String> {
+    match access {
+        Access::Whole => None,
+        Access::Shard { index, count } => Some(format!("{}/{count}", index + 1)),
     }
 }
 
@@ -502,10 +475,9 @@ pub const HEADINGS_DEG: RangeInclusive<f64> = -360.0..=360.0;
 /// Reads a heading in degrees.
 pub fn parse_heading(text: &str) -> Result<f64, String> {
     let (least, most) = (HEADINGS_DEG.start(), HEADINGS_DEG.end());
-    let wrong = || format!("'{text}' is no heading in degrees, from {least} to {most}");
-    let heading_deg = text.parse::<f64>().map_err(|_| wrong())?;
-    let is_taken = HEADINGS_DEG.contains(&heading_deg);
-    is_taken.then_some(heading_deg).ok_or_else(wrong)
+    let heading_deg = text.parse::<f64>().ok();
+    let heading_deg = heading_deg.filter(|deg| HEADINGS_DEG.contains(deg));
+    heading_deg.ok_or_else(|| format!("'{text}' is no heading in degrees, from {least} to {most}"))
 }
 
 /// Reads `concrete`, `pec` or `EPS,SIGMA`, as `--material` does.

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::Parser;
 
 use crate::advice::advice;
 use crate::commands;
@@ -13,13 +13,7 @@ use crate::output;
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
 #[command(after_help = "Checks that every change must pass: cargo xtask ci")]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
+enum Cli {
     /// Make a labelled data set from maps.
     Dataset(commands::dataset::Args),
     /// Make a data set on a Slurm cluster.
@@ -66,25 +60,25 @@ enum Command {
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Dataset(args) => args.run(),
-        Command::Slurm(args) => args.run(),
-        Command::Info(args) => args.run(),
-        Command::Verify(args) => args.run(),
-        Command::Relabel(args) => args.run(),
-        Command::Trace(args) => args.run(),
-        Command::Explain(args) => args.run(),
-        Command::Gallery(args) => args.run(),
-        Command::Label(args) => args.run(),
-        Command::Metrics(args) => args.run(),
-        Command::Export(args) => args.run(),
-        Command::Import(args) => args.run(),
-        Command::Explore(args) => args.run("explore"),
-        Command::Report(args) => args.run("report"),
-        Command::Train(args) => args.run("train"),
-        Command::Predict(args) => args.run("predict"),
-        Command::ExportOnnx(args) => args.run("export-onnx"),
-        Command::BenchModels(args) => args.run("bench-models"),
+    let result = match Cli::parse() {
+        Cli::Dataset(args) => args.run(),
+        Cli::Slurm(args) => args.run(),
+        Cli::Info(args) => args.run(),
+        Cli::Verify(args) => args.run(),
+        Cli::Relabel(args) => args.run(),
+        Cli::Trace(args) => args.run(),
+        Cli::Explain(args) => args.run(),
+        Cli::Gallery(args) => args.run(),
+        Cli::Label(args) => args.run(),
+        Cli::Metrics(args) => args.run(),
+        Cli::Export(args) => args.run(),
+        Cli::Import(args) => args.run(),
+        Cli::Explore(args) => args.run("explore"),
+        Cli::Report(args) => args.run("report"),
+        Cli::Train(args) => args.run("train"),
+        Cli::Predict(args) => args.run("predict"),
+        Cli::ExportOnnx(args) => args.run("export-onnx"),
+        Cli::BenchModels(args) => args.run("bench-models"),
     };
     exit_code(result)
 }

@@ -13,10 +13,16 @@ pub fn bar(count: u64, things: &str) -> ProgressBar {
     let template = format!(
         "{{msg:8}} [{{bar:40}}] {{human_pos}}/{{human_len}} {things}, {{per_sec}}, {{eta}} left"
     );
-    let style = ProgressStyle::with_template(&template)
-        .expect("the template is well formed")
-        .progress_chars("=> ");
-    ProgressBar::new(count).with_style(style)
+    bar_of(count, &template)
+}
+
+/// A bar over `count` things, shown by a template of `indicatif`.
+///
+/// # Panics
+/// For a template that is none.
+pub fn bar_of(count: u64, template: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).expect("the template is well formed");
+    ProgressBar::new(count).with_style(style.progress_chars("=> "))
 }
 
 /// The bar of an operation of the library, from the moment it begins.
@@ -42,13 +48,9 @@ impl Bar {
 
 impl Progress for Bar {
     fn begin(&self, work: Work) {
-        let Work {
-            finished_maps,
-            maps,
-            ..
-        } = work;
-        if finished_maps > 0 {
-            note!("{finished_maps} of {maps} maps are there already");
+        if work.finished_maps > 0 {
+            let (finished, all) = (work.finished_maps, work.maps);
+            note!("{finished} of {all} maps are there already");
         }
         self.0.get_or_init(|| bar(work.units, work.name));
     }

@@ -15,7 +15,7 @@ mod train;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::Parser;
 
 /// Training asks for the same tensors every step: memory is used again rather than taken page by page from the system,
 /// which costs a tenth of a step with the system's allocator.
@@ -25,13 +25,7 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 /// Models of angle power spectra.
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
+enum Cli {
     /// Train a model on a data set.
     Train(train::Args),
     /// Predict spectra with a trained model.
@@ -45,11 +39,11 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    xtask::cli::exit_code(match Cli::parse().command {
-        Command::Train(args) => args.run(),
-        Command::Predict(args) => args.run(),
-        Command::ExportOnnx(args) => args.run(),
-        Command::BenchModels(args) => args.run(),
-        Command::Report(args) => args.run(),
+    xtask::cli::exit_code(match Cli::parse() {
+        Cli::Train(args) => args.run(),
+        Cli::Predict(args) => args.run(),
+        Cli::ExportOnnx(args) => args.run(),
+        Cli::BenchModels(args) => args.run(),
+        Cli::Report(args) => args.run(),
     })
 }

@@ -9,10 +9,11 @@ use aps_data::Part;
 use aps_data::npy::{self, Element};
 use aps_model::condition::{ConditionConfig, InputKind};
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use map2aps::targets::{self, Target};
 use map2aps::training::{self, Device, Trained, TrainingError};
-use map2aps::{Example, Examples, MapError};
+use map2aps::{Examples, MapError};
+use xtask::progress::bar_of;
 use xtask::{MapsArg, PartName, TileArgs, note};
 
 use crate::choices::devices;
@@ -140,22 +141,11 @@ impl Args {
         for &id in maps {
             let examples = Examples::of_maps(&dataset, &[id], Target::Linear, None)?;
             for (offset, example) in examples.list().iter().enumerate() {
-                let Example {
-                    map,
-                    link,
-                    tx,
-                    rx,
-                    tx_m,
-                    rx_m,
-                } = *example;
+                let [map, tx, rx] = [example.map, example.tx, example.rx].map(u64::from);
                 let row = (output.rows + offset) as u64;
-                let numbers = [row, map.into(), link as u64, tx.into(), rx.into()];
-                let ends = [tx_m, rx_m].concat();
-                let cells = numbers
-                    .iter()
-                    .map(u64::to_string)
-                    .chain(ends.iter().map(f64::to_string));
-                names.write_record(cells)?;
+                let numbers = [row, map, example.link as u64, tx, rx].map(|n| n.to_string());
+                let ends = [example.tx_m, example.rx_m].concat();
+                names.write_record(numbers.into_iter().chain(ends.iter().map(f64::to_string)))?;
             }
             let input = trained.input(&examples, images).map_err(advised)?;
             trained.predict_batches(&*input, &examples, self.batch, |spectra| {
@@ -258,16 +248,12 @@ impl Output {
     fn create(path: &Path, rows: usize) -> Result<Self> {
         let file =
             File::create(path).with_context(|| format!("cannot create '{}'", path.display()))?;
-        let style = ProgressStyle::with_template(
-            "[{bar:40}] {human_pos}/{human_len} spectra, {per_sec}, {eta} left",
-        )
-        .expect("the template is well formed")
-        .progress_chars("=> ");
+        let template = "[{bar:40}] {human_pos}/{human_len} spectra, {per_sec}, {eta} left";
         Ok(Self {
             writer: npy::Writer::new(BufWriter::new(file), f32::DTYPE, &[ANGLE_BINS])?,
             path: path.into(),
             rows: 0,
-            bar: ProgressBar::new(rows as u64).with_style(style),
+            bar: bar_of(rows as u64, template),
         })
     }
 

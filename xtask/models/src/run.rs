@@ -9,9 +9,10 @@ use aps_metrics::{GroupReport, Metric};
 use aps_model::condition::InputKind;
 use aps_model::train::StepReport;
 use aps_report::numbers::duration;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use map2aps::training::{DevelopmentScores, Run, RunFolder, Training, mean};
 use map2aps::{Control, Dataset, Progress};
+use xtask::progress::bar_of;
 use xtask::{note, say};
 
 /// Prepares a training, or its continuation, and makes all steps that are left, with a progress bar.
@@ -90,10 +91,7 @@ const PARTS: f64 = 1e4;
 
 impl Bar {
     fn new(run: &Run) -> Self {
-        let style = ProgressStyle::with_template("[{bar:30}] {percent} %, {eta} left, {msg}")
-            .expect("the template is well formed")
-            .progress_chars("=> ");
-        let bar = ProgressBar::new(PARTS as u64).with_style(style);
+        let bar = bar_of(PARTS as u64, "[{bar:30}] {percent} %, {eta} left, {msg}");
         // What an earlier run did does not count for the speed.
         bar.set_position((run.trainer().share() * PARTS) as u64);
         bar.reset_eta();

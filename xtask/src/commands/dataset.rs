@@ -9,7 +9,7 @@ use clap::{Subcommand, ValueEnum};
 use map2aps::maps::{MAX_ORIENTATIONS, choose};
 use map2aps::{Control, DatasetPlan, Receivers, SceneSettings};
 
-use crate::args::{self, IdList, MapsArg, SceneArgs, Shard, Store, TileArgs, TraceArgs};
+use crate::args::{self, IdList, MapsArg, SceneArgs, Store, TileArgs, TraceArgs, parse_shard};
 use crate::cautions;
 use crate::command_line;
 use crate::interrupt::interrupt_flag;
@@ -43,8 +43,8 @@ pub struct Args {
     threads: Option<usize>,
     /// Make the maps of one shard only, like 1/4: shards may run at once, in one folder or in one each, and
     /// `dataset merge` joins them.
-    #[arg(long, value_name = "I/N")]
-    shard: Option<Shard>,
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    shard: Option<Access>,
 }
 
 /// Data set to make, and its folder: for every command that makes one.
@@ -108,16 +108,16 @@ impl Args {
             return args.run();
         }
         progress::use_threads(self.threads)?;
-        let order = self.order.read()?;
-        let (plan, ids, out) = (&order.plan, &order.ids, &order.out);
+        let (plan, ids) = self.order.read()?;
+        let out = &self.order.out;
         let bar = Bar::default();
         let control = Control {
             progress: &bar,
             cancel: &*interrupt_flag()?,
             command: &command_line::own_without(&["--out", "--shard", "--threads"]),
         };
-        let access = self.shard.map_or(Access::Whole, |shard| shard.access());
-        let made = plan.make_shard(out, ids, access, &control)?;
+        let access = self.shard.unwrap_or_default();
+        let made = plan.make_shard(out, &ids, access, &control)?;
         bar.clear();
         cautions::tell_carrier(&plan.trace);
         cautions::tell_near(&plan.trace, made.tally.near_links);
@@ -125,12 +125,12 @@ impl Args {
             say!("{line}")?;
         }
         say!("{}", Summary(&made))?;
-        match self.shard {
+        match args::shard(access) {
             None => say!("data set '{}'", out.display())?,
             Some(shard) => say!(
                 "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
                 out.display(),
-                plan.with_copies(ids)?
+                plan.with_copies(&ids)?
                     .iter()
                     .filter(|&&id| access.covers(id))
                     .count(),
@@ -141,19 +141,9 @@ impl Args {
     }
 }
 
-/// An [`Order`] with its maps opened.
-pub struct OpenOrder {
-    /// Settings that decide the data set.
-    pub plan: DatasetPlan,
-    /// The maps of the data set without their copies, ascending.
-    pub ids: Vec<u32>,
-    /// Its folder.
-    pub out: PathBuf,
-}
-
 impl Order {
-    /// Opens the maps.
-    pub fn read(&self) -> Result<OpenOrder> {
+    /// Opens the maps; returns the settings that decide the data set, and its maps without their copies, ascending.
+    pub fn read(&self) -> Result<(DatasetPlan, Vec<u32>)> {
         let (count, tx_per_map, rx_per_map) = match self.profile {
             Profile::Smoke => (2, 4, 20),
             Profile::Quick => (10, 20, 100),
@@ -185,7 +175,6 @@ impl Order {
             seed: self.seed,
             trace: self.trace.config(),
         };
-        let out = self.out.clone();
-        Ok(OpenOrder { plan, ids, out })
+        Ok((plan, ids))
     }
 }

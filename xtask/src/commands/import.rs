@@ -1,6 +1,6 @@
 //! `cargo xtask import`: the files of the published data as a data set.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -108,7 +108,7 @@ impl Args {
             command: &command_line::own_without(&["--out"]),
             ..Control::default()
         };
-        let (target, imported) = match self.from {
+        let (out, imported) = match self.from {
             From::Propbin(args) => {
                 let stored = args::stored(&args.store);
                 let import = ImportPropbin {
@@ -121,7 +121,7 @@ impl Args {
                     seed: args.target.seed,
                 };
                 let imported = import.run(&args.target.out, &control)?;
-                (args.target, imported)
+                (args.target.out, imported)
             }
             From::Released(args) => {
                 let import = ImportReleased {
@@ -130,7 +130,7 @@ impl Args {
                     seed: args.target.seed,
                 };
                 let imported = import.run(&args.target.out, &control)?;
-                (args.target, imported)
+                (args.target.out, imported)
             }
             From::Samples(args) => {
                 let import = ImportSamples {
@@ -138,18 +138,16 @@ impl Args {
                     seed: args.target.seed,
                 };
                 let imported = import.run(&args.target.out, &control)?;
-                (args.target, imported)
+                (args.target.out, imported)
             }
         };
         bar.clear();
-        print(&target, &imported)
+        print(&out, &imported)
     }
 }
 
-fn print(target: &Target, imported: &Imported) -> Result<()> {
-    let Imported {
-        totals, left_out, ..
-    } = imported;
+fn print(out: &Path, imported: &Imported) -> Result<()> {
+    let (totals, left_out) = (&imported.totals, &imported.left_out);
     let states = totals.status.iter();
     let states: Vec<String> = states.map(|(name, n)| format!("{n} {name}")).collect();
     say!(
@@ -158,21 +156,16 @@ fn print(target: &Target, imported: &Imported) -> Result<()> {
         totals.links,
         states.join(", "),
         totals.paths,
-        target.out.display()
+        out.display()
     )?;
+    let (impossible, repeated) = (left_out.impossible, left_out.repeated_receivers);
     for (count, what) in [
         (
             left_out.not_finite,
             "paths with a number that is not finite",
         ),
-        (
-            left_out.impossible,
-            "paths with an impossible loss or delay",
-        ),
-        (
-            left_out.repeated_receivers,
-            "receivers at the place of an earlier one",
-        ),
+        (impossible, "paths with an impossible loss or delay"),
+        (repeated, "receivers at the place of an earlier one"),
     ] {
         if count > 0 {
             say!("left out: {count} {what}")?;

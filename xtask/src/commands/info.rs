@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::Result;
-use aps_data::{Axis, Layout, MapEntry, Part, Precision, ProfileLayout, Survey};
+use aps_data::{Layout, MapEntry, Part, Precision, ProfileLayout, Survey};
 use aps_label::MeanStd;
 use indicatif::{DecimalBytes, HumanCount};
 use map2aps::Overview;
@@ -118,10 +118,8 @@ fn each(maps: &[MapEntry]) -> String {
     let Some(first) = maps.first() else {
         return String::new();
     };
-    let is_alike = maps
-        .iter()
-        .all(|map| (map.tx, map.rx) == (first.tx, first.rx));
-    let MapEntry { tx, rx, .. } = *first;
+    let (tx, rx) = (first.tx, first.rx);
+    let is_alike = maps.iter().all(|map| (map.tx, map.rx) == (tx, rx));
     let is_grid = maps.iter().all(|map| map.links == map.tx * map.rx);
     match (is_alike, is_grid) {
         (true, true) => format!("  {tx} transmitters, {rx} receivers a map"),
@@ -132,13 +130,9 @@ fn each(maps: &[MapEntry]) -> String {
 
 fn write_layout(layout: &Layout, out: &mut impl Write) -> io::Result<()> {
     let profile = |name: &str, unit: &str, place: &str, profile: &ProfileLayout| {
-        let Axis {
-            start,
-            stop,
-            count,
-            endpoint,
-        } = profile.axis;
-        let end = if endpoint { "]" } else { ")" };
+        let axis = &profile.axis;
+        let (count, start, stop) = (axis.count, axis.start, axis.stop);
+        let end = if axis.endpoint { "]" } else { ")" };
         let dtype = match profile.dtype {
             Precision::F16 => "half",
             Precision::F32 => "single",
@@ -149,12 +143,8 @@ fn write_layout(layout: &Layout, out: &mut impl Write) -> io::Result<()> {
         )
     };
     if let Some(aps) = &layout.aps {
-        let line = profile(
-            "angle power spectrum",
-            "deg",
-            ", delay of each maximum",
-            aps,
-        );
+        let place = ", delay of each maximum";
+        let line = profile("angle power spectrum", "deg", place, aps);
         writeln!(out, "{line}")?;
     }
     if let Some(pdp) = &layout.pdp {

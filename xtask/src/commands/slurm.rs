@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use map2aps::maps::{TileSettings, ranges};
+use map2aps::maps::ranges;
 
 use super::dataset::Order;
 use crate::args::MapsArg;
@@ -71,10 +71,10 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let here = std::env::current_dir().context("cannot tell the current folder")?;
         let folder = here.join(self.folder());
-        let order = self.order.read()?;
-        let (plan, ids) = (&order.plan, &order.ids);
+        let (plan, ids) = self.order.read()?;
+        let out = &self.order.out;
         cautions::tell_carrier(&plan.trace);
-        let count = plan.with_copies(ids)?.len() as u32;
+        let count = plan.with_copies(&ids)?.len() as u32;
         let tasks = self.tasks.unwrap_or_else(|| {
             let by_nodes = self.nodes.saturating_mul(4).min(count);
             by_nodes.min(USUAL_LAST_TASK)
@@ -84,7 +84,7 @@ impl Args {
             "{tasks} tasks for {count} maps: some would have nothing to do; give --tasks {count} or less"
         );
         // Settings that every task would refuse are refused here.
-        let todo = plan.missing(&order.out, ids)?;
+        let todo = plan.missing(out, &ids)?;
         let shards: BTreeSet<u32> = todo.iter().map(|id| id % tasks + 1).collect();
         let shards: Vec<u32> = shards.into_iter().collect();
         if let Some(&last) = shards.last()
@@ -98,8 +98,8 @@ impl Args {
         let job = Job {
             here: text(&here)?,
             folder: text(&folder)?,
-            out: text(&order.out)?,
-            dataset: dataset_words(ids),
+            out: text(out)?,
+            dataset: dataset_words(&ids),
             maps: maps_words(&self.order),
             tasks,
             shards: ranges(&shards),
@@ -168,24 +168,17 @@ fn dataset_words(ids: &[u32]) -> Vec<String> {
 
 /// Words that tell `verify` the maps: none where it makes them itself.
 fn maps_words(order: &Order) -> Vec<String> {
-    let TileSettings {
-        tile_m,
-        min_buildings,
-        metric,
-        all_polygons,
-        corner,
-    } = order.tiles.settings();
-    let maps = &order.maps;
+    let (maps, tiles) = (&order.maps, order.tiles.settings());
     let mut words = Vec::new();
     if !matches!(maps, MapsArg::Synthetic { .. }) {
         words.extend(["--maps".into(), maps.to_string()]);
     }
     if matches!(maps, MapsArg::City { .. }) {
-        words.extend(["--tile".into(), tile_m.to_string()]);
-        words.extend(["--min-buildings".into(), min_buildings.to_string()]);
-        words.extend(metric.then(|| "--metric".into()));
-        words.extend(all_polygons.then(|| "--all-polygons".into()));
-        if let Some([x, y]) = corner {
+        words.extend(["--tile".into(), tiles.tile_m.to_string()]);
+        words.extend(["--min-buildings".into(), tiles.min_buildings.to_string()]);
+        words.extend(tiles.metric.then(|| "--metric".into()));
+        words.extend(tiles.all_polygons.then(|| "--all-polygons".into()));
+        if let Some([x, y]) = tiles.corner {
             words.extend(["--corner".into(), format!("{x},{y}")]);
         }
     }

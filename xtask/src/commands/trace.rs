@@ -92,16 +92,14 @@ impl Args {
         let mut reader = csv::Reader::from_path(file).with_context(place)?;
         let mut ends = Vec::new();
         for row in reader.deserialize() {
-            let row: LinkRow = row.with_context(|| {
+            let expected = || {
                 format!(
                     "{}: expected columns tx_x,tx_y,rx_x,rx_y in metres",
                     place()
                 )
-            })?;
-            ends.push((
-                DVec2::new(row.tx_x, row.tx_y),
-                DVec2::new(row.rx_x, row.rx_y),
-            ));
+            };
+            let row: LinkRow = row.with_context(expected)?;
+            ends.push(((row.tx_x, row.tx_y).into(), (row.rx_x, row.rx_y).into()));
         }
         ensure!(!ends.is_empty(), "{}: no link in it", place());
         Ok(ends)
@@ -140,13 +138,9 @@ fn trace_all(tracer: &Tracer<'_>, ends: &[(DVec2, DVec2)]) -> Result<Vec<Link>> 
 }
 
 fn print_json(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
-    let list = LinkList {
-        links: ends
-            .iter()
-            .zip(links)
-            .map(|(&(tx, rx), link)| LinkEntry::new(tx, rx, &link.paths))
-            .collect(),
-    };
+    let entry = |(&(tx, rx), link): (&(DVec2, DVec2), &Link)| LinkEntry::new(tx, rx, &link.paths);
+    let links = ends.iter().zip(links).map(entry).collect();
+    let list = LinkList { links };
     writeln!(output::stdout(), "{}", serde_json::to_string_pretty(&list)?)?;
     Ok(())
 }

@@ -67,9 +67,8 @@ impl Printed<'_> {
         let width = |c: usize| rows.iter().map(|row| row[c].len()).max().unwrap_or(0);
         let widths: Vec<usize> = (0..columns).map(width).collect();
         for row in &rows {
-            let padded: Vec<String> = row
-                .iter()
-                .zip(&widths)
+            let cells = row.iter().zip(&widths);
+            let padded: Vec<String> = cells
                 .map(|(cell, &width)| format!("{cell:>width$}"))
                 .collect();
             writeln!(out, "{}", padded.join("  "))?;
@@ -137,12 +136,9 @@ impl Printed<'_> {
     /// Name, number of rejected samples and report of all samples, then of each map.
     fn groups(&self) -> Vec<(String, usize, &GroupReport)> {
         let rejected = self.scores.evaluation.rejected();
-        let all = (
-            "all".to_owned(),
-            rejected.len(),
-            &self.scores.report.overall,
-        );
-        let maps = self.scores.report.maps.iter().map(|map| {
+        let report = &self.scores.report;
+        let all = ("all".to_owned(), rejected.len(), &report.overall);
+        let maps = report.maps.iter().map(|map| {
             let id = Some(map.map_id);
             let of_map = rejected.iter().filter(|r| r.map_id == id).count();
             (format!("map {}", map.map_id), of_map, &map.group)
@@ -175,12 +171,10 @@ impl Printed<'_> {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let GroupReport { samples, peaks, .. } = &self.scores.report.overall;
-        let (name, range) = (
-            self.scores.protocol.name(),
-            self.scores.report.data_range.get(),
-        );
-        let share = |count: usize| count as f64 / (*samples).max(1) as f64;
+        let report = &self.scores.report;
+        let (samples, peaks) = (report.overall.samples, &report.overall.peaks);
+        let (name, range) = (self.scores.protocol.name(), report.data_range.get());
+        let share = |count: usize| count as f64 / samples.max(1) as f64;
         let mut remarks = Vec::new();
         match self.truth.target() {
             None => {}
@@ -200,10 +194,7 @@ impl Printed<'_> {
                 peaks.predictions_without_peak
             ),
         ]);
-        let (predictions, truths) = (
-            self.scores.report.rejected_predictions,
-            self.scores.report.rejected_truths,
-        );
+        let (predictions, truths) = (report.rejected_predictions, report.rejected_truths);
         if predictions + truths > 0 {
             remarks.push(format!(
                 "NOT SCORED, in no mean: {predictions} predictions and {truths} truths \
