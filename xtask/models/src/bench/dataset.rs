@@ -1,6 +1,6 @@
 //! The data set of a benchmark.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use anyhow::{Result, anyhow, ensure};
@@ -8,12 +8,14 @@ use aps_data::Split;
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
 use map2aps::maps::TileSettings;
-use map2aps::{Control, DatasetPlan, Made};
+use map2aps::{Control, Dataset, DatasetPlan, training};
+use serde_json::json;
 use xtask::MapsArg;
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::Bar;
 
 use super::config::{Config, DataConfig};
+use super::stamp::{Part, State};
 
 /// Plans the data set, and splits its maps into maps for training, development and test.
 pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
@@ -48,17 +50,37 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     Ok((plan, split))
 }
 
-/// Makes the maps of a data set that its folder lacks, with a progress bar; Ctrl-C keeps whole maps.
-pub fn make(plan: &DatasetPlan, folder: &Path, split: &Split) -> Result<Made> {
-    let bar = Bar::default();
-    let control = Control {
-        progress: &bar,
-        cancel: &*interrupt_flag()?,
-        ..Control::default()
-    };
-    let made = plan.make_split(folder, split, &control)?;
-    bar.clear();
-    Ok(made)
+/// Opens the data set of a part's folder; first makes the maps that it lacks, all of them if `fresh`, with a progress bar. Ctrl-C keeps
+/// whole maps.
+pub fn open(
+    config: &Config,
+    plan: &DatasetPlan,
+    split: &Split,
+    folder: PathBuf,
+    fresh: bool,
+) -> Result<(Part, Dataset)> {
+    let settings = json!({
+        "maps": config.data.maps,
+        "split": split,
+        "seed": plan.seed,
+        "settings": plan.config().configuration,
+    });
+    let part = Part::new(folder, settings);
+    let state = part.open(fresh)?;
+    // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
+    let folder = part.folder().join("dataset");
+    if state != State::Finished {
+        let bar = Bar::default();
+        let control = Control {
+            progress: &bar,
+            cancel: &*interrupt_flag()?,
+            ..Control::default()
+        };
+        plan.make_split(&folder, split, &control)?;
+        bar.clear();
+        part.finish()?;
+    }
+    Ok((part, training::open(&folder)?))
 }
 
 /// The tracer's settings with other limits.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use aps_model::Model;
-use aps_model::candle_core::Device;
+use aps_model::candle_core::{Device, DeviceLocation};
 use aps_model::condition::{Link, ModelInput};
 use aps_report::benchmark::Latency;
 
@@ -67,11 +67,9 @@ pub fn of_model(
             p95_ms_per_link: quantile(&mut passes, 0.95),
             input_ms_per_link: quantile(&mut inputs, 0.5) + shares_ms,
             device: match device.location() {
-                aps_model::candle_core::DeviceLocation::Cpu => "cpu".into(),
-                aps_model::candle_core::DeviceLocation::Cuda { gpu_id } => format!("cuda:{gpu_id}"),
-                aps_model::candle_core::DeviceLocation::Metal { gpu_id } => {
-                    format!("metal:{gpu_id}")
-                }
+                DeviceLocation::Cpu => "cpu".into(),
+                DeviceLocation::Cuda { gpu_id } => format!("cuda:{gpu_id}"),
+                DeviceLocation::Metal { gpu_id } => format!("metal:{gpu_id}"),
             },
         })
     };

@@ -29,7 +29,7 @@ use aps_report::benchmark::{
 use baselines::Found;
 use config::Config;
 use map2aps::targets::{Target, labelled_links};
-use map2aps::training::{self, Trained, Training, TrainingError};
+use map2aps::training::{Trained, Training, TrainingError};
 use map2aps::{DatasetPlan, Draw, Examples};
 use serde_json::{Value, json};
 use stamp::{Part, State};
@@ -165,12 +165,9 @@ impl Bench {
         let place = || format!("folder '{}'", self.out.display());
         let marker = self.out.join("configuration.json");
         fs::create_dir_all(&self.out).with_context(place)?;
-        let is_empty = fs::read_dir(&self.out)
-            .with_context(place)?
-            .next()
-            .is_none();
+        let mut files = fs::read_dir(&self.out).with_context(place)?;
         ensure!(
-            is_empty || marker.is_file(),
+            files.next().is_none() || marker.is_file(),
             "'{}' holds other files than a benchmark's; give another --out",
             self.out.display()
         );
@@ -204,21 +201,8 @@ impl Bench {
     }
 
     fn context(&self, plan: DatasetPlan, split: &Split) -> Result<BenchContext> {
-        let settings = json!({
-            "maps": self.config.data.maps,
-            "split": split,
-            "seed": plan.seed,
-            "settings": plan.config().configuration,
-        });
-        let data = Part::new(self.out.join("data"), settings);
-        let state = data.open(self.fresh)?;
-        // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
-        let folder = data.folder().join("dataset");
-        if state != State::Finished {
-            dataset::make(&plan, &folder, split)?;
-            data.finish()?;
-        }
-        let dataset = training::open(&folder)?;
+        let folder = self.out.join("data");
+        let (data, dataset) = dataset::open(&self.config, &plan, split, folder, self.fresh)?;
         let limit = self.config.data.test_links;
         let test = TestSet::load(&dataset, SplitPart::Test, limit, self.config.seed)?;
         let train_maps = &dataset.manifest().split.train;
@@ -351,7 +335,7 @@ impl Bench {
         &self,
         machine: Machine,
         context: &BenchContext,
-        entries: Vec<Entry>,
+        mut entries: Vec<Entry>,
     ) -> Result<Results> {
         let folder_of = |name: &str| self.out.join("scores").join(stem(name));
         let (sight, _) = Job::Tracer(SIGHT).title();
@@ -361,17 +345,10 @@ impl Bench {
         }
         let split = &context.dataset.manifest().split;
         let develop = labelled_links(&context.dataset, split.maps(SplitPart::Develop));
-        let develop = self
-            .config
-            .training
-            .develop_links
-            .map_or(develop, |limit| limit.min(develop));
+        let limit = self.config.training.develop_links.unwrap_or(usize::MAX);
         // The tracer that found the lines of sight is in the tables if it was asked for.
         let is_shown = self.config.tracer.interactions.contains(&SIGHT);
-        let entries: Vec<Entry> = entries
-            .into_iter()
-            .filter(|e| is_shown || e.name != sight)
-            .collect();
+        entries.retain(|entry| is_shown || entry.name != sight);
         Ok(Results {
             format: FORMAT,
             profile: self.profile.into(),
@@ -383,7 +360,7 @@ impl Bench {
                 dev_maps: split.develop.clone(),
                 test_maps: split.test.clone(),
                 train_links: context.train_links as u64,
-                dev_links: develop as u64,
+                dev_links: develop.min(limit) as u64,
                 chosen_by: model::CHOSEN_BY.key().into(),
                 test_links: context.test.len() as u64,
                 invalid_test_links: context.test.invalid,

@@ -100,11 +100,8 @@ impl TestSet {
     pub fn score(&self, predicted: &[f32], protocol: aps_metrics::Protocol) -> Result<ScoreTable> {
         let evaluation = self.examples.evaluate(predicted, protocol)?;
         if let Some(bad) = evaluation.rejected().first() {
-            bail!(
-                "the prediction of link {} cannot be scored: {}",
-                bad.sample,
-                bad.defect
-            );
+            let (link, defect) = (bad.sample, &bad.defect);
+            bail!("the prediction of link {link} cannot be scored: {defect}");
         }
         let range = evaluation.truth_range().expect("there is a scored link");
         let row = |sample: &ScoredSample| Metric::ALL.map(|m| m.of(&sample.scores, range));

@@ -10,14 +10,12 @@ use aps_metrics::{Metric, Protocol};
 use aps_model::{ModelKind, candle_core};
 use aps_report::numbers::three_digits;
 use aps_report::trade::{Marked, Trade};
-use map2aps::training;
 use serde::Serialize;
-use serde_json::json;
 use xtask::note;
 use xtask_studies::{Profile, Study};
 
 use crate::bench::config::{self, Config};
-use crate::bench::stamp::{self, State};
+use crate::bench::stamp;
 use crate::bench::test_set::TestSet;
 use crate::bench::{dataset, model};
 
@@ -72,14 +70,8 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     config.latency.batches = vec![setup.profile.choose(8, 64)];
 
     let (plan, split) = dataset::plan(&config)?;
-    let settings = json!({ "maps": setup.maps, "split": split, "seed": setup.seed, "settings": plan.config().configuration });
-    let part = stamp::Part::new(setup.work.join("data"), settings);
-    let folder = part.folder().join("dataset");
-    if part.open(false)? != State::Finished {
-        dataset::make(&plan, &folder, &split)?;
-        part.finish()?;
-    }
-    let dataset = training::open(&folder)?;
+    let folder = setup.work.join("data");
+    let (part, dataset) = dataset::open(&config, &plan, &split, folder, false)?;
     let limit = config.data.test_links;
     let test = TestSet::load(&dataset, Part::Test, limit, setup.seed)?;
     let device = config.device.open()?;
@@ -115,6 +107,7 @@ fn row(
         interrupted: &setup.interrupted,
     };
     let answer = model::ask(&model::trained(&part, &plan, device)?, None, &asked)?;
+    let latency = answer.latency.first().context("a time was taken")?;
     let scores = test.score(&answer.predictions, Protocol::Paper)?;
     let mean = |metric: Metric| -> Result<f64> {
         let column = scores.column(metric).context("the metric was scored")?;
@@ -124,11 +117,7 @@ fn row(
         pixels,
         metres_per_pixel: 256.0 / pixels as f64,
         train_s,
-        ms_per_link: answer
-            .latency
-            .first()
-            .context("a time was taken")?
-            .median_ms_per_link,
+        ms_per_link: latency.median_ms_per_link,
         cosine: mean(Metric::Cosine)?,
         ple_deg: mean(Metric::PleDeg)?,
         recall_4deg: mean(Metric::Recall4Deg)?,
@@ -139,13 +128,9 @@ fn row(
 fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> Result<()> {
     study.section.heading("Size of the images");
     let mut trade = Trade::default();
+    let name = |row: &Row| format!("{} px", row.pixels);
     for row in rows {
-        trade.add(
-            MODEL.name(),
-            format!("{} px", row.pixels),
-            row.ms_per_link,
-            1.0 - row.cosine,
-        );
+        trade.add(MODEL.name(), name(row), row.ms_per_link, 1.0 - row.cosine);
     }
     let chart = trade.chart("time a link [ms]", "1 \u{2212} CosSim", 1e-4, Marked::All);
     study.figure(
@@ -153,35 +138,25 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
         "Error of the prediction against time a link. Grey: the front.",
         chart.draw(),
     );
-    let cells = |row: &Row| {
-        vec![
-            row.pixels.to_string(),
-            three_digits(row.metres_per_pixel),
-            three_digits(row.train_s),
-            three_digits(row.ms_per_link),
-            three_digits(row.cosine),
-            three_digits(row.ple_deg),
-            three_digits(row.recall_4deg),
-            three_digits(row.mse),
-            trade.on_front(&format!("{} px", row.pixels)),
-        ]
-    };
-    let head = [
-        "pixels",
-        "a pixel [m]",
-        "training [s]",
-        "time a link [ms]",
-        "CosSim",
-        "PLE [deg]",
-        "Recall@4",
-        "MSE",
-        "on the front",
-    ];
     let caption = format!(
         "{MODEL}, small preset, {} epochs on {} links, scored on {tested} links of maps it has not seen",
         config.training.epochs.unwrap_or_default(),
         config.training.links.unwrap_or_default(),
     );
-    study.table(caption, &head, rows.iter().map(cells).collect());
+    study.columns(
+        caption,
+        rows,
+        &[
+            ("pixels", &|row| row.pixels.to_string()),
+            ("a pixel [m]", &|row| three_digits(row.metres_per_pixel)),
+            ("training [s]", &|row| three_digits(row.train_s)),
+            ("time a link [ms]", &|row| three_digits(row.ms_per_link)),
+            ("CosSim", &|row| three_digits(row.cosine)),
+            ("PLE [deg]", &|row| three_digits(row.ple_deg)),
+            ("Recall@4", &|row| three_digits(row.recall_4deg)),
+            ("MSE", &|row| three_digits(row.mse)),
+            ("on the front", &|row| trade.on_front(&name(row))),
+        ],
+    );
     study.data("images", "Every size of image", rows)
 }
