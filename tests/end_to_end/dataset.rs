@@ -82,8 +82,7 @@ fn the_source_of_the_material_is_named() {
 
 #[test]
 fn mistakes_are_told() {
-    let folder = Folder::new();
-    let maps = folder.maps(0);
+    let (folder, maps) = Folder::with_maps(0);
     let refused = |maps: &str| {
         let out = folder.arg("data");
         fail(&format!("dataset --maps {maps} --out {out}"))

@@ -182,9 +182,8 @@ fn write_propbins(dataset: &Dataset, version: Version, folder: &Path) {
                     departure: direction(paths.departure_azimuth_rad[p]),
                     arrival: direction(paths.arrival_azimuth_rad[p] + std::f64::consts::PI),
                 };
-                let points = paths
-                    .interactions_of(p)
-                    .map(|i| at(paths.interaction_point_m[i]));
+                let points = paths.interactions_of(p);
+                let points = points.map(|i| at(paths.interaction_point_m[i]));
                 let chain = match version {
                     Version::Full => {
                         let whole = std::iter::once(at(*tx)).chain(points).chain([at(rx)]);
@@ -221,24 +220,18 @@ fn paths_written_by_others_are_labelled_like_traced_ones() {
         assert_eq!(map.tx_m, expected.tx_m);
         for link in 0..map.links.len() {
             // Receivers are in another order.
-            let same = (0..expected.links.len())
-                .find(|&l| expected.ends_m(l) == map.ends_m(link))
-                .unwrap();
+            let is_same = |&l: &usize| expected.ends_m(l) == map.ends_m(link);
+            let same = (0..expected.links.len()).find(is_same).unwrap();
             let (range, other) = (paths.paths_of(link), traced.paths_of(same));
             assert_eq!(range.len(), other.len());
             for (p, q) in range.zip(other) {
                 let turn = paths.arrival_azimuth_rad[p] - traced.arrival_azimuth_rad[q];
                 assert!((turn.sin()).abs() < 2e-3 && turn.cos() > 0.0, "{turn}");
-                let points = |i: std::ops::Range<usize>| i.len();
-                match version {
-                    Version::Full => {
-                        assert_eq!(
-                            points(paths.interactions_of(p)),
-                            points(traced.interactions_of(q))
-                        );
-                    }
-                    Version::Compact => assert_eq!(points(paths.interactions_of(p)), 0),
-                }
+                let expected = match version {
+                    Version::Full => traced.interactions_of(q).len(),
+                    Version::Compact => 0,
+                };
+                assert_eq!(paths.interactions_of(p).len(), expected);
             }
             assert_eq!(
                 map.status[link].is_valid(),
@@ -253,12 +246,8 @@ fn paths_written_by_others_are_labelled_like_traced_ones() {
                 );
             }
         }
-        assert!(
-            paths
-                .interaction_kind
-                .iter()
-                .all(|kind| *kind == InteractionKind::Other(255))
-        );
+        let mut kinds = paths.interaction_kind.iter();
+        assert!(kinds.all(|kind| *kind == InteractionKind::Other(255)));
     }
 }
 
@@ -310,11 +299,7 @@ fn a_bad_sample_is_told_once() {
 #[test]
 fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
     let folder = Folder::new();
-    folder.make(
-        "ours",
-        &["--profile smoke --store aps,paths --receivers outdoor"],
-    );
-    let ours = Dataset::open(folder.path("ours")).unwrap();
+    let ours = make(&folder, "ours", "aps,paths --receivers outdoor");
     let written = folder.path("map_5");
     write_propbins(&ours, Version::Compact, &written);
     let [from, out, new] = ["map_5", "data", "new"].map(|name| folder.arg(name));

@@ -49,8 +49,7 @@ fn kill_at(child: &mut Child, folder: &Path, wanted: u64) -> bool {
 /// Kills and resumes runs, each until it ends and equals an undisturbed one. Returns how many of so many kills came amid a
 /// map, and how many after a map.
 fn killed_and_resumed_equals_undisturbed(wanted_kills: usize) -> [usize; 2] {
-    let folder = Folder::new();
-    let maps = folder.maps(5);
+    let (folder, maps) = Folder::with_maps(5);
     folder.make("whole", &[SETTINGS, &maps, "--threads 1"]);
     folder.make("two", &[SETTINGS, &maps, "--threads 2"]);
     let expected = files(&folder.path("whole"));
@@ -123,8 +122,7 @@ fn mounting(script: &str, line: &str) -> Output {
 
 #[test]
 fn mounted_disk_that_is_full_is_told_and_loses_no_finished_map() {
-    let folder = Folder::new();
-    let maps = folder.maps(5);
+    let (folder, maps) = Folder::with_maps(5);
     folder.make("whole", &[SETTINGS, &maps]);
     let disk = folder.path("disk");
     fs::create_dir(&disk).unwrap();
@@ -153,8 +151,7 @@ fn mounted_disk_that_is_full_is_told_and_loses_no_finished_map() {
 
 #[test]
 fn file_that_may_not_grow_is_told_and_loses_no_finished_map() {
-    let folder = Folder::new();
-    let maps = folder.maps(3);
+    let (folder, maps) = Folder::with_maps(3);
     folder.make("whole", &[SETTINGS, &maps]);
     folder.make("data", &[SETTINGS, &maps, "--map-ids 0-1"]);
     // 40 blocks of 512 bytes, or of 1024 in some shells; the image of the buildings has 64 KiB.
@@ -180,8 +177,7 @@ fn file_that_may_not_grow_is_told_and_loses_no_finished_map() {
 
 #[test]
 fn folder_that_cannot_be_written_is_told() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
+    let (folder, maps) = Folder::with_maps(1);
     fs::write(folder.path("file"), "").unwrap();
     let told = fail(&dataset(&maps, &folder.arg("file/data")));
     assert_told(&told, &["cannot create", "file/data"]);
@@ -189,8 +185,7 @@ fn folder_that_cannot_be_written_is_told() {
 
 #[test]
 fn mounted_folder_that_is_read_only_is_told() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
+    let (folder, maps) = Folder::with_maps(1);
     let read_only = folder.path("read-only");
     fs::create_dir(&read_only).unwrap();
     let script = format!(
@@ -206,8 +201,7 @@ fn mounted_folder_that_is_read_only_is_told() {
 #[cfg(unix)]
 #[test]
 fn map_that_vanishes_during_a_run_is_told_and_the_run_goes_on_when_it_is_back() {
-    let folder = Folder::new();
-    let maps = folder.maps(4);
+    let (folder, maps) = Folder::with_maps(4);
     folder.make("whole", &[SETTINGS, &maps]);
     // Listed when the run begins, and not there when its turn comes.
     let gone = folder.path("maps/2.json");
@@ -227,8 +221,7 @@ fn map_that_vanishes_during_a_run_is_told_and_the_run_goes_on_when_it_is_back() 
 
 #[test]
 fn map_cut_short_by_somebody_else_is_told_with_its_file() {
-    let folder = Folder::new();
-    let maps = folder.maps(2);
+    let (folder, maps) = Folder::with_maps(2);
     folder.make("data", &[SETTINGS, &maps]);
     let array = folder.path("data/map_0001/aps_db.npy");
     let bytes = fs::read(&array).unwrap();
@@ -242,8 +235,7 @@ fn map_cut_short_by_somebody_else_is_told_with_its_file() {
 
 #[test]
 fn data_set_of_a_newer_format_is_refused_by_every_command() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
+    let (folder, maps) = Folder::with_maps(1);
     folder.make("data", &[SETTINGS, &maps]);
     let manifest = folder.path("data/manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();

@@ -23,6 +23,13 @@ impl Folder {
         Folder(in_memory.or_else(|_| tempfile::tempdir()).unwrap())
     }
 
+    /// A folder with so many maps in it; the second is theirs.
+    pub fn with_maps(count: u32) -> (Self, String) {
+        let folder = Self::new();
+        let maps = folder.maps(count);
+        (folder, maps)
+    }
+
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }

@@ -199,8 +199,7 @@ fn same_city_comes_in_many_wrappings() {
 
 #[test]
 fn folders_are_read_as_they_are_or_not_at_all() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
+    let (folder, maps) = Folder::with_maps(1);
     fs::rename(folder.path("maps/0.json"), folder.path("maps/000.json")).unwrap();
     fs::write(folder.path("maps/010.json"), format!("\u{feff}{}", map(1))).unwrap();
     let out = folder.arg("data");

@@ -73,8 +73,7 @@ fn unfinished_data_set_tells_what_it_lacks_and_how_to_go_on() {
 
 #[test]
 fn folder_without_a_data_set_is_told() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
+    let (folder, maps) = Folder::with_maps(1);
     assert!(fail(&format!("info {maps}")).contains("neither a manifest nor a map"));
     assert!(fail(&format!("info {}", folder.arg("nothing"))).contains("No such file"));
 }

@@ -43,8 +43,7 @@ fn maps_with_yard(folder: &Folder) -> String {
 
 #[test]
 fn each_transmitter_has_the_first_points_it_reaches() {
-    let folder = Folder::new();
-    let maps = folder.maps(1);
+    let (folder, maps) = Folder::with_maps(1);
     let said = make(&folder, &maps, "reached", [6, 40], "--threads 1");
     assert_told(&said, &["100.000 %", "not reached"]);
     let reached = map(&folder, "reached");
@@ -85,8 +84,7 @@ fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() 
 
 #[test]
 fn threads_and_shards_give_the_same_bytes() {
-    let folder = Folder::new();
-    let maps = folder.maps(2);
+    let (folder, maps) = Folder::with_maps(2);
     make(&folder, &maps, "one", [6, 40], "--threads 1");
     make(&folder, &maps, "two", [6, 40], "--threads 2");
     let of = |name: &str| {

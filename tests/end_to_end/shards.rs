@@ -11,8 +11,7 @@ const SETTINGS: &str =
 
 #[test]
 fn shards_in_folders_of_their_own_join_into_one_run() {
-    let folder = Folder::new();
-    let maps = folder.maps(7);
+    let (folder, maps) = Folder::with_maps(7);
     folder.make("whole", &[SETTINGS, &maps]);
     for i in ["1", "2", "3"] {
         let told = folder.make(i, &[SETTINGS, &maps, &format!("--shard {i}/3")]);
@@ -29,8 +28,7 @@ fn shards_in_folders_of_their_own_join_into_one_run() {
 
 #[test]
 fn shards_in_one_folder_are_joined_where_they_are() {
-    let folder = Folder::new();
-    let maps = folder.maps(5);
+    let (folder, maps) = Folder::with_maps(5);
     folder.make("whole", &[SETTINGS, &maps]);
     for i in ["2/2", "1/2"] {
         folder.make("shared", &[SETTINGS, &maps, "--shard", i]);
@@ -48,8 +46,7 @@ fn commands(told: &str) -> Vec<&str> {
 
 #[test]
 fn missing_shards_are_told_with_the_commands_that_make_them() {
-    let folder = Folder::new();
-    let maps = folder.maps(6);
+    let (folder, maps) = Folder::with_maps(6);
     folder.make("whole", &[SETTINGS, &maps]);
     folder.make("part", &[SETTINGS, &maps, "--shard 2/3"]);
     let (part, merged) = (folder.arg("part"), folder.arg("merged"));
@@ -69,8 +66,7 @@ fn missing_shards_are_told_with_the_commands_that_make_them() {
 
 #[test]
 fn a_whole_run_that_has_not_finished_is_told_with_its_command() {
-    let folder = Folder::new();
-    let maps = folder.maps(3);
+    let (folder, maps) = Folder::with_maps(3);
     folder.make("whole", &[SETTINGS, &maps]);
     folder.make("part", &[SETTINGS, &maps, "--shard 1/1"]);
     fs::remove_dir_all(folder.path("part/map_0001")).unwrap();
@@ -86,8 +82,7 @@ fn a_whole_run_that_has_not_finished_is_told_with_its_command() {
 
 #[test]
 fn shards_of_different_settings_are_not_joined() {
-    let folder = Folder::new();
-    let maps = folder.maps(2);
+    let (folder, maps) = Folder::with_maps(2);
     folder.make("1", &[SETTINGS, &maps, "--shard 1/2"]);
     folder.make("2", &[SETTINGS, &maps, "--shard 2/2 --frequency-hz 28e9"]);
     let [a, b, merged] = ["1", "2", "merged"].map(|name| folder.arg(name));

@@ -54,8 +54,7 @@ fn run(folder: &Folder, script: &str, task: u32, restarts: u32) -> Output {
 
 #[test]
 fn tasks_and_merge_make_what_one_run_makes() {
-    let folder = Folder::new();
-    let maps = folder.maps(5);
+    let (folder, maps) = Folder::with_maps(5);
     folder.make("whole", &[SETTINGS, "--maps", &maps]);
 
     campaign(&folder, &maps, "--tasks 3");
@@ -72,8 +71,7 @@ fn tasks_and_merge_make_what_one_run_makes() {
 
 #[test]
 fn a_failing_task_goes_back_alone_until_it_is_given_up() {
-    let folder = Folder::new();
-    let maps = folder.maps(3);
+    let (folder, maps) = Folder::with_maps(3);
     campaign(&folder, &maps, "--tasks 3 --retries 2");
     stand_in(&folder, "scontrol", "");
     fs::remove_file(folder.path("maps/1.json")).unwrap();
@@ -91,8 +89,7 @@ fn a_failing_task_goes_back_alone_until_it_is_given_up() {
 
 #[test]
 fn only_shards_that_lack_maps_are_asked_for_again() {
-    let folder = Folder::new();
-    let maps = folder.maps(8);
+    let (folder, maps) = Folder::with_maps(8);
     let said = campaign(&folder, &maps, "");
     assert_told(&said, &["8 maps, 144 links; 8 of 8 tasks to do, 2 at once"]);
     assert!(read(&folder, "array.sh").contains("#SBATCH --array=1-8%2\n"));
@@ -116,8 +113,7 @@ fn only_shards_that_lack_maps_are_asked_for_again() {
 
 #[test]
 fn the_merge_waits_for_all_tasks() {
-    let folder = Folder::new();
-    let maps = folder.maps(2);
+    let (folder, maps) = Folder::with_maps(2);
     campaign(
         &folder,
         &maps,
@@ -181,8 +177,7 @@ fn no_more_tasks_are_submitted_than_the_cluster_numbers() {
 
 #[test]
 fn what_every_task_would_refuse_is_refused_at_once() {
-    let folder = Folder::new();
-    let maps = folder.maps(3);
+    let (folder, maps) = Folder::with_maps(3);
     let out = folder.arg("shards");
     let refused = |more: &str| fail(&format!("slurm --nodes 2 {more} --maps {maps} --out {out}"));
     assert_told(&refused("--tasks 4"), &["4 tasks for 3 maps"]);

@@ -15,8 +15,7 @@ const SETTINGS: &str = "--profile full --tx-per-map 2 --rx-per-map 15 --store ap
 
 /// A folder with a data set in `data` of so many maps, and those.
 fn made(count: u32) -> (Folder, String) {
-    let folder = Folder::new();
-    let maps = folder.maps(count);
+    let (folder, maps) = Folder::with_maps(count);
     folder.make("data", &[SETTINGS, &maps]);
     (folder, maps)
 }

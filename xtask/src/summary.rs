@@ -16,30 +16,22 @@ impl fmt::Display for Summary<'_> {
         writeln!(f, "links       {:>12}", t.links)?;
         writeln!(f, "  valid     {valid:>12}  {:.3} %", share(valid, t.links))?;
         for (name, count) in t.status.iter().filter(|(name, _)| *name != "valid") {
-            writeln!(
-                f,
-                "  {name:<10}{count:>12}  {:.3} %",
-                share(*count, t.links)
-            )?;
+            let percent = share(*count, t.links);
+            writeln!(f, "  {name:<10}{count:>12}  {percent:.3} %")?;
         }
         for (d, count) in &t.fallback {
-            writeln!(
-                f,
-                "  beyond the limits, {d} diffractions: {count}  {:.3} %",
-                share(*count, t.links)
-            )?;
+            let percent = share(*count, t.links);
+            let beyond = format!("beyond the limits, {d} diffractions");
+            writeln!(f, "  {beyond}: {count}  {percent:.3} %")?;
         }
         let passed_over: u64 = t.passed_over.values().sum();
         if passed_over > 0 {
             let drawn = t.links + passed_over;
             let reasons = t.passed_over.iter();
             let reasons: Vec<String> = reasons.map(|(r, n)| format!("{n} {r}")).collect();
-            writeln!(
-                f,
-                "not reached {passed_over:>12}  {:.3} % of {drawn} points drawn: {}",
-                share(passed_over, drawn),
-                reasons.join(", ")
-            )?;
+            let (percent, reasons) = (share(passed_over, drawn), reasons.join(", "));
+            write!(f, "not reached {passed_over:>12}  {percent:.3} % of ")?;
+            writeln!(f, "{drawn} points drawn: {reasons}")?;
         }
         if t.missing_links > 0 {
             writeln!(
@@ -48,12 +40,8 @@ impl fmt::Display for Summary<'_> {
                 t.missing_links
             )?;
         }
-        writeln!(
-            f,
-            "paths       {:>12}  {:.2} a valid link",
-            t.paths,
-            t.paths as f64 / valid.max(1) as f64
-        )?;
+        let a_link = t.paths as f64 / valid.max(1) as f64;
+        writeln!(f, "paths       {:>12}  {a_link:.2} a valid link", t.paths)?;
         if let Some((mean, at_most_two)) = t.peaks() {
             writeln!(
                 f,
@@ -86,10 +74,11 @@ impl fmt::Display for Summary<'_> {
             1e6 * seconds / t.links.max(1) as f64
         )?;
         let stages = [t.prepare, t.trace, t.label, t.write].map(|d| d.as_secs_f64());
+        let [prepare, trace, label, write] = stages;
         write!(
             f,
-            "thread time: prepare {:.2} s, trace {:.2} s, label {:.2} s, write {:.2} s",
-            stages[0], stages[1], stages[2], stages[3]
-        )
+            "thread time: prepare {prepare:.2} s, trace {trace:.2} s, "
+        )?;
+        write!(f, "label {label:.2} s, write {write:.2} s")
     }
 }

@@ -145,22 +145,13 @@ fn print_json(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
     Ok(())
 }
 
+/// Head of the output as CSV.
+const CSV_HEAD: &str = "link,tx_x,tx_y,rx_x,rx_y,path,interactions,\
+    length_m,delay_s,departure_azimuth_rad,arrival_azimuth_rad,gain_db";
+
 fn print_csv(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
     let mut out = csv::Writer::from_writer(output::stdout());
-    out.write_record([
-        "link",
-        "tx_x",
-        "tx_y",
-        "rx_x",
-        "rx_y",
-        "path",
-        "interactions",
-        "length_m",
-        "delay_s",
-        "departure_azimuth_rad",
-        "arrival_azimuth_rad",
-        "gain_db",
-    ])?;
+    out.write_record(CSV_HEAD.split(','))?;
     for (i, (&(tx, rx), link)) in ends.iter().zip(links).enumerate() {
         for (k, p) in link.paths.iter().enumerate() {
             out.serialize((

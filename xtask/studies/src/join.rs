@@ -40,12 +40,8 @@ pub fn publish(out: &Path) -> Result<PathBuf> {
 pub fn join(folder: &Path, prefix: &str) -> Result<String> {
     let studies = read_all(folder)?;
     let mut document = Document::new("Numerics: error against run time").lead(LEAD);
-    let is_smoke = |s: &Study| {
-        s.conditions
-            .as_ref()
-            .is_some_and(|c| c.profile == Profile::Smoke)
-    };
-    if studies.iter().any(is_smoke) {
+    let mut conditions = studies.iter().flat_map(|study| &study.conditions);
+    if conditions.any(|c| c.profile == Profile::Smoke) {
         document = document.lead("Some of this is of the profile smoke: its times mean nothing.");
     }
     let provenance = provenance(&studies);
@@ -57,17 +53,13 @@ pub fn join(folder: &Path, prefix: &str) -> Result<String> {
 
 fn read_all(folder: &Path) -> Result<Vec<Study>> {
     let place = || format!("folder of studies '{}'", folder.display());
-    let entries = fs::read_dir(folder).with_context(place)?;
-    let paths: Vec<PathBuf> = entries
-        .map(|entry| Ok(entry?.path()))
-        .collect::<Result<_>>()
-        .with_context(place)?;
-    let is_study = |path: &&PathBuf| path.extension().is_some_and(|e| e == "json");
-    let mut studies: Vec<Study> = paths
-        .iter()
-        .filter(is_study)
-        .map(|path| Study::read(path))
-        .collect::<Result<_>>()?;
+    let mut studies = Vec::new();
+    for entry in fs::read_dir(folder).with_context(place)? {
+        let path = entry.with_context(place)?.path();
+        if path.extension().is_some_and(|e| e == "json") {
+            studies.push(Study::read(&path)?);
+        }
+    }
     ensure!(!studies.is_empty(), "{} holds none", place());
     studies.sort_by(|a, b| (a.place, &a.name).cmp(&(b.place, &b.name)));
     Ok(studies)

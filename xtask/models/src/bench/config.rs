@@ -1,6 +1,6 @@
 //! Settings of a benchmark: a profile, changed by a file, changed by flags.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
@@ -221,11 +221,8 @@ impl Config {
         if let Some(path) = file {
             let place = || format!("configuration '{}'", path.display());
             let text = std::fs::read_to_string(path).with_context(place)?;
-            let own: Table = text
-                .parse()
-                .map_err(|e| in_one_line(&e))
-                .with_context(place)?;
-            change(&mut table, own);
+            let own = text.parse::<Table>().map_err(|e| in_one_line(&e));
+            change(&mut table, own.with_context(place)?);
             Config::of(table.clone()).with_context(place)?;
         }
         // A flag is for all models: it replaces what a profile or file says of single ones.
@@ -278,13 +275,9 @@ impl Config {
 
     /// The models, in order, each once.
     pub fn kinds(&self) -> Vec<ModelKind> {
-        let mut kinds: Vec<ModelKind> = Vec::new();
-        for &kind in &self.models {
-            if !kinds.contains(&kind) {
-                kinds.push(kind);
-            }
-        }
-        kinds
+        let mut seen = HashSet::new();
+        let kinds = self.models.iter().copied();
+        kinds.filter(|&kind| seen.insert(kind)).collect()
     }
 
     /// Time of each model's training \[s\]; none where epochs end it.
@@ -347,10 +340,9 @@ impl Config {
             },
             ..own
         };
-        if same == *self {
-            profile.name()
-        } else {
-            "custom"
+        match same == *self {
+            true => profile.name(),
+            false => "custom",
         }
     }
 }
