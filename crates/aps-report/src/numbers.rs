@@ -26,7 +26,9 @@ pub fn three_digits(value: f64) -> String {
             let digits = (2 - power).clamp(0, 9) as usize;
             fixed(rounded.parse().unwrap_or(value), digits)
         }
-        _ => "0".into(),
+        _ if value == 0.0 => "0".into(),
+        // Neither has digits.
+        _ => value.to_string(),
     }
 }
 
@@ -102,6 +104,7 @@ mod tests {
             texts,
             ["0.0123", "4.56", "789", "12300", "10.0", "1000", "0"]
         );
+        assert_eq!([f64::NAN, f64::INFINITY].map(three_digits), ["NaN", "inf"]);
         assert_eq!(count(249_993), "249,993");
         assert_eq!(list(&["a", "b", "c"]), "a, b and c");
         assert_eq!(stem("tracer R2 D1"), "tracer-r2-d1");
