@@ -9,7 +9,7 @@ use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 
 /// Raised when a part made by an earlier version can no longer be used.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Name of the file in the folder of a part.
 const FILE: &str = "stamp.json";
