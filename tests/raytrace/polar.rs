@@ -388,11 +388,19 @@ fn a_receiver_that_no_way_leads_to_has_no_ways() {
     );
     let scene = Scene::new(&[block(outer, yard)], Some(Area::RADIOMAPSEER)).unwrap();
     let map = PolarMap::new(&scene, Fan::default()).unwrap();
-    let values = values(
-        &map,
-        &[DVec2::splat(50.0), DVec2::new(120.0, 130.0)],
+    let (points, mirror) = (
+        [DVec2::splat(50.0), DVec2::new(120.0, 130.0)],
         Mirror::default(),
     );
+    let (tx, rx) = prepare(&map, &points);
+    let link = PolarLink {
+        map: &map,
+        transmitter: &tx[0],
+        receiver: &rx[0],
+        mirror,
+    };
+    assert_eq!(link.geodesic_m(), f64::INFINITY);
+    let values = values(&map, &points, mirror);
     assert!(values.iter().all(|&x| x == 0.0));
 }
 

@@ -91,8 +91,8 @@ impl Rows {
                 table.arrival_azimuth_rad.push(x.cos());
                 table.gain.push([1e-4 / (x + 1.0), -1e-5 * path as f64]);
                 for step in 0..path {
-                    let kind = InteractionKind::from_code(step as u8 % 2);
-                    table.interaction_kind.push(kind);
+                    let kinds = [InteractionKind::Reflection, InteractionKind::Diffraction];
+                    table.interaction_kind.push(kinds[step % 2]);
                     table.interaction_id.push(step as u32 + map);
                     table.interaction_point_m.push([x / 3.0, step as f64]);
                 }

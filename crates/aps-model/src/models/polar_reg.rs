@@ -118,7 +118,7 @@ impl Found {
         let nodes = |g: &mut Graph, v: &[Value]| {
             let values = g.regroup(v[0], &[directions, ways]);
             let last = g.whole(&[-1]);
-            g.node("ReduceSum", &[values, last], [])
+            g.node("ReduceSum", &[values, last], [int("keepdims", 0)])
         };
         recorded(&[values], nodes, || {
             let sums = Tensor::zeros((links * directions, 1), values.dtype(), values.device())?;

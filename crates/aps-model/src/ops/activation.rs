@@ -77,6 +77,8 @@ pub(crate) fn softmax(x: &Tensor) -> Result<Tensor> {
 
 /// [`portable::max_last`].
 pub(crate) fn max_last(x: &Tensor) -> Result<Tensor> {
-    let nodes = |g: &mut Graph, v: &[Value]| g.node("ReduceMax", v, [ints("axes", [-1])]);
+    let nodes = |g: &mut Graph, v: &[Value]| {
+        g.node("ReduceMax", v, [ints("axes", [-1]), int("keepdims", 1)])
+    };
     recorded(&[x], nodes, || portable::max_last(x))
 }

@@ -76,7 +76,11 @@ pub(crate) fn rms_last(x: &Tensor) -> Result<Tensor> {
         &[x],
         |g, v| {
             let square = g.node("Mul", &[v[0], v[0]], []);
-            let mean = g.node("ReduceMean", &[square], [ints("axes", [-1])]);
+            let mean = g.node(
+                "ReduceMean",
+                &[square],
+                [ints("axes", [-1]), int("keepdims", 1)],
+            );
             g.node("Sqrt", &[mean], [])
         },
         || {

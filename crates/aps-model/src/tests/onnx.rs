@@ -99,6 +99,12 @@ fn a_graph_has_the_weights_bit_for_bit_and_finds_every_input_made() {
                 used.insert(&**input);
             }
             assert!(made.insert(&node.output[0]), "{kind}: {name} is made twice");
+            // ONNX keeps the dimension unless told, candle's plain reductions drop it: each node says which.
+            let says = node.attribute.iter().any(|a| a.name == "keepdims");
+            assert!(
+                !node.op_type.starts_with("Reduce") || says,
+                "{kind}: {name}"
+            );
         }
         assert!(made.contains("spectrum"), "{kind}");
         let is_used = |name: &&str| used.contains(name);

@@ -3,7 +3,7 @@
 use aps_label::{LabelConfig, MeanStd, Normalization};
 use aps_metrics::{SampleScores, Scorer};
 use aps_model::ANGLE_BINS;
-use aps_model::candle_core::Tensor;
+use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::InputKind;
 use aps_raytrace::TraceConfig;
 
@@ -97,7 +97,7 @@ impl LinkModel {
         let mut values = vec![0.0; links.len() * PolarViews::shape().values()];
         views.write(links, &mut values)?;
         let shape = (links.len(), shape.directions, shape.values());
-        let input = Tensor::from_vec(values, shape, self.trained.device())?;
+        let input = Tensor::from_vec(values, shape, &Device::Cpu)?;
         let spectra = self.trained.forward(&input, 0)?;
         let predicted = spectra.chunks(ANGLE_BINS).map(|bins| PredictedLink {
             normalised: bins.to_vec(),

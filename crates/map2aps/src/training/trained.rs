@@ -125,11 +125,6 @@ impl Trained {
         &*self.model
     }
 
-    /// Device that the model is on.
-    pub(super) fn device(&self) -> &Device {
-        &self.device
-    }
-
     /// Number of trainable parameters.
     pub fn parameters(&self) -> usize {
         self.parameters

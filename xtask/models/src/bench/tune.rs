@@ -321,6 +321,25 @@ mod tests {
         assert_eq!(chosen.learning_rate, Some(1e-2));
     }
 
+    /// Small images are better at the first share, the usual ones at the second if `is_better_in_time`.
+    fn size_chosen(is_better_in_time: bool) -> (Option<usize>, usize) {
+        let mut tried = 0;
+        let (chosen, _) = choose(USUAL, (0.05, longer(0.05)), &mut |settings, share| {
+            let is_usual = settings.image_size == USUAL.image_size;
+            let is_long = share > 0.05;
+            tried += usize::from(is_long && is_usual);
+            Ok(f64::from(is_usual == (is_long && is_better_in_time)))
+        })
+        .unwrap();
+        (chosen.image_size, tried)
+    }
+
+    #[test]
+    fn the_usual_image_size_is_tried_again_with_more_time() {
+        assert_eq!(size_chosen(true), (USUAL.image_size, 1));
+        assert_eq!(size_chosen(false), (Some(32), 1));
+    }
+
     #[test]
     fn no_training_is_longer_than_the_budget() {
         assert_eq!(longer(0.05), Some(0.25));
