@@ -47,11 +47,16 @@ impl LinkStatus {
     /// Returns the byte stored in `status.npy`.
     pub fn code(self) -> u8 {
         match self {
+            LinkStatus::Valid => 0,
+            LinkStatus::NoPath => 1,
+            LinkStatus::TxInBuilding => 2,
+            LinkStatus::RxInBuilding => 3,
+            LinkStatus::OutsideArea => 4,
+            LinkStatus::SamePoint => 5,
+            LinkStatus::OnWall => 6,
+            LinkStatus::Unlabelled => 7,
+            LinkStatus::Enclosed => 8,
             LinkStatus::Other(code) => code,
-            known => {
-                let code = Self::KNOWN.iter().position(|&status| status == known);
-                code.expect("every state with a code of its own is listed") as u8
-            }
         }
     }
 

@@ -105,11 +105,12 @@ impl<'py> Argument<'py> {
             let out_of_range = |_| self.refuse(format_args!(": {value} is out of range"));
             T::try_from(value).map_err(out_of_range)
         };
-        let values: Vec<i128> = match self.has_type::<u64>() {
-            true => self.values::<u64>()?.into_iter().map(i128::from).collect(),
-            false => self.values::<i64>()?.into_iter().map(i128::from).collect(),
-        };
-        values.into_iter().map(convert).collect()
+        if self.has_type::<u64>() {
+            let values = self.values::<u64>()?.into_iter();
+            return values.map(|n| convert(n.into())).collect();
+        }
+        let values = self.values::<i64>()?.into_iter();
+        values.map(|n| convert(n.into())).collect()
     }
 
     /// Copies points, rows of two numbers.

@@ -224,14 +224,13 @@ impl PolarReg {
 
     /// Computes the share of the power by direction (links, directions).
     pub fn power(&self, input: &Tensor) -> Result<Tensor> {
-        let directions = self.shape.directions;
+        let of_link = [self.shape.directions, self.shape.values()];
         let links = match input.dims() {
-            &[links, found, values] if found == directions && values == self.shape.values() => {
-                links
-            }
+            [links, link @ ..] if *links > 0 && link == of_link => *links,
             found => bail!(
-                "ways along rays must have the shape [any, {directions}, {}], not {found:?}",
-                self.shape.values()
+                "ways along rays must have the shape [links, {}, {}], one link at least, not {found:?}",
+                of_link[0],
+                of_link[1]
             ),
         };
         let found = Found::of(input, &self.shape, &self.device)?;

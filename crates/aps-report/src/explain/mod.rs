@@ -61,11 +61,14 @@ impl<'a> Explanation<'a> {
         let Some(spectrum) = Spectrum::of(&labeler, &samples)? else {
             return Ok(None);
         };
-        let released = Labeler::new(&base.under(Protocol::Released))?;
         let other = Labeler::new(&base.under(match protocol {
             Protocol::Released => Protocol::Paper,
             Protocol::Paper => Protocol::Released,
         }))?;
+        let released = match protocol {
+            Protocol::Released => &labeler,
+            Protocol::Paper => &other,
+        };
         let lobes = lobes(&labeler, &samples, &spectrum)?;
 
         let mut by_gain: Vec<usize> = (0..samples.len()).collect();
@@ -92,7 +95,7 @@ impl<'a> Explanation<'a> {
                     false => Colour::Soft,
                 },
                 shares: [share(false), share(true)],
-                fate: fate(&released, &samples[i])?,
+                fate: fate(released, &samples[i])?,
             });
         }
         Ok(Some(Self {

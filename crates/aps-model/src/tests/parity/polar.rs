@@ -145,6 +145,14 @@ fn three_steps_of_polar_reg() {
 }
 
 #[test]
+fn a_batch_without_links_is_refused() {
+    let (model, _) = model(DType::F32);
+    let none = ways(DType::F32).narrow(0, 0, 0).unwrap();
+    let refused = model.forward_t(&none, false).unwrap_err().to_string();
+    assert!(refused.contains("one link at least"), "{refused}");
+}
+
+#[test]
 fn links_that_no_way_reaches_have_spectra() {
     let (model, _) = model(DType::F32);
     let nothing = ways(DType::F32).zeros_like().unwrap();
