@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The models on a GPU, in ten minutes at most: parity with the CPU, times beside PyTorch's, and a training for the time that is left.
+# The models on a GPU, in ten minutes at most: parity with the CPU, times beside PyTorch's, and trainings for the time that is left.
 #
 #     tests/gpu.sh PROGRAMS OUT [--device cuda] [--minutes 10] [--maps synthetic:51] [--quick]
 #
@@ -10,7 +10,7 @@
 #     cargo build --release -p xtask
 #     cargo test --release --features cuda -p aps-model --lib --no-run     # its program as unit_tests
 #
-# xtask, xtask-models, step_time, device_parity and, if it is there, unit_tests. OUT gets report.md, which is printed last, the weights and the curves of the training.
+# xtask, xtask-models, step_time, device_parity and, if it is there, unit_tests. OUT gets report.md, which is printed last, the weights and the curves of the trainings.
 # PyTorch's times need python3 with torch; without it the column is empty. --maps is a folder of RadioMapSeer files; the data set is traced
 # here. --quick takes small sizes: with `--device cpu --quick` the script itself can be tried without a GPU.
 set -euo pipefail
@@ -31,11 +31,11 @@ here=$(realpath "$(dirname "$0")")
 mkdir -p "$out"
 report=$out/report.md failed=
 
-# Sizes: images, links a step, seconds a time, terminals a map, seconds of predictions and metrics at the end.
-pixels="64 128 256" batch=64 seconds=1 terminals="--tx-per-map 100 --rx-per-map 200" closing=40
+# Sizes: images, links a step, seconds a time, terminals a map, seconds of Polar-Reg's training, and of predictions and metrics at the end.
+pixels="64 128 256" batch=64 seconds=1 terminals="--tx-per-map 100 --rx-per-map 200" polar=40 closing=40
 models="ms_areg resnet_mlp"
 if [ -n "$quick" ]; then
-    pixels=32 batch=8 seconds=0.2 terminals="--tx-per-map 4 --rx-per-map 20" closing=20 models=resnet_mlp maps=synthetic:6
+    pixels=32 batch=8 seconds=0.2 terminals="--tx-per-map 4 --rx-per-map 20" polar=5 closing=20 models=resnet_mlp maps=synthetic:6
 fi
 
 section() { printf '\n## %s\n\n' "$1" | tee -a "$report"; }
@@ -82,22 +82,29 @@ times() {
 }
 step times
 
-section "MS-AReg at 64 px"
+section "Training"
 data=$out/data
+# Trains a model for some seconds, and prints its scores on the test maps.
+learn() {
+    local model=$1 seconds=$2
+    shift 2
+    printf '\n%s, device %s, %s s of training, maps %s\n\n' "$model" "$device" "$seconds" "$maps"
+    "$programs/xtask-models" train --data "$data" --maps "$maps" --model "$model" --preset small --mirror --device "$device" \
+        --budget "${seconds}s" --dev-limit 2000 --out "$out/$model" "$@" >&2 || return 1
+    "$programs/xtask-models" predict --data "$data" --maps "$maps" --weights "$out/$model/best.safetensors" --device "$device" \
+        --batch 256 --out "$out/$model/predicted.npy" >&2 || return 1
+    "$programs/xtask" metrics --truth "$data" --split test --prediction "$out/$model/predicted.npy" --format markdown
+    rm -f "$out/$model/predicted.npy" "$out/$model/predicted.links.csv" "$out/$model/last.safetensors"
+}
 train() {
     # shellcheck disable=SC2086
     "$programs/xtask" dataset --maps "$maps" --protocol paper $terminals --out "$data" >&2 || return 1
-    local left=$((end - SECONDS - closing))
-    echo "device $device, $left s of training, maps $maps"
-    "$programs/xtask-models" train --data "$data" --model ms_areg --preset small --image-size 64 --mirror --device "$device" \
-        --budget "${left}s" --batch "$batch" --dev-limit 2000 --out "$out/ms_areg" >&2 || return 1
-    "$programs/xtask-models" predict --data "$data" --weights "$out/ms_areg/best.safetensors" --device "$device" --batch 256 \
-        --out "$out/predicted.npy" >&2 || return 1
-    printf '\n'
-    "$programs/xtask" metrics --truth "$data" --split test --prediction "$out/predicted.npy" --format markdown
+    # Its ways lie on the device.
+    learn polar_reg "$polar" || return 1
+    learn ms_areg $((end - SECONDS - closing)) --image-size 64 --batch "$batch"
 }
 step train
-rm -rf "$data" "$out/predicted.npy" "$out/predicted.links.csv" "$out/ms_areg/last.safetensors"
+rm -rf "$data"
 
 printf '\n%s s of %s\n' "$SECONDS" $((minutes * 60)) >>"$report"
 printf '\n' && cat "$report"

@@ -2,8 +2,8 @@
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::polar::{
-    FEATURES, Fan, KINDS, Mirror, PolarError, PolarLink, PolarMap, ReceiverRays, TransmitterWays,
-    gather,
+    FEATURES, Fan, KINDS, LISTED, Mirror, PolarError, PolarLink, PolarMap, ReceiverRays,
+    TransmitterWays, gather,
 };
 use aps_raytrace::scene::Location;
 use aps_raytrace::{Area, Footprint, Scene};
@@ -44,6 +44,38 @@ fn values(map: &PolarMap<'_>, points: &[DVec2], mirror: Mirror) -> Vec<f32> {
     let mut values = vec![f32::NAN; links.len() * map.shape().values()];
     gather(&links, &mut values).unwrap();
     values
+}
+
+/// A list has the values that are not those of no way, in every mirror image.
+#[test]
+fn a_list_is_the_values_of_the_ways_that_there_are() {
+    let scene = city_scene(256, 5);
+    let map = PolarMap::new(&scene, Fan::default()).unwrap();
+    let (tx, rx) = prepare(&map, &off_grid(&scene, 4, 0));
+    let per_direction = map.shape().per_direction();
+    for mirror in Mirror::ALL {
+        let link = PolarLink {
+            map: &map,
+            transmitter: &tx[0],
+            receiver: &rx[1],
+            mirror,
+        };
+        let mut list = vec![7.0];
+        link.list(&mut list).unwrap();
+        let mut values = vec![0.0; map.shape().values()];
+        for way in list[1..].chunks_exact(LISTED) {
+            let [.., direction, number] = way else {
+                unreachable!("a way has more numbers")
+            };
+            let at = *direction as usize * per_direction + *number as usize * FEATURES;
+            let place = &mut values[at..][..FEATURES];
+            assert!(place.iter().all(|&value| value == 0.0) && way[1] == 1.0);
+            place.copy_from_slice(&way[..FEATURES]);
+        }
+        let mut expected = vec![f32::NAN; values.len()];
+        link.write(&mut expected).unwrap();
+        assert!(list.len() > 20 * LISTED && values == expected, "{mirror:?}");
+    }
 }
 
 /// Numbers that differ by more than `tolerance`.
@@ -509,25 +541,26 @@ fn what_cannot_be_is_refused_by_name() {
     .unwrap();
     let other = PolarMap::new(&other, Fan::default()).unwrap();
     let (of_other, in_other) = (other.transmitter(tx).unwrap(), other.receiver(rx).unwrap());
-    assert_eq!(
-        gather(
-            &[PolarLink {
+    let mut list = Vec::new();
+    for (terminal, link) in [
+        (
+            "transmitter",
+            PolarLink {
                 transmitter: &of_other,
                 ..link
-            }],
-            &mut out[..n]
+            },
         ),
-        foreign("transmitter")
-    );
-    assert_eq!(
-        gather(
-            &[PolarLink {
+        (
+            "receiver",
+            PolarLink {
                 receiver: &in_other,
                 ..link
-            }],
-            &mut out[..n]
+            },
         ),
-        foreign("receiver")
-    );
+    ] {
+        assert_eq!(gather(&[link], &mut out[..n]), foreign(terminal));
+        assert_eq!(link.list(&mut list), foreign(terminal));
+    }
+    assert!(list.is_empty());
     assert_eq!(gather(&[link], &mut out[..n]), Ok(()));
 }

@@ -59,6 +59,15 @@ fn polar(c: &mut Criterion) {
     group.bench_function("256 links", |b| {
         b.iter(|| gather(black_box(&links), &mut values).unwrap());
     });
+    let mut list = Vec::new();
+    group.bench_function("256 links as lists", |b| {
+        b.iter(|| {
+            for link in black_box(&links) {
+                list.clear();
+                link.list(&mut list).unwrap();
+            }
+        });
+    });
     group.finish();
 }
 

@@ -23,25 +23,30 @@ pub struct Case {
     pub precision: Precision,
 }
 
-/// Ways of a fifth of the kinds along each ray.
+/// Lists of as many ways as links of the paper's maps have.
 #[derive(Debug)]
 struct SomeWays(PolarShape, Device);
 
+/// Ways of a link.
+const WAYS: usize = 220;
+
 impl ModelInput for SomeWays {
     fn batch(&self, links: &[Link]) -> aps_model::Result<Tensor> {
-        let PolarShape { features, ways, .. } = self.0;
-        let value = |i: usize| {
-            let (at, way) = (i % self.0.values(), i / features % 5);
-            match (way, at % features) {
-                _ if at >= ways * features => 0.5,
-                (0, 1) => 1.0,
-                (0, _) => (i * 7919 % 1000) as f32 / 1000.0,
-                _ => 0.0,
-            }
+        let PolarShape {
+            directions,
+            ways,
+            features,
+        } = self.0;
+        let way = |n: usize| {
+            let feature = move |f: usize| match f {
+                1 => 1.0,
+                _ => ((n * features + f) * 7919 % 1000) as f32 / 1000.0,
+            };
+            let numbers = [n * 37 % directions, n % ways].map(|number| number as f32);
+            (0..features).map(feature).chain(numbers)
         };
-        let values = (0..links.len() * self.0.directions * self.0.values()).map(value);
-        let shape = (links.len(), self.0.directions, self.0.values());
-        let values = values.collect::<Vec<f32>>();
+        let values = (0..links.len() * WAYS).flat_map(way).collect::<Vec<f32>>();
+        let shape = (links.len(), WAYS, self.0.listed());
         Ok(Tensor::from_vec(values, shape, &self.1)?)
     }
 

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use candle_core::{Result, Tensor};
 use serde::{Deserialize, Serialize};
 
 /// Frame of condition images.
@@ -39,7 +40,7 @@ impl fmt::Display for Frame {
 impl FromStr for Frame {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
         let found = Self::ALL.into_iter().find(|frame| frame.name() == text);
         found.ok_or_else(|| format!("unknown frame '{text}': map or receiver"))
     }
@@ -114,6 +115,30 @@ impl Sums {
             std::mem::swap(&mut above, &mut below);
         }
     }
+}
+
+/// Averages maps (links, height, width) over windows as [`Sums::average`] does, by candle's operations: a product with the shares of
+/// the rows that each pixel covers, and one with those of the columns.
+pub(super) fn averages(maps: &Tensor, middles: &[[f64; 2]], size: usize) -> Result<Tensor> {
+    let (_, height, width) = maps.dims3()?;
+    let shares = |axis: usize, side: usize| {
+        let first = middles
+            .iter()
+            .map(|middle| (middle[axis] - 0.5 * side as f64) as f32);
+        let first = Tensor::from_iter(first, maps.device())?.reshape(((), 1, 1))?;
+        let row = |count: usize| Tensor::arange(0.0_f32, count as f32, maps.device());
+        let step = side as f64 / size as f64;
+        let from = (row(size)?.reshape((1, 1, ()))? * step)?.broadcast_add(&first)?;
+        let pixel = row(side)?.reshape((1, (), 1))?;
+        let end = (&from + step)?.broadcast_minimum(&(&pixel + 1.0)?)?;
+        // Shares of a pixel of the image.
+        (end - from.broadcast_maximum(&pixel)?)?.relu()? / step
+    };
+    let (columns, rows) = (shares(0, width)?, shares(1, height)?);
+    rows.transpose(1, 2)?
+        .contiguous()?
+        .matmul(maps)?
+        .matmul(&columns)
 }
 
 #[cfg(test)]

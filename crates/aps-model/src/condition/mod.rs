@@ -94,6 +94,16 @@ pub trait ModelInput: Debug + Send + Sync {
         Ok(())
     }
 
+    /// Puts what the input of some links is made of onto the device, so that only numbers are sent for batches of them; `false`
+    /// where that saves nothing or there is no room for it.
+    ///
+    /// # Errors
+    /// As [`batch`](Self::batch).
+    fn hold(&self, links: &mut dyn Iterator<Item = Link>) -> Result<bool> {
+        let _ = links;
+        Ok(false)
+    }
+
     /// Returns a number that links have in common whose input is made with less work soon after each other, as those of one
     /// transmitter; `None` where it makes no difference. Training then takes some of them at a time.
     fn group(&self, link: &Link) -> Option<u64> {
@@ -131,11 +141,20 @@ pub struct ConditionImages {
     buildings: Tensor,
     /// Copy of the buildings on the host, where images are filled in one pass; empty on other devices.
     host: Vec<f32>,
-    /// Sums over the maps, from which the windows about receivers are averaged on the host; none in the frame of the map.
-    windows: Option<frame::Sums>,
+    /// What windows about receivers are averaged from; none in the frame of the map.
+    windows: Option<Windows>,
     maps: usize,
     size: usize,
     along: [Axis; 2],
+}
+
+/// Maps that windows about receivers are averaged from.
+#[derive(Debug, Clone)]
+enum Windows {
+    /// Sums over the maps, on the host.
+    Sums(frame::Sums),
+    /// The maps (maps, height, width), on the device.
+    Rasters(Tensor),
 }
 
 /// Map from positions along x or y to pixels of an image.
@@ -190,10 +209,16 @@ impl ConditionImages {
             }
         };
         let buildings = Tensor::from_slice(&resized, (maps, size, size), device)?;
+        let windows = match (config.frame, device.is_cpu()) {
+            (Frame::Map, _) => None,
+            (Frame::Receiver, true) => {
+                Some(Windows::Sums(frame::Sums::new(pixels, [height, width])))
+            }
+            (Frame::Receiver, false) => Some(Windows::on_device(&rasters, device)?),
+        };
         Ok(Self {
             buildings,
-            windows: (config.frame == Frame::Receiver)
-                .then(|| frame::Sums::new(pixels, [height, width])),
+            windows,
             host: if device.is_cpu() { resized } else { Vec::new() },
             maps,
             size,
@@ -211,18 +236,13 @@ impl ConditionImages {
             .for_each(|(image, link)| {
                 let (buildings, spots) = image.split_at_mut(plane);
                 let map = link.map as usize;
-                let first = match &self.windows {
-                    None => {
-                        buildings.copy_from_slice(&self.host[map * plane..][..plane]);
-                        [0.0; 2]
+                match &self.windows {
+                    Some(Windows::Sums(sums)) => {
+                        sums.average(map, self.middle(link), size, buildings);
                     }
-                    Some(windows) => {
-                        let rx = [0, 1].map(|i| self.along[i].place(link.rx_m[i]));
-                        let in_raster = [0, 1].map(|i| (rx[i] + 0.5) / self.along[i].scale);
-                        windows.average(map, in_raster, size, buildings);
-                        rx.map(|rx| rx - 0.5 * (size as f64 - 1.0))
-                    }
-                };
+                    _ => buildings.copy_from_slice(&self.host[map * plane..][..plane]),
+                }
+                let first = self.first_pixel(link);
                 for (spot, centre_m) in spots.chunks_exact_mut(plane).zip([link.tx_m, link.rx_m]) {
                     let [x, y] = [0, 1].map(|i| self.along[i].profile(centre_m[i], first[i], size));
                     for (row, y) in spot.chunks_exact_mut(size).zip(y) {
@@ -236,16 +256,38 @@ impl ConditionImages {
         Ok(Tensor::from_vec(images, shape, self.device())?)
     }
 
-    /// Composes a batch of images by candle's operations: five numbers a link are sent to the device.
+    /// Locates the middle of a link's window \[pixels from the raster's corner\].
+    fn middle(&self, link: &Link) -> [f64; 2] {
+        [0, 1].map(|i| (self.along[i].place(link.rx_m[i]) + 0.5) / self.along[i].scale)
+    }
+
+    /// Locates the first pixel of a link's image in that of the map \[pixels\].
+    fn first_pixel(&self, link: &Link) -> [f64; 2] {
+        let middle = 0.5 * (self.size as f64 - 1.0);
+        match self.windows {
+            None => [0.0; 2],
+            Some(_) => [0, 1].map(|i| self.along[i].place(link.rx_m[i]) - middle),
+        }
+    }
+
+    /// Composes a batch of images by candle's operations: five to nine numbers a link are sent to the device.
     fn compose(&self, links: &[Link]) -> Result<Tensor> {
         let (n, size) = (links.len(), self.size);
         let maps: Vec<u32> = links.iter().map(|link| link.map).collect();
         let maps = Tensor::from_vec(maps, n, self.device())?;
-        let mut planes = vec![self.buildings.index_select(&maps, 0)?];
+        let buildings = match &self.windows {
+            Some(Windows::Rasters(rasters)) => {
+                let middles: Vec<_> = links.iter().map(|link| self.middle(link)).collect();
+                frame::averages(&rasters.index_select(&maps, 0)?, &middles, size)?
+            }
+            _ => self.buildings.index_select(&maps, 0)?,
+        };
+        let mut planes = vec![buildings];
         for end in [|link: &Link| link.tx_m, |link: &Link| link.rx_m] {
             let profile = |i: usize| {
                 let axis = self.along[i];
-                let centres = links.iter().map(|link| axis.place(end(link)[i]) as f32);
+                let centre = |link| axis.place(end(link)[i]) - self.first_pixel(link)[i];
+                let centres = links.iter().map(|link| centre(link) as f32);
                 let centres = Tensor::from_vec(centres.collect(), (n, 1), self.device())?;
                 let pixels =
                     Tensor::arange(0_u32, size as u32, self.device())?.to_dtype(DType::F32)?;
@@ -270,7 +312,7 @@ impl ModelInput for ConditionImages {
                 )));
             }
         }
-        match self.device().is_cpu() || self.windows.is_some() {
+        match self.device().is_cpu() {
             true => self.fill(links),
             false => self.compose(links),
         }
@@ -282,6 +324,17 @@ impl ModelInput for ConditionImages {
 
     fn image_size(&self) -> usize {
         self.size
+    }
+}
+
+impl Windows {
+    fn on_device(rasters: &Rasters<'_>, device: &Device) -> Result<Self> {
+        let shape = (rasters.maps(), rasters.height, rasters.width);
+        Ok(Self::Rasters(Tensor::from_slice(
+            rasters.pixels,
+            shape,
+            device,
+        )?))
     }
 }
 
@@ -318,22 +371,34 @@ mod tests {
             width: 50,
             metres_per_pixel: 2.0,
         };
-        let config = ConditionConfig {
-            image_size: 32,
-            sigma_px: 7.0,
-            ..ConditionConfig::default()
-        };
-        let conditions = ConditionImages::new(rasters, config, &Device::Cpu).unwrap();
         let link = |map, tx_m, rx_m| Link { map, tx_m, rx_m };
         let links = [
             link(1, [10.0, 70.5], [99.0, 0.0]),
             link(0, [0.25, 3.0], [-40.0, 200.0]),
+            link(1, [90.0, 20.0], [31.25, 47.5]),
         ];
-        let filled = conditions.fill(&links).unwrap();
-        let composed = conditions.compose(&links).unwrap();
-        assert_eq!(filled.dims(), composed.dims());
-        let difference = (filled - composed).unwrap().abs().unwrap();
-        let worst: f32 = difference.max_all().unwrap().to_scalar().unwrap();
-        assert!(worst < 2e-6, "{worst}");
+        for (frame, image_size, tolerance) in [
+            (Frame::Map, 32, 2e-6),
+            (Frame::Receiver, 32, 2e-5),
+            (Frame::Receiver, 40, 2e-5),
+            (Frame::Receiver, 90, 2e-5),
+        ] {
+            let config = ConditionConfig {
+                image_size,
+                sigma_px: 7.0,
+                frame,
+            };
+            let host = ConditionImages::new(rasters, config, &Device::Cpu).unwrap();
+            let mut device = host.clone();
+            if frame == Frame::Receiver {
+                device.windows = Some(Windows::on_device(&rasters, &Device::Cpu).unwrap());
+            }
+            let filled = host.fill(&links).unwrap();
+            let composed = device.compose(&links).unwrap();
+            assert_eq!(filled.dims(), composed.dims());
+            let difference = (filled - composed).unwrap().abs().unwrap();
+            let worst: f32 = difference.max_all().unwrap().to_scalar().unwrap();
+            assert!(worst < tolerance, "{frame}, {image_size} px: {worst}");
+        }
     }
 }

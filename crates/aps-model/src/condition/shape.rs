@@ -21,7 +21,8 @@ pub enum InputShape {
 }
 
 /// Shape of ways along rays: (links, directions, [`values`](Self::values)), the values of a direction being the features of each
-/// way, one way after another.
+/// way, one way after another; or of lists of the ways that there are, (links, ways of a list, [`listed`](Self::listed)), each its
+/// features, the number of its direction and its number among the ways of a direction. Lists of fewer ways end with zeros.
 ///
 /// Feature 0 is the share of the ray that the way arrives along, in \[0, 1\]; feature 1 is 1 where there is such a way, and 0, as
 /// all others, where there is none.
@@ -31,7 +32,7 @@ pub struct PolarShape {
     pub directions: usize,
     /// Ways a direction: one a kind.
     pub ways: usize,
-    /// Features of a way, two at least.
+    /// Features of a way, three at least.
     pub features: usize,
 }
 
@@ -39,6 +40,11 @@ impl PolarShape {
     /// Returns the number of values of a direction.
     pub fn values(&self) -> usize {
         self.ways * self.features
+    }
+
+    /// Returns the length of a way in a list.
+    pub fn listed(&self) -> usize {
+        self.features + 2
     }
 }
 
@@ -54,7 +60,7 @@ impl InputShape {
     /// Returns the shape of ways along rays.
     pub(crate) fn polar(self) -> Result<PolarShape> {
         match self {
-            Self::Polar(shape) if shape.directions * shape.ways > 0 && shape.features > 1 => {
+            Self::Polar(shape) if shape.directions * shape.ways > 0 && shape.features > 2 => {
                 Ok(shape)
             }
             other => bail!("the model takes ways along rays, not {other:?}"),

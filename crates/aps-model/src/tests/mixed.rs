@@ -1,11 +1,16 @@
 //! Mixed precision: products of bf16 that sum in f32, weights and losses in f32.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use candle_core::{DType, Device, Tensor};
 use candle_nn::VarMap;
 
-use super::train::{adversarial, adversarial_config, regression, regression_config, samples};
+use super::train::{
+    adversarial, adversarial_config, input, regression, regression_config, resnet_mlp, samples,
+};
 use super::{WAYS, builder, flat, shape_of};
-use crate::condition::InputShape;
+use crate::condition::{ConditionImages, InputShape, Link, ModelInput};
 use crate::parameters::sorted;
 use crate::train::{Precision, TrainConfig, Trainer};
 use crate::{ANGLE_BINS, LabelFacts, Loss, ModelKind, Preset};
@@ -123,13 +128,46 @@ fn training_goes_the_way_of_f32() {
 #[test]
 fn targets_on_the_device_are_those_of_the_host() {
     let host = losses(regression(samples(16), regression_config()));
-    let device = regression(samples(16), regression_config()).hold_targets();
+    let device = regression(samples(16), regression_config()).hold();
     let device = losses(device.unwrap());
     assert!(host != device && host.len() == device.len());
     // Of the first step, before weights differ.
     assert!((device[0] / host[0] - 1.0).abs() < 1e-3);
     let worst = host.iter().zip(&device).map(|(h, d)| (d / h - 1.0).abs());
     assert!(worst.fold(0.0, f64::max) < 0.02, "{host:?} {device:?}");
+}
+
+/// Counts the links that it is asked to hold.
+#[derive(Debug)]
+struct Held(ConditionImages, Arc<AtomicUsize>);
+
+impl ModelInput for Held {
+    fn batch(&self, links: &[Link]) -> crate::Result<Tensor> {
+        self.0.batch(links)
+    }
+
+    fn hold(&self, links: &mut dyn Iterator<Item = Link>) -> crate::Result<bool> {
+        self.1.fetch_add(links.count(), Ordering::Relaxed);
+        Ok(true)
+    }
+
+    fn device(&self) -> &Device {
+        self.0.device()
+    }
+
+    fn image_size(&self) -> usize {
+        self.0.image_size()
+    }
+}
+
+#[test]
+fn the_input_of_all_examples_is_held_with_their_targets() {
+    let count = Arc::default();
+    let held = Box::new(Held(input(), Arc::clone(&count)));
+    let (model, parameters) = resnet_mlp(8);
+    let trainer = Trainer::new(model, &parameters, held, samples(16), regression_config());
+    trainer.unwrap().hold().unwrap();
+    assert_eq!(count.load(Ordering::Relaxed), 16);
 }
 
 #[test]

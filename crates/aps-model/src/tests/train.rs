@@ -22,7 +22,7 @@ const SIZE: usize = 32;
 /// Channels of the first stage; the paper's models have 64.
 const WIDTH: usize = 4;
 
-fn input() -> ConditionImages {
+pub fn input() -> ConditionImages {
     let pixel = |i: usize| f32::from(i % 37 < 9);
     let pixels: Vec<f32> = (0..2 * SIZE * SIZE).map(pixel).collect();
     conditions(&pixels, SIZE, 8.0, SIZE)
@@ -50,7 +50,7 @@ pub fn samples(n: usize) -> Samples {
     Samples::new((0..n).map(link).collect(), targets).unwrap()
 }
 
-fn resnet_mlp(width: usize) -> (Box<dyn Model>, VarMap) {
+pub fn resnet_mlp(width: usize) -> (Box<dyn Model>, VarMap) {
     let parameters = VarMap::new();
     let model = ResnetMlp::new(width, 0.1, builder(&parameters, DType::F32, 1)).unwrap();
     (Box::new(model), parameters)

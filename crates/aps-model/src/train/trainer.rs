@@ -155,13 +155,16 @@ impl Trainer {
         })
     }
 
-    /// Puts the targets of all examples onto the device, in half precision: 360 bytes an example, if that is not more than 8 GiB.
-    /// Batches then send the numbers of their examples instead of targets. On a CPU it saves nothing.
+    /// Puts the targets of all examples onto the device, in half precision: 360 bytes an example, if that is not more than 8 GiB;
+    /// and what their input is made of, if that [can be held](ModelInput::hold). Batches then send the numbers of their examples
+    /// instead. On a CPU it saves nothing.
     ///
     /// # Errors
-    /// [`TrainError::Model`] for memory that the device does not have.
-    pub fn hold_targets(mut self) -> Result<Self, TrainError> {
+    /// [`TrainError::Model`] for memory that the device does not have, and errors of the input.
+    pub fn hold(mut self) -> Result<Self, TrainError> {
         self.held = HeldTargets::new(&*self.examples, self.input.device())?;
+        let mut links = (0..self.examples.len()).map(|example| self.examples.link(example));
+        self.input.hold(&mut links)?;
         Ok(self)
     }
 

@@ -7,7 +7,7 @@ use super::error::PolarError;
 use super::map::PolarMap;
 use super::mirror::Mirror;
 use super::rays::{Passed, ReceiverRays, Segment};
-use super::shape::{FEATURES, KINDS, Shape};
+use super::shape::{FEATURES, KINDS, LISTED, Shape};
 use super::ways::{TO_CORNER, TransmitterWays, Way};
 
 /// Added to a chord in the rank of a way: without it a way that goes straight on would come first, however long.
@@ -92,34 +92,33 @@ impl PolarLink<'_> {
         Ok(())
     }
 
+    /// Appends the ways that there are on this thread, in the order of their values: [`LISTED`] numbers each, its features, the number
+    /// of its direction, and its number among the [`Shape::ways`] of a direction. They are the values of [`write`](Self::write)
+    /// without the zeros, a tenth of them or less.
+    ///
+    /// # Errors
+    /// [`PolarError::Foreign`].
+    pub fn list(&self, out: &mut Vec<f32>) -> Result<(), PolarError> {
+        self.check()?;
+        let seen = Seen::of(self);
+        for i in 0..self.map.fan().directions {
+            seen.each_way(i, |way, features| {
+                out.extend(features);
+                out.extend([i as f32, way as f32]);
+            });
+        }
+        Ok(())
+    }
+
     fn fill(&self, out: &mut [f32]) {
-        let (fan, shape) = (self.map.fan(), self.map.shape());
-        let length_m = self.transmitter.place.distance(self.receiver.place);
-        let seen = Seen {
-            link: self,
-            beam_rad: fan.step_rad() as f32,
-            distance_m: length_m.max(1.0) as f32,
-        };
-        for (i, ways) in out.chunks_exact_mut(shape.per_direction()).enumerate() {
+        let seen = Seen::of(self);
+        let per_direction = self.map.shape().per_direction();
+        for (i, ways) in out.chunks_exact_mut(per_direction).enumerate() {
             // Most values stay zero: direction by direction, while the cache has them.
             ways.iter_mut().for_each(|value| *value = 0.0);
-            let direction = self.mirror.direction(i, fan.directions);
-            for bounces in 0..=fan.max_bounces {
-                let segment = bounces * fan.directions + direction;
-                let way = |kind: usize| (kind * (fan.max_bounces + 1) + bounces) * FEATURES;
-                if let Some(features) = seen.straight(segment, bounces) {
-                    ways[way(0)..][..FEATURES].copy_from_slice(&features);
-                }
-                let passed = self.receiver.passed(segment);
-                if passed.is_empty() {
-                    continue;
-                }
-                for kind in 1..KINDS {
-                    if let Some(features) = seen.over_corner(segment, bounces, kind - 1) {
-                        ways[way(kind)..][..FEATURES].copy_from_slice(&features);
-                    }
-                }
-            }
+            seen.each_way(i, |way, features| {
+                ways[way * FEATURES..][..FEATURES].copy_from_slice(&features);
+            });
         }
     }
 }
@@ -131,7 +130,37 @@ struct Seen<'a> {
     distance_m: f32,
 }
 
-impl Seen<'_> {
+impl<'a> Seen<'a> {
+    fn of(link: &'a PolarLink<'a>) -> Self {
+        let length_m = link.transmitter.place.distance(link.receiver.place);
+        Self {
+            link,
+            beam_rad: link.map.fan().step_rad() as f32,
+            distance_m: length_m.max(1.0) as f32,
+        }
+    }
+
+    /// Hands over the ways along a ray of the mirrored map in the order of the values: number among those of a direction, and features.
+    #[inline]
+    fn each_way(&self, ray: usize, mut take: impl FnMut(usize, [f32; FEATURES])) {
+        let fan = self.link.map.fan();
+        let direction = self.link.mirror.direction(ray, fan.directions);
+        let mut number = 0;
+        for kind in 0..KINDS {
+            for bounces in 0..=fan.max_bounces {
+                let segment = bounces * fan.directions + direction;
+                let found = match kind {
+                    0 => self.straight(segment, bounces),
+                    over => self.over_corner(segment, bounces, over - 1),
+                };
+                if let Some(features) = found {
+                    take(number, features);
+                }
+                number += 1;
+            }
+        }
+    }
+
     /// Features of the straight way along a segment; `None` if the segment does not pass the transmitter.
     fn straight(&self, segment: usize, bounces: usize) -> Option<[f32; FEATURES]> {
         let segment = &self.link.receiver.segments[segment];
@@ -234,4 +263,4 @@ fn check_length(links: usize, one: usize, found: usize) -> Result<(), PolarError
     }
 }
 
-const _: () = assert!(TO_CORNER + 1 == KINDS);
+const _: () = assert!(TO_CORNER + 1 == KINDS && FEATURES + 2 == LISTED);

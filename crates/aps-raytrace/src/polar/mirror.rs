@@ -32,8 +32,9 @@ impl Mirror {
         }
     }
 
-    /// The sign that angles turn by: -1 when left and right change places.
-    pub(super) fn turn(self) -> f64 {
+    /// The sign that feature 2 of a [`PolarLink`](super::PolarLink) is multiplied by: -1 when left and right change places.
+    #[must_use]
+    pub fn turn(self) -> f64 {
         if self.x == self.y { 1.0 } else { -1.0 }
     }
 }

@@ -6,7 +6,8 @@
 //! - Once a receiver: [`PolarMap::receiver`]. A fan of rays that go on behind each wall along the reflected ray, and the corners
 //!   that each ray passes.
 //! - For each link: [`gather()`]. For each ray, and each kind of way, the geometry of one way that arrives along it: lengths,
-//!   angles, cosines of incidence ([`PolarLink`]). None of this need be stored.
+//!   angles, cosines of incidence ([`PolarLink`]). [`PolarLink::list`] has the ways that there are, without the zeros for those
+//!   that are not. None of this need be stored.
 //!
 //! No field strength, power, loss or delay is computed, and nothing is said of materials or the carrier. Paths are not searched
 //! for: ways from the transmitter to corners are found by its images, and met along the rays of a fan, so that what lies
@@ -49,5 +50,5 @@ pub use link::{PolarLink, gather};
 pub use map::PolarMap;
 pub use mirror::Mirror;
 pub use rays::ReceiverRays;
-pub use shape::{FEATURES, KINDS, Shape};
+pub use shape::{FEATURES, KINDS, LISTED, Shape};
 pub use ways::TransmitterWays;

@@ -7,6 +7,9 @@ pub const KINDS: usize = 5;
 /// Features of a way: see [`PolarLink`](super::PolarLink).
 pub const FEATURES: usize = 14;
 
+/// Numbers of a way in a list: see [`PolarLink::list`](super::PolarLink::list).
+pub const LISTED: usize = FEATURES + 2;
+
 /// Number of values of a link, in the order (direction, value): for each kind of way and each number of bounces, in this order,
 /// the features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -124,8 +124,27 @@ impl PolarViews {
         let ready = self.ready(links);
         let rows = out.par_chunks_exact_mut(one).zip(&ready).enumerate();
         rows.try_for_each(|(row, (values, link))| {
-            link.write(&self.maps, values).at(Place::Link(row))
+            let written = link.polar(&self.maps).and_then(|link| link.write(values));
+            written.at(Place::Link(row))
         })
+    }
+
+    /// Lists the ways of each link that there are, as [`PolarLink::list`] does, on all threads: what [`write`](Self::write) writes
+    /// without the zeros of ways that are not there.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    ///
+    /// # Panics
+    /// When a link is on none of the maps.
+    pub fn lists(&self, links: &[SeenLink]) -> Result<Vec<Vec<f32>>> {
+        let ready = self.ready(links);
+        let lists = ready.par_iter().enumerate().map(|(row, link)| {
+            let mut list = Vec::new();
+            let listed = link.polar(&self.maps).and_then(|link| link.list(&mut list));
+            listed.at(Place::Link(row)).map(|()| list)
+        });
+        lists.collect()
     }
 
     /// Makes everything that the values of links are looked up in.
@@ -156,17 +175,19 @@ impl PolarViews {
 }
 
 impl Ready<'_> {
-    /// Writes the values of the link.
-    fn write(&self, maps: &[Arc<PolarMap<'static>>], out: &mut [f32]) -> Result<(), PolarError> {
+    /// The link, if both of its ends can stand there.
+    fn polar<'a>(
+        &'a self,
+        maps: &'a [Arc<PolarMap<'static>>],
+    ) -> Result<PolarLink<'a>, PolarError> {
         let made = "everything is made before it is looked up";
         let (transmitter, receiver) = (self.transmitter.get(), self.receiver.get());
-        let link = PolarLink {
+        Ok(PolarLink {
             map: &maps[self.link.map],
             transmitter: transmitter.expect(made).as_ref().map_err(Clone::clone)?,
             receiver: receiver.expect(made).as_ref().map_err(Clone::clone)?,
             mirror: self.link.mirror,
-        };
-        link.write(out)
+        })
     }
 }
 
@@ -222,8 +243,11 @@ mod tests {
             mirror: Mirror::default(),
         };
         let mut values = vec![0.0; 2 * PolarViews::shape().values()];
-        let bad = views.write(&[link(places[1]), link([f64::NAN; 2])], &mut values);
-        let error = bad.unwrap_err().chain();
-        assert!(error.starts_with("link 1: no terminal"), "{error}");
+        let links = [link(places[1]), link([f64::NAN; 2])];
+        let written = views.write(&links, &mut values).unwrap_err();
+        for error in [written, views.lists(&links).unwrap_err()] {
+            let error = error.chain();
+            assert!(error.starts_with("link 1: no terminal"), "{error}");
+        }
     }
 }

@@ -3,7 +3,6 @@
 use aps_label::{LabelConfig, MeanStd, Normalization};
 use aps_metrics::{SampleScores, Scorer};
 use aps_model::ANGLE_BINS;
-use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::InputKind;
 use aps_raytrace::TraceConfig;
 
@@ -85,7 +84,7 @@ impl LinkModel {
     /// Predicts the spectra of links on the maps of `views`, all at a time.
     ///
     /// # Errors
-    /// As [`PolarViews::write`], and [`TrainingError::NotFinite`].
+    /// As [`PolarViews::lists`], and [`TrainingError::NotFinite`].
     ///
     /// # Panics
     /// When a link is on none of the maps.
@@ -93,12 +92,7 @@ impl LinkModel {
         if links.is_empty() {
             return Ok(Vec::new());
         }
-        let shape = polar::shape();
-        let mut values = vec![0.0; links.len() * PolarViews::shape().values()];
-        views.write(links, &mut values)?;
-        let shape = (links.len(), shape.directions, shape.values());
-        let input = Tensor::from_vec(values, shape, &Device::Cpu)?;
-        let spectra = self.trained.forward(&input, 0)?;
+        let spectra = self.trained.forward(&polar::listed(views, links)?, 0)?;
         let predicted = spectra.chunks(ANGLE_BINS).map(|bins| PredictedLink {
             normalised: bins.to_vec(),
             statistics: self.statistics,

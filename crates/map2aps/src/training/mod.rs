@@ -23,6 +23,7 @@
 mod device;
 mod error;
 mod folder;
+mod held_ways;
 mod input;
 mod link_model;
 mod loaded;

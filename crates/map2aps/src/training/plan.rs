@@ -184,7 +184,7 @@ impl Training {
         let mut trainer = Trainer::new(model, &parameters, input, train, self.config.clone())?
             .with_loss(self.model.loss());
         if !device.is_cpu() {
-            trainer = trainer.hold_targets()?;
+            trainer = trainer.hold()?;
         }
         if let Some((regularizer, parameters)) = networks.regularizer {
             trainer = trainer.with_regularizer(regularizer, &parameters)?;

@@ -1,11 +1,15 @@
 //! The input of Polar-Reg as a tensor, and what it is told of labels.
 
+use std::sync::OnceLock;
+
 use aps_label::{LabelConfig, MeanStd, Protocol};
 use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::{InputShape, Link, Mirror, ModelInput, PolarShape};
 use aps_model::{LabelFacts, Result as ModelResult};
-use aps_raytrace::polar::{self, Fan};
+use aps_raytrace::polar::{self, Fan, LISTED};
 
+use super::held_ways::HeldWays;
+use crate::error::Result;
 use crate::polar::{PolarViews, SeenLink};
 
 /// Shape of the ways of a link.
@@ -45,6 +49,21 @@ pub(super) fn label_facts(
     }
 }
 
+/// Lists the ways of links on the CPU, those of each behind one another: (links, ways of the longest list, [`LISTED`]).
+pub(super) fn listed(views: &PolarViews, links: &[SeenLink]) -> Result<Tensor> {
+    let lists = views.lists(links)?;
+    // A list of no way is one of zeros.
+    let longest = lists.iter().map(Vec::len).max().unwrap_or(0).max(LISTED);
+    let mut values = Vec::with_capacity(lists.len() * longest);
+    for list in lists {
+        values.extend_from_slice(&list);
+        values.resize(values.len() + longest - list.len(), 0.0);
+    }
+    let shape = (links.len(), longest / LISTED, LISTED);
+    let lists = Tensor::from_vec(values, shape, &Device::Cpu);
+    Ok(lists.map_err(aps_model::Error::from)?)
+}
+
 /// Finds the ways of links on some maps, as they are and in their mirror images: number `image * maps + map` is a map in an
 /// image of [`Mirror::ALL`].
 #[derive(Debug)]
@@ -53,6 +72,8 @@ pub(super) struct PolarWays {
     /// Position that changes places with 0 in a mirror image \[m\].
     far_end_m: [f64; 2],
     device: Device,
+    /// Ways that lie on the device.
+    held: OnceLock<HeldWays>,
 }
 
 impl PolarWays {
@@ -62,6 +83,7 @@ impl PolarWays {
             views,
             far_end_m,
             device,
+            held: OnceLock::new(),
         }
     }
 
@@ -82,33 +104,42 @@ impl PolarWays {
         })
     }
 
-    fn all_upright(&self, links: &[Link]) -> ModelResult<Vec<SeenLink>> {
-        let upright = |link: &Link| {
-            let known = self.upright(link);
-            known.ok_or_else(|| {
-                let maps = self.views.maps();
-                aps_model::Error::Condition(format!(
-                    "{link:?} is on none of the {maps} maps and their mirror images"
-                ))
-            })
-        };
-        links.iter().map(upright).collect()
+    fn known(&self, link: &Link) -> ModelResult<SeenLink> {
+        self.upright(link).ok_or_else(|| {
+            let maps = self.views.maps();
+            aps_model::Error::Condition(format!(
+                "{link:?} is on none of the {maps} maps and their mirror images"
+            ))
+        })
+    }
+
+    fn all_known(&self, links: &[Link]) -> ModelResult<Vec<SeenLink>> {
+        links.iter().map(|link| self.known(link)).collect()
     }
 }
 
 impl ModelInput for PolarWays {
     fn batch(&self, links: &[Link]) -> ModelResult<Tensor> {
-        let (links, shape) = (self.all_upright(links)?, shape());
-        let mut values = vec![0.0; links.len() * shape.directions * shape.values()];
-        let written = self.views.write(&links, &mut values);
-        written.map_err(|error| aps_model::Error::Input(error.into()))?;
-        let shape = (links.len(), shape.directions, shape.values());
-        Ok(Tensor::from_vec(values, shape, &Device::Cpu)?)
+        let links = self.all_known(links)?;
+        if let Some(held) = self.held.get().and_then(|held| held.batch(&links)) {
+            return Ok(held?);
+        }
+        let lists = listed(&self.views, &links);
+        lists.map_err(|error| aps_model::Error::Input(error.into()))
     }
 
     fn prepare(&self, links: &[Link]) -> ModelResult<()> {
-        self.views.prepare(&self.all_upright(links)?);
+        let links = self.all_known(links)?;
+        if !self.held.get().is_some_and(|held| held.has(&links)) {
+            self.views.prepare(&links);
+        }
         Ok(())
+    }
+
+    fn hold(&self, links: &mut dyn Iterator<Item = Link>) -> ModelResult<bool> {
+        let links = links.map(|link| self.known(&link));
+        let held = HeldWays::new(&self.views, links, &self.device)?;
+        Ok(held.is_some_and(|held| self.held.set(held).is_ok()))
     }
 
     fn group(&self, link: &Link) -> Option<u64> {
@@ -158,8 +189,84 @@ mod tests {
         (PolarWays::new(views, [255.0; 2], Device::Cpu), places)
     }
 
+    /// Values of all ways, there or not, by link and direction.
     fn values(ways: &PolarWays, links: &[Link]) -> Vec<Vec<Vec<f32>>> {
-        ways.batch(links).unwrap().to_vec3().unwrap()
+        let PolarShape {
+            directions,
+            features,
+            ..
+        } = shape();
+        let lists = ways.batch(links).unwrap().to_vec3::<f32>().unwrap();
+        let of_link = |list: Vec<Vec<f32>>| {
+            let mut values = vec![vec![0.0; shape().values()]; directions];
+            for way in list.iter().filter(|way| way[1] != 0.0) {
+                let [direction, kind] = [way[features] as usize, way[features + 1] as usize];
+                values[direction][kind * features..][..features].copy_from_slice(&way[..features]);
+            }
+            values
+        };
+        lists.into_iter().map(of_link).collect()
+    }
+
+    #[test]
+    fn ways_held_on_a_device_are_those_of_the_host_in_every_image() {
+        let (host, places) = city();
+        let (device, _) = city();
+        let link = |tx: usize, rx: usize| Link {
+            map: 0,
+            tx_m: places[tx],
+            rx_m: places[rx],
+        };
+        let images = |link: Link| (0..4).map(move |image| link.mirrored(image, 1, [255.0; 2]));
+        let held: Vec<Link> = [link(0, 1), link(2, 1)]
+            .into_iter()
+            .flat_map(images)
+            .collect();
+        assert!(device.hold(&mut held.iter().copied()).unwrap());
+        let (found, expected) = (values(&device, &held), values(&host, &held));
+        let mut count = 0;
+        for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+            for (found, expected) in found.iter().zip(expected) {
+                let bound = expected.abs() / 2048.0 + 3e-8;
+                assert!((found - expected).abs() <= bound, "{found} for {expected}");
+                count += usize::from(*expected == 1.0);
+            }
+        }
+        assert!(count > 8 * 20, "{count} ways");
+        // Each link in a block of its own.
+        let links = device.all_known(&held).unwrap();
+        let known = links.iter().copied().map(Ok);
+        let apart = HeldWays::in_blocks(&host.views, known, &Device::Cpu, 1)
+            .unwrap()
+            .unwrap();
+        let lists = |held: &HeldWays| {
+            held.batch(&links)
+                .unwrap()
+                .unwrap()
+                .to_vec3::<f32>()
+                .unwrap()
+        };
+        assert_eq!(lists(&apart), lists(device.held.get().unwrap()));
+        // Others come from the host.
+        let others = [held[0], link(0, 2)];
+        assert!(
+            !device
+                .held
+                .get()
+                .unwrap()
+                .has(&device.all_known(&others).unwrap())
+        );
+        assert_eq!(values(&device, &others), values(&host, &others));
+        // What cannot be found is told, not left out.
+        let inside = Link {
+            rx_m: [f64::NAN; 2],
+            ..held[0]
+        };
+        let refused = city().0.hold(&mut [held[0], inside].into_iter());
+        assert!(
+            matches!(refused, Err(aps_model::Error::Input(_))),
+            "{refused:?}"
+        );
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! Polar-Reg: a perceptron for each way that arrives along a ray, whose strengths are added; it is given geometry instead of an image.
 
-use candle_core::{DType, Device, Module, ModuleT, Result, Tensor, Var, bail};
-use candle_nn::{Init, VarBuilder};
-use rayon::prelude::*;
+mod found;
 
+use candle_core::{DType, Device, Module, ModuleT, Result, Tensor, Var};
+use candle_nn::{Init, VarBuilder};
+
+use self::found::{Form, Found};
 use super::{Model, Spec};
 use crate::ANGLE_BINS;
 use crate::condition::{InputKind, PolarShape};
@@ -11,7 +13,6 @@ use crate::layers::Linear;
 use crate::loss::Loss;
 use crate::ops;
 use crate::parameters::FIXED;
-use crate::recording::{Graph, Value, int, recorded};
 use crate::train::TrainConfig;
 
 pub(crate) const SPEC: Spec = Spec {
@@ -43,7 +44,7 @@ const LEAST_SHARE: f64 = 0.01;
 const LEAST_STRENGTH: f64 = 1e-6;
 
 /// The strength of each way (`ways`), added to a share of the power of each direction, and from that a spectrum (`fixed`). It maps
-/// (links, directions, values) of a [`PolarShape`], on the CPU or on the device of its parameters, to (links, bins) there.
+/// ways in one of the forms of a [`PolarShape`], on the CPU or on the device of its parameters, to (links, bins) there.
 #[derive(Debug, Clone)]
 pub(crate) struct PolarReg {
     shape: PolarShape,
@@ -75,89 +76,6 @@ impl Ways {
         let x = ops::gelu(&self.embed.forward(ways)?)?;
         self.out.forward(&ops::gelu(&self.hidden.forward(&x)?)?)
     }
-}
-
-/// The ways that there are, out of all links, directions and kinds. They are data: no gradient is followed through them.
-struct Found {
-    /// (ways, features and kind as a unit vector)
-    rows: Tensor,
-    /// Direction of each: its number plus the number of directions times that of the link.
-    direction: Tensor,
-}
-
-impl Found {
-    /// Picks them out of (links, directions, values), which are taken in f32, as they are made, and sends them to a device: most
-    /// values of an input are of ways that are not there.
-    fn of(input: &Tensor, shape: &PolarShape, device: &Device) -> Result<Self> {
-        let &PolarShape { ways, features, .. } = shape;
-        let host = input.detach().to_device(&Device::Cpu)?;
-        let host = host.to_dtype(DType::F32)?.contiguous()?;
-        let (mut rows, mut directions) = ops::with_slices([&host], |[all]| picked(all, shape))?;
-        if directions.is_empty() {
-            // Layers take no empty batch: a way of zeros, which has no strength, stands in.
-            directions.push(0);
-            rows.resize(features + ways, 0.0);
-        }
-        let count = directions.len();
-        let rows = Tensor::from_vec(rows, (count, features + ways), device)?;
-        Ok(Self {
-            rows: recorded(
-                &[input],
-                |g, v| every_way(g, v[0], shape),
-                || rows.to_dtype(input.dtype()),
-            )?,
-            direction: Tensor::from_vec(directions, count, device)?,
-        })
-    }
-
-    /// Sums values (ways, 1) over the ways of each direction: (links, directions).
-    fn sums(&self, values: &Tensor, links: usize, shape: &PolarShape) -> Result<Tensor> {
-        let &PolarShape {
-            directions, ways, ..
-        } = shape;
-        let nodes = |g: &mut Graph, v: &[Value]| {
-            let values = g.regroup(v[0], &[directions, ways]);
-            let last = g.whole(&[-1]);
-            g.node("ReduceSum", &[values, last], [int("keepdims", 0)])
-        };
-        recorded(&[values], nodes, || {
-            let sums = Tensor::zeros((links * directions, 1), values.dtype(), values.device())?;
-            let sums = sums.index_add(&self.direction, &values.contiguous()?, 0)?;
-            sums.reshape((links, directions))
-        })
-    }
-}
-
-/// Picks the ways that there are out of all values: features and kind of each, and its direction.
-fn picked(values: &[f32], shape: &PolarShape) -> (Vec<f32>, Vec<u32>) {
-    let &PolarShape { ways, features, .. } = shape;
-    let per_link = shape.directions * shape.values();
-    let of_link = |(link, values): (usize, &[f32])| {
-        let (mut rows, mut directions) = (Vec::new(), Vec::new());
-        for (n, way) in values.chunks_exact(features).enumerate() {
-            if way[1] != 0.0 {
-                directions.push((link * shape.directions + n / ways) as u32);
-                rows.extend_from_slice(way);
-                rows.extend((0..ways).map(|kind| f32::from(u8::from(kind == n % ways))));
-            }
-        }
-        (rows, directions)
-    };
-    let links = values.par_chunks_exact(per_link).enumerate().map(of_link);
-    let (rows, directions): (Vec<_>, Vec<_>) = links.unzip();
-    (rows.concat(), directions.concat())
-}
-
-/// Makes the rows of [`Found`] in a graph: of every way, there or not, since those that are not have no strength.
-fn every_way(g: &mut Graph, input: Value, shape: &PolarShape) -> Value {
-    let &PolarShape { ways, features, .. } = shape;
-    let all = g.regroup(input, &[ways, features]);
-    let unit = |n: usize| f64::from(u8::from(n / ways == n % ways));
-    let kinds = (0..ways * ways).map(unit).collect::<Vec<_>>();
-    let kinds = g.numbers(&[1, ways, ways], &kinds);
-    let kinds = g.repeat(kinds, &[ways, ways], all);
-    let all = g.node("Concat", &[all, kinds], [int("axis", 2)]);
-    g.regroup(all, &[features + ways])
 }
 
 /// Makes a spectrum of shares of the power: the response of the array, divided by its maximum and standardised as the labels
@@ -224,16 +142,13 @@ impl PolarReg {
 
     /// Computes the share of the power by direction (links, directions).
     pub fn power(&self, input: &Tensor) -> Result<Tensor> {
-        let of_link = [self.shape.directions, self.shape.values()];
-        let links = match input.dims() {
-            [links, link @ ..] if *links > 0 && link == of_link => *links,
-            found => bail!(
-                "ways along rays must have the shape [links, {}, {}], one link at least, not {found:?}",
-                of_link[0],
-                of_link[1]
-            ),
-        };
-        let found = Found::of(input, &self.shape, &self.device)?;
+        let (links, form) = Form::of(input, &self.shape)?;
+        let found = Found::of(input, form, &self.shape, &self.device)?;
+        self.shares(&found, links)
+    }
+
+    /// Computes the share of the power by direction of some links from their ways.
+    fn shares(&self, found: &Found, links: usize) -> Result<Tensor> {
         let column = |n: usize| ops::narrow(&found.rows, 1, n, 1);
         let share = ops::at_least_f32(&column(0)?)?;
         let share = ops::log(&ops::shift(&share, LEAST_SHARE)?)?;
