@@ -10,7 +10,7 @@ use half::slice::HalfFloatSliceExt;
 
 use crate::error::Error;
 use crate::layout::{Precision, ProfileLayout};
-use crate::round::to_f16;
+use crate::round::{to_f16, to_f16s};
 use crate::status::LinkStatus;
 
 /// Stored in place of dB where a link has no label: the least finite half-precision number.
@@ -216,7 +216,11 @@ pub(crate) fn encode(
             "places of the maxima must be given if and only if the layout stores them".into(),
         );
     }
-    let mut relative = vec![FILL_DB; wanted];
+    let mut db = match layout.dtype {
+        Precision::F16 => Samples::F16(vec![to_f16(FILL_DB); wanted]),
+        Precision::F32 => Samples::F32(vec![FILL_DB as f32; wanted]),
+    };
+    let (mut relative, mut scratch) = (Vec::with_capacity(bins), Vec::with_capacity(bins));
     let mut max_db = vec![FILL_DB as f32; status.len()];
     for i in (0..status.len()).filter(|&i| status[i].is_valid()) {
         let row = &rows.db[i * bins..][..bins];
@@ -234,18 +238,20 @@ pub(crate) fn encode(
                 "link {link}: a maximum of {peak} dB is out of range"
             ));
         }
-        for (relative, value) in relative[i * bins..][..bins].iter_mut().zip(row) {
-            *relative = (value - peak).max(FILL_DB);
+        relative.clear();
+        relative.extend(row.iter().map(|value| (value - peak).max(FILL_DB)));
+        match &mut db {
+            Samples::F16(all) => to_f16s(&relative, &mut scratch, &mut all[i * bins..][..bins]),
+            Samples::F32(all) => {
+                let row = all[i * bins..][..bins].iter_mut().zip(&relative);
+                row.for_each(|(stored, &value)| *stored = value as f32);
+            }
         }
     }
     let argmax = rows
         .argmax
         .map(|places| encode_places(places, bins, status, first))
         .transpose()?;
-    let db = match layout.dtype {
-        Precision::F16 => Samples::F16(relative.iter().map(|&value| to_f16(value)).collect()),
-        Precision::F32 => Samples::F32(relative.iter().map(|&value| value as f32).collect()),
-    };
     Ok(Profile {
         bins,
         db,

@@ -55,9 +55,17 @@ impl Moments {
                 value: values[index],
             });
         }
-        for &x in values {
-            self.sum += (x * STEPS_PER_ONE) as i128;
-            self.squares += (x * x * STEPS_PER_ONE) as i128;
+        // Of small values, as powers relative to the largest are, steps fit into a register.
+        if values.iter().all(|x| x.abs() <= 2.0) {
+            for &x in values {
+                self.sum += i128::from((x * STEPS_PER_ONE) as i64);
+                self.squares += i128::from((x * x * STEPS_PER_ONE) as i64);
+            }
+        } else {
+            for &x in values {
+                self.sum += (x * STEPS_PER_ONE) as i128;
+                self.squares += (x * x * STEPS_PER_ONE) as i128;
+            }
         }
         self.count += values.len() as u64;
         Ok(())
@@ -137,5 +145,12 @@ mod tests {
             merged.merge(&part);
         }
         assert_eq!(whole, merged);
+        // Beside a large value all steps are counted in 128 bits.
+        let mut beside = Moments::default();
+        beside
+            .add(&[&values[..], &[-3.0]].concat())
+            .expect("finite");
+        whole.add(&[-3.0]).expect("finite");
+        assert_eq!(whole, beside);
     }
 }
