@@ -27,15 +27,19 @@ while [ $# -gt 0 ]; do
     shift
 done
 end=$((SECONDS + minutes * 60))
+# Seconds left, one at least; a command that is stopped when they are over.
+left() { echo $((SECONDS < end ? end - SECONDS : 1)); }
+limited() { timeout "$(left)" "$@"; }
 here=$(realpath "$(dirname "$0")")
-mkdir -p "$out"
 report=$out/report.md failed=
+[ ! -e "$report" ] || { echo "'$out' holds a report already: name another folder" >&2 && exit 2; }
+mkdir -p "$out"
 
-# Sizes: images, links a step, seconds a time, terminals a map, seconds of Polar-Reg's training, and of predictions and metrics at the end.
-pixels="64 128 256" batch=64 seconds=1 terminals="--tx-per-map 100 --rx-per-map 200" polar=40 closing=40
+# Sizes: images, links a step, seconds a time, terminals a map, seconds kept for Polar-Reg, and for predictions and metrics of MS-AReg.
+pixels="64 128 256" batch=64 seconds=1 terminals="--tx-per-map 100 --rx-per-map 200" polar=80 closing=30
 models="ms_areg resnet_mlp"
 if [ -n "$quick" ]; then
-    pixels=32 batch=8 seconds=0.2 terminals="--tx-per-map 4 --rx-per-map 20" polar=5 closing=20 models=resnet_mlp maps=synthetic:6
+    pixels=32 batch=8 seconds=0.2 terminals="--tx-per-map 4 --rx-per-map 20" polar=20 closing=10 models=resnet_mlp maps=synthetic:6
 fi
 
 section() { printf '\n## %s\n\n' "$1" | tee -a "$report"; }
@@ -51,14 +55,15 @@ step() { "$@" 2>>"$out/log" | tee -a "$report" || { failed+=" $1" && echo "FAIL:
 } >"$report"
 
 section "Parity with the CPU"
-parity() { "$programs/device_parity" "$device" 64; }
+parity() { limited "$programs/device_parity" "$device" 64; }
 step parity
 
-if [ -x "$programs/unit_tests" ]; then
-    section "Convolutions against candle's own and the CPU's loops"
-    convolutions() { "$programs/unit_tests" --quiet convolutions | grep 'test result'; }
-    step convolutions
-fi
+section "Convolutions against candle's own and the CPU's loops"
+convolutions() {
+    [ -x "$programs/unit_tests" ] || { echo "left out: there is no program unit_tests" && return; }
+    limited "$programs/unit_tests" --quiet convolutions | grep 'test result'
+}
+step convolutions
 
 section "Times"
 cases=()
@@ -69,14 +74,14 @@ for model in $models; do
 done
 times() {
     if python3 -c 'import torch, torchvision' 2>/dev/null; then
-        python3 "$here/golden/models_speed.py" --program "$programs/step_time" --device "$device" --precision full mixed --rounds 1 \
+        limited python3 "$here/golden/models_speed.py" --program "$programs/step_time" --device "$device" --precision full mixed --rounds 1 \
             --seconds "$seconds" --threads "$(nproc)" "${cases[@]}"
         return
     fi
     printf 'ms a step, without PyTorch\n\n| case | precision | aps-model |\n|---|---|---|\n'
     for case in "${cases[@]}"; do
         for precision in full mixed; do
-            echo "| $case | $precision | $("$programs/step_time" "$case" "$device" "$precision" "$seconds") |"
+            echo "| $case | $precision | $(limited "$programs/step_time" "$case" "$device" "$precision" "$seconds") |"
         done
     done
 }
@@ -89,19 +94,22 @@ learn() {
     local model=$1 seconds=$2
     shift 2
     printf '\n%s, device %s, %s s of training, maps %s\n\n' "$model" "$device" "$seconds" "$maps"
+    [ "$seconds" -ge 5 ] || { echo "left out: no time is left for it" && return 1; }
     "$programs/xtask-models" train --data "$data" --maps "$maps" --model "$model" --preset small --mirror --device "$device" \
         --budget "${seconds}s" --dev-limit 2000 --out "$out/$model" "$@" >&2 || return 1
     "$programs/xtask-models" predict --data "$data" --maps "$maps" --weights "$out/$model/best.safetensors" --device "$device" \
         --batch 256 --out "$out/$model/predicted.npy" >&2 || return 1
-    "$programs/xtask" metrics --truth "$data" --split test --prediction "$out/$model/predicted.npy" --format markdown
+    "$programs/xtask" metrics --truth "$data" --split test --prediction "$out/$model/predicted.npy" --format markdown || return 1
     rm -f "$out/$model/predicted.npy" "$out/$model/predicted.links.csv" "$out/$model/last.safetensors"
 }
 train() {
+    local status=0
     # shellcheck disable=SC2086
-    "$programs/xtask" dataset --maps "$maps" --protocol paper $terminals --out "$data" >&2 || return 1
-    # Its ways lie on the device.
-    learn polar_reg "$polar" || return 1
-    learn ms_areg $((end - SECONDS - closing)) --image-size 64 --batch "$batch"
+    limited "$programs/xtask" dataset --maps "$maps" --protocol paper $terminals --out "$data" >&2 || return 1
+    learn ms_areg $(($(left) - closing - polar)) --image-size 64 --batch "$batch" || status=1
+    # Its ways lie on the device. Half of the time that was kept for it: its links are found first, its scores last.
+    learn polar_reg $((($(left) < polar ? $(left) : polar) / 2)) || status=1
+    return $status
 }
 step train
 rm -rf "$data"

@@ -123,22 +123,32 @@ def main():
     parser.add_argument("--program", help="step_time, built elsewhere")
     args = parser.parse_args()
     torch.set_num_threads(args.threads)
+    # f32 is f32 on both sides.
+    torch.backends.cudnn.allow_tf32 = False
     program = args.program or built()
     # As the runner sets them.
     environment = os.environ | {"RAYON_NUM_THREADS": str(args.threads), "MIMALLOC_PURGE_DELAY": "-1"}
 
     def ours(case, precision):
         words = [program, case, args.device, precision, str(args.seconds)]
-        return float(subprocess.run(words, env=environment, check=True, capture_output=True).stdout)
+        return float(subprocess.run(words, env=environment, check=True, stdout=subprocess.PIPE).stdout)
 
     print(f"torch {torch.__version__}, {args.device}, {args.threads} threads, ms a link, best of {args.rounds} rounds\n")
     print("| case | precision | PyTorch | aps-model | ratio |\n|---|---|---|---|---|")
+    failed = []
     for case in args.cases:
         for precision in args.precision:
             run, batch = torch_case(case, args.device, precision == "mixed"), int(case.split("-")[3])
-            pairs = [(best_ms(run, args.seconds), ours(case, precision)) for _ in range(args.rounds)]
+            try:
+                pairs = [(best_ms(run, args.seconds), ours(case, precision)) for _ in range(args.rounds)]
+            except (subprocess.CalledProcessError, torch.cuda.OutOfMemoryError) as error:
+                failed.append(case)
+                print(f"| {case} | {precision} | failed: {type(error).__name__} | | |", flush=True)
+                continue
             theirs, mine = (min(side) / batch for side in zip(*pairs))
             print(f"| {case} | {precision} | {theirs:.3f} | {mine:.3f} | {mine / theirs:.2f} |", flush=True)
+    if failed:
+        raise SystemExit(f"failed: {' '.join(failed)}")
 
 
 if __name__ == "__main__":

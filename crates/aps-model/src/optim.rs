@@ -294,19 +294,28 @@ pub(crate) fn clip_factor(norm: f64, max_norm: f64) -> f64 {
 
 /// Computes the Euclidean norm of the gradients of `vars` taken as one vector; variables without one count as zero.
 ///
-/// On a CPU squares are summed in f64. Not a number, or infinite, if a gradient is.
+/// On a CPU squares are summed in f64; on another device in f32, and one number is read back. Not a number, or infinite, if a gradient
+/// is.
 pub(crate) fn gradient_norm<'a>(
     gradients: &GradStore,
     vars: impl IntoIterator<Item = &'a Var>,
 ) -> Result<f64> {
-    let mut squares = 0.0;
+    let (mut squares, mut on_device) = (0.0, Vec::new());
     for gradient in vars.into_iter().filter_map(|var| gradients.get(var)) {
-        squares += sum_of_squares(gradient)?;
+        match sum_of_squares(gradient)? {
+            Some(sum) => squares += sum,
+            None => on_device.push(gradient.to_dtype(DType::F32)?.sqr()?.sum_all()?),
+        }
+    }
+    if !on_device.is_empty() {
+        let sum = Tensor::stack(&on_device, 0)?.sum_all()?;
+        squares += f64::from(sum.to_scalar::<f32>()?);
     }
     Ok(squares.sqrt())
 }
 
-fn sum_of_squares(gradient: &Tensor) -> Result<f64> {
+/// Sums the squares of a gradient in single precision on the CPU; `None` for others.
+fn sum_of_squares(gradient: &Tensor) -> Result<Option<f64>> {
     let gradient = gradient.contiguous()?;
     let (storage, layout) = gradient.storage_and_layout();
     if let (Storage::Cpu(CpuStorage::F32(values)), Some((start, end))) =
@@ -315,9 +324,7 @@ fn sum_of_squares(gradient: &Tensor) -> Result<f64> {
         let square = |&x: &f32| f64::from(x) * f64::from(x);
         let blocks = values[start..end].par_chunks(BLOCK);
         let blocks: Vec<f64> = blocks.map(|block| block.iter().map(square).sum()).collect();
-        return Ok(blocks.iter().sum());
+        return Ok(Some(blocks.iter().sum()));
     }
-    drop(storage);
-    let sum = gradient.to_dtype(DType::F32)?.sqr()?.sum_all()?;
-    Ok(f64::from(sum.to_scalar::<f32>()?))
+    Ok(None)
 }

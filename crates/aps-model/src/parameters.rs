@@ -69,7 +69,8 @@ pub fn frozen(parameters: &VarMap) -> Result<VarBuilder<'static>> {
     let (mut dtype, mut device) = (DType::F32, Device::Cpu);
     let mut constants = HashMap::new();
     for (name, var) in sorted(parameters) {
-        if var.dtype().is_float() {
+        // Facts of the labels may lie elsewhere.
+        if var.dtype().is_float() && !name.starts_with(FIXED) {
             (dtype, device) = (var.dtype(), var.device().clone());
         }
         constants.insert(name, var.as_detached_tensor().copy()?);

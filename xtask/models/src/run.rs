@@ -10,6 +10,7 @@ use aps_model::condition::InputKind;
 use aps_model::train::StepReport;
 use aps_report::numbers::duration;
 use indicatif::ProgressBar;
+use map2aps::training::Device;
 use map2aps::training::{DevelopmentScores, Run, RunFolder, Training, mean};
 use map2aps::{Control, Dataset, Progress};
 use xtask::progress::bar_of;
@@ -47,6 +48,21 @@ pub fn train(
             InputKind::Polar => "ways along rays".into(),
         },
     );
+    if plan.device != Device::Cpu {
+        let place = |is_held| {
+            if is_held {
+                "on the device"
+            } else {
+                "sent with each batch"
+            }
+        };
+        let held = trainer.held();
+        let ways = match plan.model.input() {
+            InputKind::Images => String::new(),
+            InputKind::Polar => format!("; ways: {}", place(held.input)),
+        };
+        note!("targets: {}{ways}", place(held.targets));
+    }
     let bar = Bar::new(&run);
     let control = Control {
         progress: &bar,

@@ -72,7 +72,7 @@ pub struct Args {
     /// Links a step [default: the paper's with --preset paper, else 64; 128 for polar_reg].
     #[arg(long)]
     batch: Option<usize>,
-    /// Highest learning rate [default: the paper's; 1.5e-3 for polar_reg].
+    /// Highest learning rate [default: the paper's; 2e-3 for polar_reg].
     #[arg(long)]
     lr: Option<f64>,
     /// Seed of initial weights, order, dropout and --limit.

@@ -148,7 +148,7 @@ impl Case {
         let model = self.kind.build(self.preset, input.shape(), vb)?;
         let samples = Samples::new(links, targets)?;
         let trainer = Trainer::new(model, &parameters, input, samples, config)?;
-        let trainer = trainer.with_loss(self.kind.loss());
+        let trainer = trainer.with_loss(self.kind.loss()).hold()?;
         let of_regularizer = VarMap::new();
         let vb = self.builder(&of_regularizer, 2);
         Ok(match self.kind.build_regularizer(self.preset, vb)? {

@@ -168,7 +168,8 @@ struct Axis {
 }
 
 impl ConditionImages {
-    /// Brings the maps to the image's size and onto the device: maps x size^2 x 4 bytes, 13 MB for 51 maps at 256.
+    /// Brings the maps to the image's size and onto the device: maps x size^2 x 4 bytes, 13 MB for 51 maps at 256; in the frame of the
+    /// receiver the rasters too.
     ///
     /// # Errors
     /// [`Error::Condition`] when the pixels do not make whole maps or are no shares, or a setting is not positive.
@@ -270,7 +271,7 @@ impl ConditionImages {
         }
     }
 
-    /// Composes a batch of images by candle's operations: five to nine numbers a link are sent to the device.
+    /// Composes a batch of images by candle's operations: five numbers a link are sent to the device, in the frame of the receiver seven.
     fn compose(&self, links: &[Link]) -> Result<Tensor> {
         let (n, size) = (links.len(), self.size);
         let maps: Vec<u32> = links.iter().map(|link| link.map).collect();

@@ -2,7 +2,7 @@
 
 use candle_core::{DType, Result, Tensor};
 
-use super::cpu::{Backward, apply, are_fast};
+use super::cpu::{Backward, apply, are_fast, is_on_cpu};
 use super::portable;
 use crate::kernels::finish::Finish;
 use crate::kernels::{ConvShape, convolution::convolve, input_gradient, weight_gradient};
@@ -27,7 +27,7 @@ pub(crate) fn conv2d(
         g.node("Conv", v, settings)
     };
     recorded(&inputs, nodes, || {
-        if x.device().is_cpu() && matches!(x.dtype(), DType::BF16 | DType::F16) {
+        if is_on_cpu(x) && matches!(x.dtype(), DType::BF16 | DType::F16) {
             // Weights have the precision of x, whatever they are stored in.
             let wide = |t: &Tensor| t.to_dtype(x.dtype())?.to_dtype(DType::F32);
             let bias = bias.map(wide).transpose()?;

@@ -9,8 +9,31 @@ use candle_core::{
 
 /// Returns true when the loops of this crate take all of the tensors: f32 on the CPU.
 pub(super) fn are_fast(tensors: &[&Tensor]) -> bool {
-    let is_fast = |t: &&Tensor| t.device().is_cpu() && t.dtype() == DType::F32;
+    let is_fast = |t: &&Tensor| is_on_cpu(t) && t.dtype() == DType::F32;
     tensors.iter().all(is_fast)
+}
+
+/// Returns true when a tensor lies on the CPU, and there are ways for the CPU.
+pub(super) fn is_on_cpu(tensor: &Tensor) -> bool {
+    #[cfg(test)]
+    if AS_ON_A_DEVICE.get() {
+        return false;
+    }
+    tensor.device().is_cpu()
+}
+
+#[cfg(test)]
+std::thread_local! {
+    static AS_ON_A_DEVICE: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
+}
+
+/// Runs `f` with the operations that another device would take.
+#[cfg(test)]
+pub(crate) fn as_on_a_device<T>(f: impl FnOnce() -> T) -> T {
+    AS_ON_A_DEVICE.set(true);
+    let result = f();
+    AS_ON_A_DEVICE.set(false);
+    result
 }
 
 /// Values of a backward pass.

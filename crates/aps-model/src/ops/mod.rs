@@ -20,6 +20,8 @@ mod shape;
 pub(crate) use self::activation::{add_relu, gelu, leaky_relu, max_last, relu, softmax};
 pub(crate) use self::attention::{layer_norm, self_attention};
 pub(crate) use self::conv2d::{conv_transpose2x2, conv1d, conv2d};
+#[cfg(test)]
+pub(crate) use self::cpu::as_on_a_device;
 pub(crate) use self::cpu::with_slices;
 pub(crate) use self::elementwise::{
     add, at_most, centred_last, div, exp, log, mul, rms_last, scale, shift, sub,
@@ -28,7 +30,7 @@ pub(crate) use self::linear::{linear, project};
 pub(crate) use self::norm::{batch_norm, batch_norm_relu};
 pub(crate) use self::normed_conv::{After, ConvTensors, normed_conv2d};
 pub(crate) use self::pool::{adaptive_avg_pool, max_pool_2x2, max_pool_3x3_s2_p1};
-pub(crate) use self::portable::{BatchNormTensors, at_least_f32};
+pub(crate) use self::portable::{BatchNormTensors, add_to_columns, at_least_f32};
 pub(crate) use self::resize::{resize_bilinear, upsample_nearest_2x};
 pub(crate) use self::shape::{
     cat, fixed, flatten_from, narrow, repeat, reshape, squeeze, transpose, unsqueeze, zeros,

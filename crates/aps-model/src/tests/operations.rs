@@ -90,3 +90,12 @@ fn dropout_keeps_the_mean_and_follows_its_seed() {
     assert_ne!(dropped, drop(1, 1));
     assert_eq!(flat(&dropout.forward_t(&x, false).unwrap()), flat(&x));
 }
+
+#[test]
+fn gelu_of_half_precision_is_rounded_once() {
+    let x: Vec<f32> = (-160..160).map(|i| i as f32 / 32.0).collect();
+    let x = Tensor::new(x, &Device::Cpu).unwrap();
+    let exact = portable::gelu(&x).unwrap().to_dtype(DType::BF16).unwrap();
+    let found = portable::gelu(&x.to_dtype(DType::BF16).unwrap()).unwrap();
+    assert_eq!((found.dtype(), flat(&found)), (DType::BF16, flat(&exact)));
+}

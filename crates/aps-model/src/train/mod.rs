@@ -73,4 +73,4 @@ pub use error::{Quantity, TrainError};
 pub use predict::predict;
 #[cfg(test)]
 pub(crate) use schedule::{Budget, Schedule};
-pub use trainer::{StepReport, Trainer};
+pub use trainer::{Held, StepReport, Trainer};

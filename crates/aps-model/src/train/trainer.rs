@@ -31,7 +31,8 @@ pub struct Trainer {
     input: Arc<dyn ModelInput>,
     examples: Arc<dyn Examples>,
     /// Targets of the examples, if they lie on the device.
-    held: Option<HeldTargets>,
+    targets: Option<HeldTargets>,
+    held: Held,
     config: TrainConfig,
     order: Order,
     schedule: Schedule,
@@ -71,6 +72,15 @@ impl Clock {
         let sitting = self.since.map(|since| (self.now)() - since);
         (self.before + sitting.unwrap_or_default()).as_secs_f64()
     }
+}
+
+/// Parts of all examples that lie on the device: see [`Trainer::hold`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Held {
+    /// Targets.
+    pub targets: bool,
+    /// What inputs are made of, where that is another thing than the maps.
+    pub input: bool,
 }
 
 /// Report of one training step.
@@ -145,7 +155,8 @@ impl Trainer {
             order,
             input: Arc::from(input),
             examples: Arc::new(examples),
-            held: None,
+            targets: None,
+            held: Held::default(),
             config,
             steps: 0,
             clock: Clock::new(),
@@ -155,17 +166,23 @@ impl Trainer {
         })
     }
 
-    /// Puts the targets of all examples onto the device, in half precision: 360 bytes an example, if that is not more than 8 GiB;
-    /// and what their input is made of, if that [can be held](ModelInput::hold). Batches then send the numbers of their examples
-    /// instead. On a CPU it saves nothing.
+    /// Puts the targets of all examples onto the device, in half precision: 360 bytes an example, if that is not more than 8 GiB and
+    /// there is room; and what their input is made of, if that [can be held](ModelInput::hold). Batches then send the numbers of their
+    /// examples instead; [`held`](Self::held) tells what is. On a CPU it saves nothing.
     ///
     /// # Errors
-    /// [`TrainError::Model`] for memory that the device does not have, and errors of the input.
+    /// [`TrainError::Model`] for failures of the device, and errors of the input.
     pub fn hold(mut self) -> Result<Self, TrainError> {
-        self.held = HeldTargets::new(&*self.examples, self.input.device())?;
         let mut links = (0..self.examples.len()).map(|example| self.examples.link(example));
-        self.input.hold(&mut links)?;
+        self.held.input = self.input.hold(&mut links)?;
+        self.targets = HeldTargets::new(&*self.examples, self.input.device())?;
+        self.held.targets = self.targets.is_some();
         Ok(self)
+    }
+
+    /// Tells what lies on the device.
+    pub fn held(&self) -> Held {
+        self.held
     }
 
     /// Trains by another loss.
@@ -218,7 +235,7 @@ impl Trainer {
         let (step, end) = (self.steps, self.steps_total().unwrap_or(u64::MAX));
         let start = || {
             let (examples, input) = (Arc::clone(&self.examples), Arc::clone(&self.input));
-            let (order, needs_targets) = (self.order.clone(), self.held.is_none());
+            let (order, needs_targets) = (self.order.clone(), self.targets.is_none());
             Prefetch::start(examples, input, order, step..end, needs_targets)
         };
         let batch = self.prefetch.get_or_insert_with(start).next();
@@ -235,7 +252,7 @@ impl Trainer {
         let precision = self.config.precision;
         let input = precision.of_input(&self.input.batch(&batch.links)?)?;
         let shape = (batch.links.len(), ANGLE_BINS);
-        let targets = match &self.held {
+        let targets = match &self.targets {
             Some(held) => held.of(&batch.examples)?,
             None => Tensor::from_slice(&batch.targets, shape, self.input.device())?,
         };

@@ -8,6 +8,7 @@ use aps_model::candle_core::{DType, Device, Result as DeviceResult, Tensor};
 use aps_raytrace::polar::{FEATURES, LISTED, Mirror};
 use half::f16;
 
+use crate::Error;
 use crate::polar::{PolarViews, SeenLink};
 
 /// Most bytes that ways take on a device. The 2.3 million links of the paper's size have some 200 ways each: 16 GB.
@@ -19,12 +20,14 @@ const MAX_WAYS: usize = 1 << 27;
 /// Links whose ways are found at a time.
 const AT_ONCE: usize = 1 << 12;
 
-/// A link as it is in the map: its map, and the bits of its coordinates \[m\].
-type Key = (usize, [u64; 4]);
+/// A link as it is in the map: its map, and its coordinates in steps of 2^-30 m, for a link mirrored twice may be off by a rounding.
+/// Links within a step of each other have the same ways.
+type Key = (usize, [i64; 4]);
 
 fn key(link: &SeenLink) -> Key {
     let [[tx_x, tx_y], [rx_x, rx_y]] = [link.tx_m, link.rx_m];
-    (link.map, [tx_x, tx_y, rx_x, rx_y].map(f64::to_bits))
+    let steps = |x_m: f64| (x_m * f64::from(1 << 30)).round() as i64;
+    (link.map, [tx_x, tx_y, rx_x, rx_y].map(steps))
 }
 
 /// Ways of links in half precision, 32 bytes each, so that for a batch only their places are sent. Mirror images are made of them
@@ -81,8 +84,11 @@ impl HeldWays {
                     some.push(SeenLink { mirror, ..link });
                 }
             }
-            let lists = views.lists(&some);
-            let lists = lists.map_err(|error| aps_model::Error::Input(error.into()))?;
+            let lists = views.lists(&some).map_err(|error| match error {
+                // Its number among some links says nothing.
+                Error::At { source, .. } => aps_model::Error::Input(source),
+                error => aps_model::Error::Input(error.into()),
+            })?;
             for (link, list) in some.iter().zip(lists) {
                 // A device without room refuses.
                 let Ok(place) = blocks.push(&list) else {
@@ -112,6 +118,12 @@ impl HeldWays {
             factors: Tensor::new(&factors, device)?,
             directions: Tensor::from_iter(directions.map(|d| d as f32), device)?,
         }))
+    }
+
+    /// Number of links, mirror images not counted.
+    #[cfg(test)]
+    pub fn links(&self) -> usize {
+        self.places.len()
     }
 
     /// Tells if all of some links are held.

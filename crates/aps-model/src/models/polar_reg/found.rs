@@ -38,37 +38,38 @@ impl Form {
 pub(super) struct Found {
     /// (ways, features and kind as a unit vector)
     pub rows: Tensor,
-    /// Direction of each: its number plus the number of directions times that of the link.
-    direction: Tensor,
+    direction: Direction,
+}
+
+/// Direction of each way.
+enum Direction {
+    /// Its number plus the number of directions times that of the link: (ways).
+    OfAll(Tensor),
+    /// Its number, as many ways a link: (links, ways of a link). Sums of links are then independent of each other.
+    ByLink(Tensor),
 }
 
 impl Found {
-    /// Takes lists on a device as they are, and picks the ways out of others on the host, in f32, to send them to the device: most
-    /// values of an input are of ways that are not there.
+    /// Finds the ways of an input on the CPU, in f32, as they are made; for a model on another device takes lists as they are.
     pub fn of(input: &Tensor, form: Form, shape: &PolarShape, device: &Device) -> Result<Self> {
-        if form == Form::Listed && !input.device().is_cpu() {
-            return Self::listed(&input.detach(), shape);
+        let given = input.detach();
+        let lists = match form {
+            Form::Every => lists_of(&on_cpu(&given)?, shape)?,
+            Form::Listed => given,
+        };
+        if !device.is_cpu() {
+            let lists = lists.to_device(device)?.to_dtype(input.dtype())?;
+            return Self::listed(&lists, shape);
         }
-        let &PolarShape { ways, features, .. } = shape;
-        let host = input.detach().to_device(&Device::Cpu)?;
-        let host = host.to_dtype(DType::F32)?.contiguous()?;
-        let per_link = host.elem_count() / host.dim(0)?;
-        let pick = |[all]: [&[f32]; 1]| picked(all, per_link, form, shape);
-        let (mut rows, mut directions) = ops::with_slices([&host], pick)??;
-        if directions.is_empty() {
-            // Layers take no empty batch: a way of zeros, which has no strength, stands in.
-            directions.push(0);
-            rows.resize(features + ways, 0.0);
-        }
+        let (rows, directions) = ops::with_slices([&on_cpu(&lists)?], |[all]| {
+            picked(all, lists.dims3()?.1, shape)
+        })??;
         let count = directions.len();
-        let rows = Tensor::from_vec(rows, (count, features + ways), device)?;
+        let rows = Tensor::from_vec(rows, (count, shape.features + shape.ways), device)?;
+        let nodes = |g: &mut Graph, v: &[Value]| every_way(g, v[0], shape);
         Ok(Self {
-            rows: recorded(
-                &[input],
-                |g, v| every_way(g, v[0], shape),
-                || rows.to_dtype(input.dtype()),
-            )?,
-            direction: Tensor::from_vec(directions, count, device)?,
+            rows: recorded(&[input], nodes, || rows.to_dtype(input.dtype()))?,
+            direction: Direction::OfAll(Tensor::from_vec(directions, count, device)?),
         })
     }
 
@@ -76,23 +77,26 @@ impl Found {
     fn listed(lists: &Tensor, shape: &PolarShape) -> Result<Self> {
         let &PolarShape { ways, features, .. } = shape;
         let (links, slots, numbers) = lists.dims3()?;
-        if lists.dtype().size_in_bytes() < 4 && shape.directions.max(ways) > 257 {
-            bail!("bf16 has no room for the numbers of more than 257 directions or ways");
+        let exact = match lists.dtype() {
+            DType::BF16 => 1 << 8,
+            DType::F16 => 1 << 11,
+            _ => 1 << 24,
+        };
+        if shape.directions.max(ways) > exact {
+            let dtype = lists.dtype();
+            bail!("{dtype:?} has no room for the numbers of more than {exact} directions or ways");
         }
         let rows = lists.reshape((links * slots, numbers))?;
         let numbers = rows.narrow(1, features, 2)?.to_dtype(DType::F32)?;
         let kinds = Tensor::arange(0.0_f32, ways as f32, lists.device())?.unsqueeze(0)?;
         let kinds = numbers.narrow(1, 1, 1)?.broadcast_eq(&kinds)?;
         let features = rows.narrow(1, 0, features)?;
-        let first = (0..links as u32).map(|link| link * shape.directions as u32);
-        let first = Tensor::from_vec(first.collect(), (links, 1), lists.device())?;
         let direction = numbers.narrow(1, 0, 1)?.reshape((links, slots))?;
         // A number that is none may not lead out of the sums.
         let direction = direction.clamp(0.0, (shape.directions - 1) as f64)?;
-        let direction = direction.to_dtype(DType::U32)?.broadcast_add(&first)?;
         Ok(Self {
             rows: Tensor::cat(&[features, kinds.to_dtype(lists.dtype())?], 1)?,
-            direction: direction.flatten_all()?,
+            direction: Direction::ByLink(direction.to_dtype(DType::U32)?),
         })
     }
 
@@ -106,57 +110,84 @@ impl Found {
             let last = g.whole(&[-1]);
             g.node("ReduceSum", &[values, last], [int("keepdims", 0)])
         };
-        recorded(&[values], nodes, || {
-            let sums = Tensor::zeros((links * directions, 1), values.dtype(), values.device())?;
-            let sums = sums.index_add(&self.direction, &values.contiguous()?, 0)?;
-            sums.reshape((links, directions))
+        recorded(&[values], nodes, || match &self.direction {
+            Direction::OfAll(direction) => {
+                let sums = Tensor::zeros((links * directions, 1), values.dtype(), values.device())?;
+                let sums = sums.index_add(direction, &values.contiguous()?, 0)?;
+                sums.reshape((links, directions))
+            }
+            Direction::ByLink(direction) => {
+                ops::add_to_columns(&values.reshape(direction.shape())?, direction, directions)
+            }
         })
     }
 }
 
-/// Picks the ways that there are out of all values: features and kind of each, and its direction.
-fn picked(
-    values: &[f32],
-    per_link: usize,
-    form: Form,
-    shape: &PolarShape,
-) -> Result<(Vec<f32>, Vec<u32>)> {
+fn on_cpu(tensor: &Tensor) -> Result<Tensor> {
+    let tensor = tensor.to_device(&Device::Cpu)?;
+    tensor.to_dtype(DType::F32)?.contiguous()
+}
+
+/// Lists the ways that there are of all values, on the CPU in f32; lists of fewer than the longest end with zeros.
+fn lists_of(every: &Tensor, shape: &PolarShape) -> Result<Tensor> {
+    let &PolarShape { ways, features, .. } = shape;
+    let per_link = shape.directions * shape.values();
+    let of_link = |values: &[f32]| {
+        let mut list = Vec::new();
+        for (n, way) in values.chunks_exact(features).enumerate() {
+            if way[1] != 0.0 {
+                list.extend_from_slice(way);
+                list.extend([n / ways, n % ways].map(|number| number as f32));
+            }
+        }
+        list
+    };
+    let lists: Vec<Vec<f32>> = ops::with_slices([every], |[all]| {
+        all.par_chunks_exact(per_link).map(of_link).collect()
+    })?;
+    // A list of no way is one of zeros.
+    let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
+    let longest = longest.max(shape.listed());
+    let mut values = Vec::with_capacity(lists.len() * longest);
+    for list in &lists {
+        values.extend_from_slice(list);
+        values.resize(values.len() + longest - list.len(), 0.0);
+    }
+    let shape = (lists.len(), longest / shape.listed(), shape.listed());
+    Tensor::from_vec(values, shape, &Device::Cpu)
+}
+
+/// Picks the ways out of lists of some ways each: features and kind, and direction.
+fn picked(lists: &[f32], slots: usize, shape: &PolarShape) -> Result<(Vec<f32>, Vec<u32>)> {
     let &PolarShape { ways, features, .. } = shape;
     let is_known = |way: &[f32]| {
         let [direction, kind] = [way[features], way[features + 1]];
         (0.0..shape.directions as f32).contains(&direction) && (0.0..ways as f32).contains(&kind)
     };
-    if form == Form::Listed
-        && let Some(at) = values
-            .chunks_exact(shape.listed())
-            .position(|way| !is_known(way))
-    {
+    let mut all = lists.chunks_exact(shape.listed());
+    if let Some(at) = all.position(|way| !is_known(way)) {
         bail!("way {at} of the lists is of no direction or kind of {shape:?}");
     }
-    let of_link = |(link, values): (usize, &[f32])| {
+    let of_link = |(link, list): (usize, &[f32])| {
         let (mut rows, mut directions) = (Vec::new(), Vec::new());
-        let mut push = |way: &[f32], direction: usize, kind: usize| {
+        let all = list.chunks_exact(shape.listed());
+        for way in all.filter(|way| way[1] != 0.0) {
+            let [direction, kind] = [way[features] as usize, way[features + 1] as usize];
             directions.push((link * shape.directions + direction) as u32);
             rows.extend_from_slice(&way[..features]);
             rows.extend((0..ways).map(|n| f32::from(u8::from(n == kind))));
-        };
-        let is_there = |way: &&[f32]| way[1] != 0.0;
-        match form {
-            Form::Every => {
-                let all = values.chunks_exact(features).enumerate();
-                let all = all.filter(|(_, way)| is_there(way));
-                all.for_each(|(n, way)| push(way, n / ways, n % ways));
-            }
-            Form::Listed => {
-                let all = values.chunks_exact(shape.listed()).filter(is_there);
-                all.for_each(|way| push(way, way[features] as usize, way[features + 1] as usize));
-            }
         }
         (rows, directions)
     };
-    let links = values.par_chunks_exact(per_link).enumerate().map(of_link);
-    let (rows, directions): (Vec<_>, Vec<_>) = links.unzip();
-    Ok((rows.concat(), directions.concat()))
+    let links = lists.par_chunks_exact(slots * shape.listed()).enumerate();
+    let (rows, directions): (Vec<_>, Vec<_>) = links.map(of_link).unzip();
+    let (mut rows, mut directions) = (rows.concat(), directions.concat());
+    if directions.is_empty() {
+        // Layers take no empty batch: a way of zeros, which has no strength, stands in.
+        directions.push(0);
+        rows.resize(features + ways, 0.0);
+    }
+    Ok((rows, directions))
 }
 
 /// Makes the rows of [`Found`] in a graph: of every way, there or not, since those that are not have no strength.
@@ -173,6 +204,10 @@ fn every_way(g: &mut Graph, input: Value, shape: &PolarShape) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use candle_core::Var;
+    use candle_nn::VarMap;
+
+    use super::super::PolarReg;
     use super::*;
 
     const SHAPE: PolarShape = PolarShape {
@@ -272,13 +307,47 @@ mod tests {
             assert!(refused.starts_with("way 1 of the lists"), "{refused}");
             // On a device nothing is read back, but nothing is written beside the sums either.
             let found = Found::listed(&list, &SHAPE).unwrap();
-            assert_eq!(
-                found
-                    .sums(&found.rows.narrow(1, 1, 1).unwrap(), 1, &SHAPE)
-                    .unwrap()
-                    .dims(),
-                [1, 20]
-            );
+            let values = Tensor::new(&[[0.0_f32], [1.0]], &Device::Cpu).unwrap();
+            let sums = found.sums(&values, 1, &SHAPE).unwrap();
+            let sums: Vec<f32> = sums.flatten_all().unwrap().to_vec1().unwrap();
+            let direction = if place == 4 && number > 0.0 { 19 } else { 0 };
+            assert!(sums.len() == 20 && sums[direction] == 1.0, "{sums:?}");
         }
+    }
+
+    #[test]
+    fn a_model_learns_the_same_on_a_device() {
+        let parameters = VarMap::new();
+        let vb = crate::seeded(&parameters, 5, DType::F32, &Device::Cpu);
+        let model = PolarReg::new(SHAPE, vb).unwrap();
+        let [every, lists] = forms();
+        let weights = Tensor::arange(0.0_f32, (LINKS * SHAPE.directions) as f32, &Device::Cpu);
+        let weights = weights.unwrap().reshape((LINKS, SHAPE.directions)).unwrap();
+        let learnt = |found: &Found| {
+            let power = model.shares(found, LINKS).unwrap();
+            let loss = (&power * &weights).unwrap().sum_all().unwrap();
+            let store = loss.backward().unwrap();
+            let of = |var: &Var| store.get(var).map(|g| g.flatten_all().unwrap());
+            let gradients = crate::trainable(&parameters).into_iter();
+            let gradients: Vec<_> = gradients.map(|(_, var)| of(&var).unwrap()).collect();
+            Tensor::cat(
+                &[&[power.flatten_all().unwrap()], &gradients[..]].concat(),
+                0,
+            )
+            .unwrap()
+        };
+        let picked = Found::of(&every, Form::Every, &SHAPE, &Device::Cpu).unwrap();
+        let expected = learnt(&picked);
+        let found = learnt(&Found::listed(&lists, &SHAPE).unwrap());
+        let largest = |x: &Tensor| {
+            x.abs()
+                .unwrap()
+                .max_all()
+                .unwrap()
+                .to_scalar::<f32>()
+                .unwrap()
+        };
+        let apart = largest(&(found - &expected).unwrap());
+        assert!(apart < 2e-6 * largest(&expected), "{apart}");
     }
 }

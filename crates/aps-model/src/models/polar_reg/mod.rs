@@ -86,23 +86,26 @@ struct Spectrum {
     array: Var,
     mean: Var,
     deviation: Var,
+    /// On the CPU: it decides what is computed.
     is_by_link: Var,
 }
 
 impl Spectrum {
     fn new(directions: usize, vb: VarBuilder<'_>) -> Result<Self> {
         let zeros = Init::Const(0.0);
-        let get =
-            |name, value| Var::from_tensor(&vb.get_with_hints((), name, Init::Const(value))?);
+        let number = |vb: &VarBuilder<'_>, name, value| {
+            Var::from_tensor(&vb.get_with_hints((), name, Init::Const(value))?)
+        };
+        let on_cpu = vb.clone().set_device(Device::Cpu);
         Ok(Self {
             array: Var::from_tensor(&vb.get_with_hints(
                 (ANGLE_BINS, directions),
                 "array",
                 zeros,
             )?)?,
-            mean: get("mean", 0.0)?,
-            deviation: get("deviation", 1.0)?,
-            is_by_link: get("is_by_link", 0.0)?,
+            mean: number(&vb, "mean", 0.0)?,
+            deviation: number(&vb, "deviation", 1.0)?,
+            is_by_link: number(&on_cpu, "is_by_link", 0.0)?,
         })
     }
 }

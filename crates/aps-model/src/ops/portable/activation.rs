@@ -17,10 +17,11 @@ pub(crate) fn leaky_relu(x: &Tensor, slope: f64) -> Result<Tensor> {
 }
 
 /// The exact Gaussian error linear unit x Φ(x), Φ the normal distribution function (Hendrycks and Gimpel,
-/// arXiv:1606.08415).
+/// arXiv:1606.08415). Half precision is computed in f32: 1 + erf of a negative number takes digits away.
 pub(crate) fn gelu(x: &Tensor) -> Result<Tensor> {
-    let twice_phi = ((x * std::f64::consts::FRAC_1_SQRT_2)?.erf()? + 1.0)?;
-    (x * 0.5)? * twice_phi
+    let single = at_least_f32(x)?;
+    let twice_phi = ((&single * std::f64::consts::FRAC_1_SQRT_2)?.erf()? + 1.0)?;
+    ((single * 0.5)? * twice_phi)?.to_dtype(x.dtype())
 }
 
 /// The largest value along the last dimension, which is kept with length 1. Equal ones share the gradient, as in PyTorch.

@@ -5,14 +5,11 @@
 //! three is a product of matrices, with unfolded windows in the order (batch, height, width, channels). The graph keeps no
 //! windows: gradients unfold them again.
 
-use std::sync::Mutex;
+use candle_core::{CustomOp2, Result, Tensor};
 
-use candle_core::{
-    CpuStorage, CudaStorage, CustomOp2, Layout, MetalStorage, Result, Shape, Storage, Tensor, bail,
-};
-
+use super::computed::{Computed, forward};
 use super::norm::at_least_f32;
-use super::unfold::{Store, copied, unfold};
+use super::unfold::unfold;
 
 /// Settings of a correlation.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +41,7 @@ pub(crate) fn correlate(
         at_once_bytes,
     };
     let y = products(&channels_last(x)?, &kernel, settings)?;
-    let result = Mutex::new(Some(y.permute((0, 3, 1, 2))?));
+    let result = Computed::new(y.permute((0, 3, 1, 2))?);
     x.apply_op2(weight, Correlation { settings, result })
 }
 
@@ -93,26 +90,13 @@ fn each_part(
     Ok(())
 }
 
-/// The operation in candle's graph. Its result is computed before, of tensors, which candle gives no operation.
+/// The operation in candle's graph.
 struct Correlation {
     settings: Settings,
-    /// Taken by the forward pass, for else the graph would keep it.
-    result: Mutex<Option<Tensor>>,
+    result: Computed,
 }
 
 impl Correlation {
-    fn finish<S: Store>(&self, on: impl Fn(&Storage) -> Option<&S>) -> Result<(S, Shape)> {
-        let result = self.result.lock().ok().and_then(|mut result| result.take());
-        let Some(result) = result else {
-            bail!("a correlation is computed once");
-        };
-        let (storage, layout) = result.storage_and_layout();
-        match on(&storage) {
-            Some(storage) => copied(storage, layout),
-            None => bail!("the result of a correlation lies on another device than its input"),
-        }
-    }
-
     /// Gradient by the input. Pixels whose rows and columns leave the same remainders by the stride see the same part of the
     /// kernel: those of each remainder are a correlation of the gradient with that part, reversed.
     fn by_input(&self, size: [usize; 2], weight: &Tensor, grad: &Tensor) -> Result<Tensor> {
@@ -183,32 +167,14 @@ impl Correlation {
     }
 }
 
-/// Defines the forward pass on one kind of device.
-macro_rules! forward {
-    ($name:ident, $storage:ident, $device:ident) => {
-        fn $name(
-            &self,
-            _: &$storage,
-            _: &Layout,
-            _: &$storage,
-            _: &Layout,
-        ) -> Result<($storage, Shape)> {
-            self.finish(|result| match result {
-                Storage::$device(result) => Some(result),
-                _ => None,
-            })
-        }
-    };
-}
-
 impl CustomOp2 for Correlation {
     fn name(&self) -> &'static str {
         "correlation"
     }
 
-    forward!(cpu_fwd, CpuStorage, Cpu);
-    forward!(cuda_fwd, CudaStorage, Cuda);
-    forward!(metal_fwd, MetalStorage, Metal);
+    forward!(cpu_fwd, CpuStorage, Cpu, CpuStorage);
+    forward!(cuda_fwd, CudaStorage, Cuda, CudaStorage);
+    forward!(metal_fwd, MetalStorage, Metal, MetalStorage);
 
     fn bwd(
         &self,

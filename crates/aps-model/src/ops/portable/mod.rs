@@ -8,12 +8,15 @@
 
 mod activation;
 mod attention;
+mod computed;
+mod constants;
 mod conv;
 mod correlation;
 mod linear;
 mod norm;
 mod pool;
 mod resize;
+mod sums;
 mod unfold;
 
 pub(crate) use activation::{gelu, leaky_relu, max_last, relu, softmax_last};
@@ -28,3 +31,4 @@ pub(crate) use norm::{
 };
 pub(crate) use pool::{adaptive_avg_pool, averages, max_pool_2x2, max_pool_3x3_s2_p1};
 pub(crate) use resize::{interpolation, resize_bilinear, upsample_nearest_2x};
+pub(crate) use sums::add_to_columns;

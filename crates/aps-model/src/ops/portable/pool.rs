@@ -2,6 +2,7 @@
 
 use candle_core::{Result, Tensor};
 
+use super::constants::matrix;
 use super::norm::at_least_f32;
 
 /// Maximum of 2 x 2 blocks; an odd last row or column is left out, as in PyTorch.
@@ -62,8 +63,9 @@ pub(crate) fn adaptive_avg_pool(x: &Tensor, out: usize) -> Result<Tensor> {
     if out == 1 {
         return at_least_f32(x)?.mean_keepdim((2, 3))?.to_dtype(x.dtype());
     }
-    let (weights, size) = (averages([height, width], out), (height * width, out * out));
-    let weights = Tensor::from_vec(weights, size, x.device())?.to_dtype(x.dtype())?;
+    let weights = matrix(("means", [height, width, out]), x, || {
+        (averages([height, width], out), (height * width, out * out))
+    })?;
     let pixels = x
         .contiguous()?
         .reshape((batch * channels, height * width))?;

@@ -2,6 +2,8 @@
 
 use candle_core::{Result, Tensor};
 
+use super::constants::matrix;
+
 /// Bilinear resizing of (batch, channels, height, width) to `height` x `width`, pixels being areas: PyTorch's
 /// `interpolate(mode="bilinear", align_corners=False)`, without smoothing when it shrinks.
 ///
@@ -11,11 +13,11 @@ pub(crate) fn resize_bilinear(x: &Tensor, height: usize, width: usize) -> Result
     if (old_height, old_width) == (height, width) {
         return Ok(x.clone());
     }
-    let matrix = |old, new| {
-        let weights = Tensor::from_vec(interpolation(old, new), (old, new), x.device());
-        weights?.to_dtype(x.dtype())
+    let weights = |old: usize, new: usize| {
+        let make = || (interpolation(old, new), (old, new));
+        matrix(("interpolation", [old, new, 0]), x, make)
     };
-    let (columns, rows) = (matrix(old_width, width)?, matrix(old_height, height)?);
+    let (columns, rows) = (weights(old_width, width)?, weights(old_height, height)?);
     let wide = x
         .contiguous()?
         .reshape((batch * channels * old_height, old_width))?
