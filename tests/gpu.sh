@@ -3,14 +3,9 @@
 #
 #     tests/gpu.sh PROGRAMS OUT [--device cuda] [--minutes 10] [--maps synthetic:51] [--quick]
 #
-# PROGRAMS is a folder of programs built elsewhere, for this needs neither cargo nor a network:
-#
-#     cargo build --release --features cuda -p xtask-models
-#     cargo build --release --features cuda -p aps-model --example step_time --example device_parity
-#     cargo build --release -p xtask
-#     cargo test --release --features cuda -p aps-model --lib --no-run     # its program as unit_tests
-#
-# xtask, xtask-models, step_time, device_parity and, if it is there, unit_tests. OUT gets report.md, which is printed last, the weights and the curves of the trainings.
+# PROGRAMS is a folder of programs built elsewhere, as tests/cuda/build.sh makes it: this needs neither cargo nor a network, but a driver
+# and libraries of CUDA 13, those of python3's PyTorch if it has them. xtask, xtask-models, step_time, device_parity and, if it is there,
+# unit_tests. OUT gets report.md, which is printed last, the weights and the curves of the trainings.
 # PyTorch's times need python3 with torch; without it the column is empty. --maps is a folder of RadioMapSeer files; the data set is traced
 # here. --quick takes small sizes: with `--device cpu --quick` the script itself can be tried without a GPU.
 set -euo pipefail
@@ -31,6 +26,9 @@ end=$((SECONDS + minutes * 60))
 left() { echo $((SECONDS < end ? end - SECONDS : 1)); }
 limited() { timeout "$(left)" "$@"; }
 here=$(realpath "$(dirname "$0")")
+if libraries=$(python3 -c 'import nvidia.cu13; print(*nvidia.cu13.__path__)' 2>/dev/null); then
+    export LD_LIBRARY_PATH=$libraries/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+fi
 report=$out/report.md failed=
 [ ! -e "$report" ] || { echo "'$out' holds a report already: name another folder" >&2 && exit 2; }
 mkdir -p "$out"
