@@ -93,11 +93,11 @@ learn() {
     shift 2
     printf '\n%s, device %s, %s s of training, maps %s\n\n' "$model" "$device" "$seconds" "$maps"
     [ "$seconds" -ge 5 ] || { echo "left out: no time is left for it" && return 1; }
-    "$programs/xtask-models" train --data "$data" --maps "$maps" --model "$model" --preset small --mirror --device "$device" \
+    timeout $((seconds + 60)) "$programs/xtask-models" train --data "$data" --maps "$maps" --model "$model" --preset small --mirror --device "$device" \
         --budget "${seconds}s" --dev-limit 2000 --out "$out/$model" "$@" >&2 || return 1
-    "$programs/xtask-models" predict --data "$data" --maps "$maps" --weights "$out/$model/best.safetensors" --device "$device" \
+    limited "$programs/xtask-models" predict --data "$data" --maps "$maps" --weights "$out/$model/best.safetensors" --device "$device" \
         --batch 256 --out "$out/$model/predicted.npy" >&2 || return 1
-    "$programs/xtask" metrics --truth "$data" --split test --prediction "$out/$model/predicted.npy" --format markdown || return 1
+    limited "$programs/xtask" metrics --truth "$data" --split test --prediction "$out/$model/predicted.npy" --format markdown || return 1
     rm -f "$out/$model/predicted.npy" "$out/$model/predicted.links.csv" "$out/$model/last.safetensors"
 }
 train() {

@@ -26,7 +26,7 @@ class PolarView:
         self._view = _native.PolarView(scene)
 
     def input(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> npt.NDArray[np.float32]:
-        """Finds the geometry of the links from each transmitter to each receiver. 154 kB a link: take some hundred at a time.
+        """Finds the geometry of the links from each transmitter to each receiver. 151 kB a link: take some hundred at a time.
 
         Parameters
         ----------

@@ -138,8 +138,9 @@ def main():
     failed = []
     for case in args.cases:
         for precision in args.precision:
-            run, batch = torch_case(case, args.device, precision == "mixed"), int(case.split("-")[3])
+            batch = int(case.split("-")[3])
             try:
+                run = torch_case(case, args.device, precision == "mixed")
                 pairs = [(best_ms(run, args.seconds), ours(case, precision)) for _ in range(args.rounds)]
             except (subprocess.CalledProcessError, torch.cuda.OutOfMemoryError) as error:
                 failed.append(case)

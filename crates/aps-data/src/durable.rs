@@ -70,15 +70,19 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
+/// Name under which this process writes a file: shards that write the same one must not meet.
+fn partial_path(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}{PARTIAL}{:016x}", *WRITER))
+}
+
 /// Writes a file under another name, which `write` does, and renames it.
 fn write_renamed(
     path: &Path,
     bytes: &[u8],
     write: impl Fn(&Path, &[u8]) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    // Shards that write the same file must not meet in one partial file.
-    let partial = path.with_file_name(format!(".{name}{PARTIAL}{:016x}", *WRITER));
+    let partial = partial_path(path);
     let written = write(&partial, bytes);
     let renamed =
         written.and_then(|()| fs::rename(&partial, path).map_err(at(path, "rename a file to")));
@@ -87,6 +91,57 @@ fn write_renamed(
         let _ = fs::remove_file(&partial);
     }
     renamed
+}
+
+/// A file under construction under another name, beside the one that it is to replace; removed when dropped before
+/// [`PartialFile::complete`]. A killed program leaves it, as `.NAME.partial-` and a number. A process may have one of a name at a time.
+///
+/// ```
+/// use std::io::Write;
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("spectra.npy");
+/// let (partial, mut file) = aps_data::PartialFile::create(&path)?;
+/// file.write_all(b"some bytes")?;
+/// partial.complete(file)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct PartialFile {
+    path: PathBuf,
+    target: PathBuf,
+}
+
+impl PartialFile {
+    /// Starts a file that is to become `target`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] for a folder that is not there or may not be written.
+    pub fn create(target: &Path) -> Result<(Self, File), Error> {
+        let path = partial_path(target);
+        let file = File::create(&path).map_err(at(target, "create"))?;
+        let target = target.into();
+        Ok((Self { path, target }, file))
+    }
+
+    /// Gives the file its name, when its bytes are on disk: whole, also after a power cut.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; the target is then as it was.
+    pub fn complete(self, file: File) -> Result<(), Error> {
+        file.sync_all().map_err(at(&self.target, "write"))?;
+        // Some systems rename no file that is open.
+        drop(file);
+        fs::rename(&self.path, &self.target).map_err(at(&self.target, "rename a file to"))?;
+        sync_folder(folder_of(&self.target))
+    }
+}
+
+impl Drop for PartialFile {
+    fn drop(&mut self) {
+        // After `complete` there is nothing left under this name.
+        let _ = fs::remove_file(&self.path);
+    }
 }
 
 /// A folder under construction; removed when dropped before [`PartialFolder::complete`].
@@ -190,6 +245,14 @@ pub(crate) fn lock(path: &Path, shared: bool) -> Result<File, Error> {
     }
 }
 
+/// Takes a lock of a file, which is made if need be and stays; the lock ends with the returned file, or with the process.
+///
+/// # Errors
+/// [`Error::Locked`] while another process, or another call in this one, has it; [`Error::Io`].
+pub fn lock_file(path: &Path) -> Result<File, Error> {
+    lock(path, false)
+}
+
 /// Size \[bytes\] and SHA-256 \[hexadecimal\] of a file.
 pub(crate) fn size_and_sha256(path: &Path) -> Result<(u64, String), Error> {
     let digest = || -> io::Result<(u64, String)> {
@@ -212,4 +275,38 @@ pub fn sha256_of(bytes: &[u8]) -> String {
 fn hex(hash: Sha256) -> String {
     let digits = hash.finalize();
     digits.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_given_up_leaves_the_old_one() {
+        let root = tempfile::tempdir().unwrap();
+        let target = root.path().join("file");
+        fs::write(&target, "old").unwrap();
+        let (partial, mut file) = PartialFile::create(&target).unwrap();
+        file.write_all(b"half of the ne").unwrap();
+        assert_eq!(fs::read_to_string(&target).unwrap(), "old");
+        drop((file, partial));
+        let read = || {
+            (
+                fs::read_to_string(&target).unwrap(),
+                names_in(root.path()).unwrap(),
+            )
+        };
+        assert_eq!(read(), ("old".into(), vec!["file".into()]));
+        let (partial, mut file) = PartialFile::create(&target).unwrap();
+        file.write_all(b"new").unwrap();
+        partial.complete(file).unwrap();
+        assert_eq!(read(), ("new".into(), vec!["file".into()]));
+        let nowhere = root.path().join("nowhere/file");
+        assert!(
+            PartialFile::create(&nowhere)
+                .unwrap_err()
+                .to_string()
+                .contains("nowhere")
+        );
+    }
 }

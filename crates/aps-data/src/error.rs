@@ -90,13 +90,13 @@ pub enum Error {
         listed(differences)
     )]
     ConfigMismatch {
-        /// Manifest of the finished map or data set.
+        /// Manifest of the finished map or data set, or settings of a run.
         path: PathBuf,
         /// Every setting that differs, at least one.
         differences: Vec<Difference>,
     },
     /// Another process writes to the folder.
-    #[error("{} is locked: another run writes to this data set; wait for it or use another folder", path.display())]
+    #[error("{} is locked: another run writes into this folder; wait for it, or use another one", path.display())]
     Locked {
         /// The lock file.
         path: PathBuf,

@@ -36,7 +36,7 @@ pub(crate) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
 }
 
 /// Lists the places where two values differ, by path, e.g. `tracer.materials[2]`; `given` is of `b`.
-pub(crate) fn differences(a: &Value, b: &Value) -> Vec<Difference> {
+pub fn differences(a: &Value, b: &Value) -> Vec<Difference> {
     fn walk(key: String, a: Option<&Value>, b: Option<&Value>, found: &mut Vec<Difference>) {
         match (a, b) {
             (Some(Value::Object(a)), Some(Value::Object(b))) => {

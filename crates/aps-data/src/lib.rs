@@ -106,8 +106,9 @@ mod writer;
 
 pub use aps_label::Axis;
 pub use condition::{ConditionConfig, ConditionImages};
-pub use durable::{replace_file, replace_unsynced, sha256_of};
+pub use durable::{PartialFile, lock_file, replace_file, replace_unsynced, sha256_of};
 pub use error::{Difference, Error};
+pub use json::differences;
 pub use layout::{Layout, Precision, ProfileLayout, Stored};
 pub use manifest::{DatasetConfig, FORMAT_VERSION, FileEntry, Manifest, MapEntry, Totals};
 pub use map_data::MapData;

@@ -70,7 +70,7 @@ pub fn frozen(parameters: &VarMap) -> Result<VarBuilder<'static>> {
     let mut constants = HashMap::new();
     for (name, var) in sorted(parameters) {
         // Facts of the labels may lie elsewhere.
-        if var.dtype().is_float() && !name.starts_with(FIXED) {
+        if var.dtype().is_float() && !is_fixed(&name) {
             (dtype, device) = (var.dtype(), var.device().clone());
         }
         constants.insert(name, var.as_detached_tensor().copy()?);
@@ -84,14 +84,20 @@ pub fn trainable(parameters: &VarMap) -> Vec<(String, Var)> {
     let mut all = sorted(parameters);
     all.retain(|(name, var)| {
         let is_running = |part| name.rsplit('.').next() == Some(part);
-        let is_fixed = || name.split('.').next() == Some(FIXED);
-        !is_counter(var) && !is_fixed() && !is_running("running_mean") && !is_running("running_var")
+        !is_counter(var)
+            && !is_fixed(name)
+            && !is_running("running_mean")
+            && !is_running("running_var")
     });
     all
 }
 
 /// Prefix of tensors that follow from the labels and are not trained.
 pub(crate) const FIXED: &str = "fixed";
+
+fn is_fixed(name: &str) -> bool {
+    name.split('.').next() == Some(FIXED)
+}
 
 /// Facts of the labels that a model computes with instead of learning them: kept with its weights, so that a file of weights is
 /// complete, and not trained.

@@ -71,6 +71,17 @@ fn continues_to_the_same_bytes(training: Training) {
     assert!(cancelled.is_cancelled(), "{}", cancelled.chain());
     let told = cancelled.chain();
     assert!(told.starts_with("interrupted after 2 of "), "{told}");
+    // Another run in the same folder is none, and leaves no trace.
+    let settings = fs::read(parts.join("config.json")).unwrap();
+    let other = Training {
+        development_links: Some(2),
+        ..training.clone()
+    };
+    let refused = other.run(&dataset, &parts, &Control::default());
+    let refused = refused.unwrap_err();
+    let is_told = refused.chain().contains("dev_links is ");
+    assert!(is_told, "{}", refused.chain());
+    assert!(fs::read(parts.join("config.json")).unwrap() == settings);
     training.run(&dataset, &parts, &Control::default()).unwrap();
     for name in [
         "steps.csv",
@@ -174,6 +185,64 @@ fn the_best_weights_are_those_of_the_metric_that_is_asked_for() {
         );
         assert_eq!(again, scores);
     }
+}
+
+#[test]
+fn labels_of_another_kind_are_not_learnt_by_the_same_run() {
+    let root = tempfile::tempdir().unwrap();
+    let [data, run] = ["data", "run"].map(|name| root.path().join(name));
+    let dataset = dataset(&data);
+    training().run(&dataset, &run, &Control::default()).unwrap();
+    let manifest = data.join("manifest.json");
+    let text = fs::read_to_string(&manifest).unwrap();
+    let settings = &dataset.manifest().configuration;
+    let frequency = settings["trace"]["frequency_hz"].to_string();
+    assert_eq!(text.matches(&frequency).count(), 1, "{frequency}");
+    fs::write(&manifest, text.replace(&frequency, "28000000000.0")).unwrap();
+    let folder = RunFolder::create(&run).unwrap();
+    let other = Dataset::open(&data).unwrap();
+    let refused = training().prepare(&other, folder, true).unwrap_err();
+    let told = refused.chain();
+    for part in [
+        "config.json",
+        "data_configuration.trace.frequency_hz",
+        "28000000000",
+    ] {
+        assert!(told.contains(part), "{told}");
+    }
+}
+
+#[test]
+fn two_runs_do_not_write_into_one_folder() {
+    let root = tempfile::tempdir().unwrap();
+    let [data, run] = ["data", "run"].map(|name| root.path().join(name));
+    let dataset = dataset(&data);
+    let folder = RunFolder::create(&run).unwrap();
+    let first = training().prepare(&dataset, folder.clone(), false).unwrap();
+    let second = training().prepare(&dataset, folder.clone(), false);
+    let refused = second.unwrap_err();
+    let is_told = matches!(refused.cause(), Error::Data(aps_data::Error::Locked { .. }));
+    assert!(is_told, "{}", refused.chain());
+    drop(first);
+    training().prepare(&dataset, folder, false).unwrap();
+}
+
+#[test]
+fn weights_beside_settings_of_another_model_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let [data, run] = ["data", "run"].map(|name| root.path().join(name));
+    let dataset = dataset(&data);
+    training().run(&dataset, &run, &Control::default()).unwrap();
+    let settings = run.join("config.json");
+    let text = fs::read_to_string(&settings).unwrap();
+    fs::write(&settings, text.replace("resnet_mlp", "radiounet")).unwrap();
+    let weights = run.join("best.safetensors");
+    let refused = Trained::load(&weights, None, None, &Device::Cpu.open().unwrap());
+    let told = refused.unwrap_err().chain();
+    assert!(
+        told.contains("config.json") && told.contains("radiounet"),
+        "{told}"
+    );
 }
 
 #[test]

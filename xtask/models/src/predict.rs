@@ -3,16 +3,19 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Error, Result, bail, ensure};
-use aps_data::Part;
 use aps_data::npy::{self, Element};
+use aps_data::{Part, PartialFile};
 use aps_model::condition::{ConditionConfig, InputKind};
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::ProgressBar;
 use map2aps::targets::{self, Target};
 use map2aps::training::{self, Device, Trained, TrainingError};
 use map2aps::{Examples, MapError};
+use xtask::interrupt::interrupt_flag;
 use xtask::progress::bar_of;
 use xtask::{MapsArg, PartName, TileArgs, note};
 
@@ -62,7 +65,7 @@ pub struct Args {
     /// 256 paper, 64 small].
     #[arg(long, conflicts_with = "input")]
     image_size: Option<usize>,
-    /// Links predicted at a time.
+    /// Links predicted at a time. Sums of other sizes may round the last digits differently.
     #[arg(long, default_value_t = 64)]
     batch: usize,
     /// Device to compute on.
@@ -130,10 +133,14 @@ impl Args {
             let place = root.display();
             note!("note: the model learnt other labels than those of '{place}': {difference}");
         }
+        if trained.settings().is_none() {
+            note!(
+                "note: no config.json lies beside the weights: nothing tells which labels the model learnt"
+            );
+        }
         let mut output = Output::create(&self.out, targets::labelled_links(&dataset, maps))?;
-        let names = csv::Writer::from_path(self.links_path());
-        let mut names =
-            names.with_context(|| format!("cannot create '{}'", self.links_path().display()))?;
+        let (links, file) = PartialFile::create(&self.links_path())?;
+        let mut names = csv::Writer::from_writer(file);
         names.write_record([
             "row", "map", "link", "tx", "rx", "tx_x_m", "tx_y_m", "rx_x_m", "rx_y_m",
         ])?;
@@ -152,8 +159,10 @@ impl Args {
                 output.push(spectra)
             })?;
         }
-        names.flush()?;
-        let rows = output.finish()?;
+        let place = || format!("cannot write '{}'", self.links_path().display());
+        let names = names.into_inner().map_err(|e| e.into_error());
+        // Both take their names when both are whole.
+        let rows = output.finish(|| Ok(links.complete(names.with_context(place)?)?))?;
         note!(
             "{rows} spectra of the {part:?} maps {maps:?} in '{}', their links in '{}'",
             self.out.display(),
@@ -194,7 +203,7 @@ impl Args {
             output.push(spectra)
         });
         predicted.with_context(place)?;
-        let rows = output.finish()?;
+        let rows = output.finish(|| Ok(()))?;
         note!("{rows} spectra in '{}'", self.out.display());
         Ok(())
     }
@@ -236,28 +245,35 @@ pub fn advised(error: map2aps::Error) -> Error {
     }
 }
 
-/// A growing array of spectra.
+/// A growing array of spectra, under another name until it is whole.
 struct Output {
     writer: npy::Writer<BufWriter<File>>,
+    partial: PartialFile,
     path: PathBuf,
     rows: usize,
     bar: ProgressBar,
+    interrupted: Arc<AtomicBool>,
 }
 
 impl Output {
     fn create(path: &Path, rows: usize) -> Result<Self> {
-        let file =
-            File::create(path).with_context(|| format!("cannot create '{}'", path.display()))?;
+        let interrupted = interrupt_flag()?;
+        let (partial, file) = PartialFile::create(path)?;
         let template = "[{bar:40}] {human_pos}/{human_len} spectra, {per_sec}, {eta} left";
         Ok(Self {
             writer: npy::Writer::new(BufWriter::new(file), f32::DTYPE, &[ANGLE_BINS])?,
+            partial,
             path: path.into(),
             rows: 0,
             bar: bar_of(rows as u64, template),
+            interrupted,
         })
     }
 
     fn push(&mut self, spectra: &[f32]) -> map2aps::Result<()> {
+        if self.interrupted.load(Ordering::Relaxed) {
+            return Err(map2aps::Error::Cancelled);
+        }
         self.writer
             .push(spectra)
             .map_err(|source| map2aps::Error::At {
@@ -270,11 +286,16 @@ impl Output {
         Ok(())
     }
 
-    fn finish(self) -> Result<usize> {
+    /// Gives the array its name, after `others` have theirs.
+    fn finish(self, others: impl FnOnce() -> Result<()>) -> Result<usize> {
         self.bar.finish_and_clear();
-        let finished = self.writer.finish();
-        let (_, rows) =
-            finished.with_context(|| format!("cannot write '{}'", self.path.display()))?;
+        let place = || format!("cannot write '{}'", self.path.display());
+        let (sink, rows) = self.writer.finish().with_context(place)?;
+        let file = sink.into_inner().map_err(|e| e.into_error());
+        let file = file.with_context(place)?;
+        file.sync_all().with_context(place)?;
+        others()?;
+        self.partial.complete(file)?;
         Ok(rows)
     }
 }

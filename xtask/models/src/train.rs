@@ -137,6 +137,15 @@ impl Args {
             "--image-size is for models of images, not for {}",
             self.model
         );
+        ensure!(
+            self.frame == Frame::default() || self.model.input() == InputKind::Images,
+            "--frame is for models of images, not for {}",
+            self.model
+        );
+        ensure!(
+            self.limit != Some(0),
+            "--limit 0 leaves no link to train on; without --limit all are taken"
+        );
         let folder = RunFolder::create(&self.out)?;
         let has_checkpoint = folder.checkpoint().is_file();
         ensure!(

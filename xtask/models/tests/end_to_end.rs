@@ -218,6 +218,28 @@ fn predictions_are_rows_of_the_test_links() {
     assert_told(&fail(&predict), &["trained on 32 x 32"]);
 }
 
+/// What was there stays until something whole takes its place.
+#[test]
+fn a_prediction_that_fails_leaves_the_one_before_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("pred.npy");
+    let [dataset, city] = ["shipped", "helsinki.geojson"].map(|name| Path::new(DATA).join(name));
+    let (dataset, city, out) = (text(&dataset), text(&city), text(&out));
+    let predict = format!("predict --model polar_reg --data '{dataset}' --out {out}");
+    succeed(&format!("{predict} --maps '{city}'"));
+    let files = || {
+        let entries = fs::read_dir(folder.path()).unwrap();
+        let of = |path: PathBuf| (path.clone(), fs::read(path).unwrap());
+        let mut all: Vec<_> = entries.map(|entry| of(entry.unwrap().path())).collect();
+        all.sort();
+        all
+    };
+    let before = files();
+    assert_eq!(before.len(), 2);
+    assert_told(&fail(&predict), &["--maps"]);
+    assert!(files() == before, "the files changed");
+}
+
 /// Without a file of weights, on the small data set that the scores of the shipped ones are stated for.
 #[test]
 fn shipped_weights_predict_where_no_file_is_given() {

@@ -22,7 +22,8 @@ pub enum InputShape {
 
 /// Shape of ways along rays: (links, directions, [`values`](Self::values)), the values of a direction being the features of each
 /// way, one way after another; or of lists of the ways that there are, (links, ways of a list, [`listed`](Self::listed)), each its
-/// features, the number of its direction and its number among the ways of a direction. Lists of fewer ways end with zeros.
+/// features, the number of its direction and its number among the ways of a direction. Lists of fewer ways end with some whose
+/// feature 1 is 0.
 ///
 /// Feature 0 is the share of the ray that the way arrives along, in \[0, 1\]; feature 1 is 1 where there is such a way, and 0, as
 /// all others, where there is none.

@@ -185,7 +185,8 @@ fn the_input_of_all_examples_is_held_with_their_targets() {
     let held = Box::new(Held(input(), Arc::clone(&count)));
     let (model, parameters) = resnet_mlp(8);
     let trainer = Trainer::new(model, &parameters, held, samples(16), regression_config());
-    trainer.unwrap().hold().unwrap();
+    let held = trainer.unwrap().hold().unwrap().held();
+    assert!(held.input && held.targets);
     assert_eq!(count.load(Ordering::Relaxed), 16);
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::{Mutex, PoisonError};
 
 use aps_model::candle_core;
 use aps_model::train::Precision;
@@ -27,20 +28,28 @@ impl Device {
     /// Every device that this version knows.
     pub const ALL: [Self; 3] = [Self::Cpu, Self::Cuda, Self::Metal];
 
-    /// Opens the device.
+    /// Opens the device, once for all of the program.
     ///
     /// # Errors
     /// [`TrainingError::Device`] when the device, or the feature of this crate for it, is not there.
     pub fn open(self) -> Result<candle_core::Device> {
+        // A second handle of a GPU would be another device to candle.
+        static OPEN: Mutex<Vec<(Device, candle_core::Device)>> = Mutex::new(Vec::new());
+        let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, found)) = open.iter().find(|(device, _)| *device == self) {
+            return Ok(found.clone());
+        }
         let opened = match self {
             Self::Cpu => Ok(candle_core::Device::Cpu),
             Self::Cuda => candle_core::Device::new_cuda(0),
             Self::Metal => candle_core::Device::new_metal(0),
         };
-        Ok(opened.map_err(|source| TrainingError::Device {
+        let opened = opened.map_err(|source| TrainingError::Device {
             device: self,
             source,
-        })?)
+        })?;
+        open.push((self, opened.clone()));
+        Ok(opened)
     }
 
     /// Numbers that a training on the device computes with unless others are asked for: a GPU multiplies bf16 several times as fast.

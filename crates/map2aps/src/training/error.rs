@@ -112,6 +112,22 @@ pub enum TrainingError {
         "the settings of the training of {0} are not known, or its targets do not tell their power"
     )]
     NoPower(ModelKind),
+    /// Settings of another model beside weights.
+    #[error(
+        "it is of a training of {stored}, and the weights beside it are of {}, preset {}; move one of them elsewhere",
+        found.kind, found.preset
+    )]
+    ForeignSettings {
+        /// Model and preset of the settings.
+        stored: String,
+        /// Those of the weights.
+        found: Label,
+    },
+    /// A training whose weights predict no numbers any more.
+    #[error(
+        "after {0} steps the predictions of development links are not finite: the training diverged; try a lower learning rate"
+    )]
+    Diverged(u64),
     /// A log of other columns.
     #[error("its columns are not those of this run; move it away to continue without it")]
     LogColumns,

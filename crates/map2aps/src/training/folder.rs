@@ -1,9 +1,9 @@
 //! The folder of a run, and the settings in its `config.json`.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use aps_data::Dataset;
+use aps_data::{Dataset, Difference};
 use aps_label::{MeanStd, Normalization};
 use aps_model::condition::Frame;
 use aps_model::train::TrainConfig;
@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::{Device, TrainingError};
 use crate::error::{At, Place, Result};
 
-/// Every setting of a run; written for people and for prediction, not read by training.
+/// Every setting of a run; written for people and for prediction, read by training to tell that a run which is continued is the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Name of the model.
@@ -71,6 +71,23 @@ impl Settings {
         read().map(Some).at_file(Place::File, &path)
     }
 
+    /// Settings by which the run that these are of is another than one with `now`.
+    ///
+    /// Device, folder of the data set and initial weights may change, and [`TrainConfig`] is compared with the checkpoint.
+    pub(super) fn differences(&self, now: &Self) -> Result<Vec<Difference>> {
+        let told = |settings: &Self| -> Result<Value> {
+            let mut all = serde_json::to_value(settings)?;
+            for free in ["device", "data", "initial_weights", "training"] {
+                all[free].take();
+            }
+            if self.chosen_by.is_none() {
+                all["chosen_by"].take();
+            }
+            Ok(all)
+        };
+        Ok(aps_data::differences(&told(self)?, &told(now)?))
+    }
+
     /// Reads the settings in the text of a `config.json`.
     pub(super) fn parse(text: &str) -> Result<Self> {
         Ok(serde_json::from_str(text)?)
@@ -105,6 +122,19 @@ impl RunFolder {
         &self.0
     }
 
+    /// Locks the folder: two runs may not write into it.
+    ///
+    /// # Errors
+    /// [`aps_data::Error::Locked`] while another one does.
+    pub(super) fn lock(&self) -> Result<File> {
+        Ok(aps_data::lock_file(&self.0.join(".lock"))?)
+    }
+
+    /// The settings of the run.
+    pub fn settings(&self) -> PathBuf {
+        self.0.join("config.json")
+    }
+
     /// Everything needed to continue.
     pub fn checkpoint(&self) -> PathBuf {
         self.0.join("last.safetensors")
@@ -132,8 +162,7 @@ impl RunFolder {
 
     /// Writes `config.json`.
     pub(super) fn write_settings(&self, settings: &Settings) -> Result<()> {
-        let path = self.0.join("config.json");
         let text = serde_json::to_string_pretty(settings)? + "\n";
-        fs::write(&path, text).at_file(Place::Writing, &path)
+        Ok(aps_data::replace_file(&self.settings(), text.as_bytes())?)
     }
 }

@@ -14,6 +14,9 @@ use crate::polar::{PolarViews, SeenLink};
 /// Most bytes that ways take on a device. The 2.3 million links of the paper's size have some 200 ways each: 16 GB.
 const MAX_BYTES: usize = 32 << 30;
 
+/// Memory of a device that is left for the network and its gradients.
+const RESERVE_BYTES: usize = 4 << 30;
+
 /// Ways of a tensor at most: candle's selection on CUDA counts its elements in 32 bits.
 const MAX_WAYS: usize = 1 << 27;
 
@@ -21,13 +24,16 @@ const MAX_WAYS: usize = 1 << 27;
 const AT_ONCE: usize = 1 << 12;
 
 /// A link as it is in the map: its map, and its coordinates in steps of 2^-30 m, for a link mirrored twice may be off by a rounding.
-/// Links within a step of each other have the same ways.
+/// Links within a step of each other are taken for the same.
 type Key = (usize, [i64; 4]);
 
-fn key(link: &SeenLink) -> Key {
+/// The key of a link; `None` if an end is not finite.
+fn key(link: &SeenLink) -> Option<Key> {
     let [[tx_x, tx_y], [rx_x, rx_y]] = [link.tx_m, link.rx_m];
+    let ends = [tx_x, tx_y, rx_x, rx_y];
     let steps = |x_m: f64| (x_m * f64::from(1 << 30)).round() as i64;
-    (link.map, [tx_x, tx_y, rx_x, rx_y].map(steps))
+    let is_finite = ends.iter().all(|x_m| x_m.is_finite());
+    is_finite.then(|| (link.map, ends.map(steps)))
 }
 
 /// Ways of links in half precision, 32 bytes each, so that for a batch only their places are sent. Mirror images are made of them
@@ -55,7 +61,7 @@ struct Ways {
 
 impl HeldWays {
     /// Finds the ways of links, each once whatever its mirror image, and puts them onto a device; `None` if it has no room for
-    /// them, or they would take more than 32 GiB.
+    /// them and 4 GiB besides, or they would take more than 32 GiB.
     pub fn new(
         views: &PolarViews,
         links: impl Iterator<Item = Result<SeenLink>>,
@@ -78,11 +84,17 @@ impl HeldWays {
             let mut some = Vec::with_capacity(AT_ONCE);
             for link in links.by_ref().take(AT_ONCE) {
                 let link = link?;
-                if let Entry::Vacant(place) = places.entry(key(&link)) {
-                    place.insert(Ways::default());
-                    let mirror = Mirror::default();
-                    some.push(SeenLink { mirror, ..link });
-                }
+                let is_new = match key(&link).map(|key| places.entry(key)) {
+                    Some(Entry::Vacant(place)) => {
+                        place.insert(Ways::default());
+                        true
+                    }
+                    Some(Entry::Occupied(_)) => false,
+                    // Refused below.
+                    None => true,
+                };
+                let mirror = Mirror::default();
+                some.extend(is_new.then_some(SeenLink { mirror, ..link }));
             }
             let lists = views.lists(&some).map_err(|error| match error {
                 // Its number among some links says nothing.
@@ -94,13 +106,17 @@ impl HeldWays {
                 let Ok(place) = blocks.push(&list) else {
                     return Ok(None);
                 };
-                places.insert(key(link), place);
+                places.extend(key(link).map(|key| (key, place)));
             }
             if blocks.bytes() > MAX_BYTES {
                 return Ok(None);
             }
         }
-        let Ok(blocks) = blocks.finish() else {
+        let blocks = blocks.finish();
+        // What training takes besides must have room.
+        let has_room =
+            || device.is_cpu() || Tensor::zeros(RESERVE_BYTES, DType::U8, device).is_ok();
+        let (true, Ok(blocks)) = (has_room(), blocks) else {
             return Ok(None);
         };
         let factors = Mirror::ALL.map(|mirror| {
@@ -128,16 +144,16 @@ impl HeldWays {
 
     /// Tells if all of some links are held.
     pub fn has(&self, links: &[SeenLink]) -> bool {
-        links
-            .iter()
-            .all(|link| self.places.contains_key(&key(link)))
+        links.iter().all(|link| self.place(link).is_some())
+    }
+
+    fn place(&self, link: &SeenLink) -> Option<Ways> {
+        self.places.get(&key(link)?).copied()
     }
 
     /// Lists of the ways of links in f32; `None` unless all are held.
     pub fn batch(&self, links: &[SeenLink]) -> Option<DeviceResult<Tensor>> {
-        let places = links
-            .iter()
-            .map(|link| self.places.get(&key(link)).copied());
+        let places = links.iter().map(|link| self.place(link));
         let places = places.collect::<Option<Vec<_>>>()?;
         let of_image = |link: &SeenLink| Mirror::ALL.iter().position(|&m| m == link.mirror);
         let images = links.iter().map(of_image).collect::<Option<Vec<_>>>()?;

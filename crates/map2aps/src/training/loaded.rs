@@ -32,10 +32,16 @@ impl Loaded {
         let model = format!("{}, preset {}", label.kind, label.preset);
         let load = |parameters: &VarMap| weights::load(path, parameters);
         let filled = filled(label, load, device).at(Place::WeightsOf(path.into(), model))?;
-        Ok(Self {
-            settings: Settings::beside(path)?,
-            ..filled
-        })
+        let settings = Settings::beside(path)?;
+        let of = |s: &Settings| s.model == label.kind.name() && s.preset == label.preset.name();
+        if let Some(other) = settings.as_ref().filter(|&settings| !of(settings)) {
+            let foreign = TrainingError::ForeignSettings {
+                stored: format!("{}, preset {}", other.model, other.preset),
+                found: label,
+            };
+            return Err(foreign).at_file(Place::File, &path.with_file_name("config.json"));
+        }
+        Ok(Self { settings, ..filled })
     }
 
     /// Takes the weights that come with `aps-model`: see [`Trained::shipped`](super::Trained::shipped).

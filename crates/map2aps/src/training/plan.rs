@@ -104,12 +104,13 @@ impl Training {
     ///
     /// # Errors
     /// A data set without labels to learn, maps or links that are not there, initial weights or a checkpoint that do not fit,
-    /// settings that cannot be used, files that cannot be written.
+    /// settings that cannot be used or are not those of the run, a folder that another run writes into, files that cannot be written.
     pub fn prepare(&self, dataset: &Dataset, folder: RunFolder, resume: bool) -> Result<Run> {
         let started = Instant::now();
         if resume && !folder.checkpoint().is_file() {
             return Err(TrainingError::NoRun(folder.path().into()).into());
         }
+        let lock = folder.lock()?;
         let device = self.device.open()?;
         check(dataset)?;
         let orientations = settings::scene_of(&dataset.manifest().configuration)?.orientations;
@@ -137,7 +138,7 @@ impl Training {
             ..ConditionConfig::default()
         };
         let chosen_by = self.selection.metric(self.model);
-        let settings = Settings {
+        let mut settings = Settings {
             model: self.model.to_string(),
             preset: self.preset.to_string(),
             image_size: self.image_size,
@@ -157,6 +158,14 @@ impl Training {
             chosen_by: Some(chosen_by.key().into()),
             training: self.config.clone(),
         };
+        if resume && let Some(stored) = Settings::beside(&folder.checkpoint())? {
+            let differences = stored.differences(&settings)?;
+            if !differences.is_empty() {
+                let path = folder.settings();
+                return Err(aps_data::Error::ConfigMismatch { path, differences }.into());
+            }
+            settings.initial_weights = stored.initial_weights;
+        }
         let mean_target = train.mean_target();
         let maps = self.maps.as_ref();
         let development = Development {
@@ -196,10 +205,10 @@ impl Training {
             }
             false => State::default(),
         };
-        folder.write_settings(&settings)?;
         let steps = Log::open(folder.steps(), rows::STEP_COLUMNS, trainer.steps_done())?;
         let scores = Log::open(folder.scores(), &rows::score_columns(), state.scores)?;
         let times = Log::open(folder.times(), rows::TIME_COLUMNS, state.scores)?;
+        folder.write_settings(&settings)?;
         if self.config.budget_s.is_none() {
             // A checkpoint keeps the time of a training that time ends.
             let spent = times.last().unwrap_or_default();
@@ -220,6 +229,7 @@ impl Training {
             development,
             chosen_by,
             mean_target,
+            _lock: lock,
         })
     }
 

@@ -1,10 +1,10 @@
 //! One training from its first, or next, step to its last: weights, logs and checkpoints in a folder.
 
-use std::fs;
+use std::fs::{self, File};
 use std::num::NonZeroU64;
 
 use aps_metrics::{GroupReport, Metric};
-use aps_model::train::{StepReport, Trainer};
+use aps_model::train::{StepReport, TrainError, Trainer};
 use aps_model::weights::{self, Label, LoadReport};
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ use super::score::Development;
 use super::selection::cost;
 use super::{RunFolder, Settings, TrainingError, rows};
 use crate::control::{Control, Work};
-use crate::error::{At, Place, Result};
+use crate::error::{At, Error, Place, Result};
 
 /// Steps between two checkpoints within an epoch.
 const STEPS_BETWEEN_CHECKPOINTS: NonZeroU64 = NonZeroU64::new(1000).unwrap();
@@ -86,6 +86,8 @@ pub struct Run {
     /// Metric by which the best weights are chosen.
     pub(super) chosen_by: Metric,
     pub(super) mean_target: Vec<f64>,
+    /// Of the folder, as long as the run may write into it.
+    pub(super) _lock: File,
 }
 
 impl Run {
@@ -249,7 +251,13 @@ impl Run {
 
     fn score(&self) -> Result<GroupReport> {
         let batch = self.trainer.config().batch;
-        self.development.score(self.trainer.model(), batch)
+        let scored = self.development.score(self.trainer.model(), batch);
+        scored.map_err(|error| match error.cause() {
+            Error::Train(TrainError::Prediction { .. }) => {
+                TrainingError::Diverged(self.trainer.steps_done()).into()
+            }
+            _ => error,
+        })
     }
 
     fn save(&mut self) -> Result<()> {

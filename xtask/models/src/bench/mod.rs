@@ -39,6 +39,9 @@ use xtask::{note, say};
 
 pub use args::Args;
 
+/// Name of the file that a benchmark locks in its folder.
+const LOCK: &str = ".lock";
+
 /// Interactions of the tracer whose paths are the lines of sight.
 const SIGHT: usize = 0;
 
@@ -101,7 +104,7 @@ impl Bench {
     fn run(&self) -> Result<()> {
         let started = Instant::now();
         let mut machine = machine::describe();
-        self.claim_folder()?;
+        let _lock = self.claim_folder()?;
         let jobs = self.jobs()?;
         let (plan, split) = dataset::plan(&self.config)?;
         let announce = |stage: usize, name: &str| {
@@ -160,18 +163,21 @@ impl Bench {
         Ok(())
     }
 
-    /// Marks the folder as a benchmark's, so that nothing else is ever removed from it.
-    fn claim_folder(&self) -> Result<()> {
+    /// Marks the folder as a benchmark's, so that nothing else is ever removed from it, and locks it.
+    fn claim_folder(&self) -> Result<fs::File> {
         let place = || format!("folder '{}'", self.out.display());
         let marker = self.out.join("configuration.json");
         fs::create_dir_all(&self.out).with_context(place)?;
-        let mut files = fs::read_dir(&self.out).with_context(place)?;
+        let mut names = fs::read_dir(&self.out).with_context(place)?;
+        let is_foreign = |name: &fs::DirEntry| name.file_name() != LOCK;
         ensure!(
-            files.next().is_none() || marker.is_file(),
+            !names.any(|name| name.as_ref().is_ok_and(is_foreign)) || marker.is_file(),
             "'{}' holds other files than a benchmark's; give another --out",
             self.out.display()
         );
-        stamp::write_json(&marker, &self.config)
+        let lock = aps_data::lock_file(&self.out.join(LOCK))?;
+        stamp::write_json(&marker, &self.config)?;
+        Ok(lock)
     }
 
     fn jobs(&self) -> Result<Vec<Job>> {

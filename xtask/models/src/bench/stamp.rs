@@ -1,5 +1,6 @@
 //! Stamps parts of a benchmark with their settings: a part is reused with the same settings and made anew with others.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -7,6 +8,7 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
+use xtask::note;
 
 /// Raised when a part made by an earlier version can no longer be used.
 const VERSION: u32 = 2;
@@ -38,6 +40,9 @@ struct Stamp {
     hash: String,
     is_finished: bool,
     settings: Value,
+    /// Sizes of the files of a finished part \[bytes\], by their names below its folder, but for those that nothing reads again.
+    #[serde(default)]
+    files: BTreeMap<PathBuf, u64>,
 }
 
 impl Part {
@@ -71,10 +76,14 @@ impl Part {
     pub fn open(&self, fresh: bool) -> Result<State> {
         let place = || format!("folder '{}'", self.folder.display());
         if let Some(stamp) = self.stamp().filter(|_| !fresh) {
-            return Ok(match stamp.is_finished {
-                true => State::Finished,
-                false => State::Begun,
-            });
+            if !stamp.is_finished {
+                return Ok(State::Begun);
+            }
+            let Some(damaged) = self.damaged(&stamp) else {
+                return Ok(State::Finished);
+            };
+            let damaged = self.folder.join(damaged);
+            note!("'{}' is gone or was changed: made again", damaged.display());
         }
         if self.folder.exists() {
             fs::remove_dir_all(&self.folder).with_context(place)?;
@@ -84,21 +93,61 @@ impl Part {
         Ok(State::New)
     }
 
-    /// Marks the part as finished.
+    /// A file that is not as it was when the part was finished.
+    fn damaged(&self, stamp: &Stamp) -> Option<PathBuf> {
+        let is_same = |name: &Path, size| {
+            let found = fs::metadata(self.folder.join(name));
+            found.is_ok_and(|found| found.len() == size)
+        };
+        let mut files = stamp.files.iter();
+        let other = files.find(|&(name, &size)| !is_same(name, size));
+        other.map(|(name, _)| name.clone())
+    }
+
+    /// Marks the part as finished: no file in its folder changes after that.
     pub fn finish(&self) -> Result<()> {
         self.write(true)
     }
 
     fn write(&self, is_finished: bool) -> Result<()> {
+        let mut files = BTreeMap::new();
+        if is_finished {
+            let place = || format!("folder '{}'", self.folder.display());
+            files_below(&self.folder, Path::new(""), &mut files).with_context(place)?;
+        }
         write_json(
             &self.folder.join(FILE),
             &Stamp {
                 hash: self.hash.clone(),
                 is_finished,
                 settings: self.settings.clone(),
+                files,
             },
         )
     }
+}
+
+/// Files of a training that nothing reads when it is finished: whoever removes its checkpoint loses nothing.
+fn is_read_again(name: &Path) -> bool {
+    let is_log = name.extension().is_some_and(|ending| ending == "csv");
+    !is_log
+        && !name.ends_with("last.safetensors")
+        && !name.ends_with(".lock")
+        && name != Path::new(FILE)
+}
+
+/// Collects the sizes of the files in a folder that are read again, by their names below `root`.
+fn files_below(root: &Path, folder: &Path, files: &mut BTreeMap<PathBuf, u64>) -> io::Result<()> {
+    for entry in fs::read_dir(root.join(folder))? {
+        let entry = entry?;
+        let (name, found) = (folder.join(entry.file_name()), entry.metadata()?);
+        if found.is_dir() {
+            files_below(root, &name, files)?;
+        } else if is_read_again(&name) {
+            files.insert(name, found.len());
+        }
+    }
+    Ok(())
 }
 
 /// SHA-256 of JSON with its keys in order, in hexadecimal digits.
@@ -153,6 +202,19 @@ mod tests {
         let same = part(json!({ "epochs": 2, "seed": 1 }));
         assert_eq!(same.open(false).unwrap(), State::Finished);
         assert!(same.folder().join("file").is_file());
+        // A file that is cut short is not what was made.
+        fs::write(one.folder().join("file"), "kep").unwrap();
+        assert_eq!(same.open(false).unwrap(), State::New);
+        // One that is gone neither, but for what nothing reads again.
+        for name in ["file", "last.safetensors"] {
+            fs::write(one.folder().join(name), "kept").unwrap();
+        }
+        one.finish().unwrap();
+        fs::remove_file(one.folder().join("last.safetensors")).unwrap();
+        assert_eq!(same.open(false).unwrap(), State::Finished);
+        fs::remove_file(one.folder().join("file")).unwrap();
+        assert_eq!(same.open(false).unwrap(), State::New);
+        one.finish().unwrap();
         let other = part(json!({ "seed": 2, "epochs": 2 }));
         assert_eq!(other.open(false).unwrap(), State::New);
         assert!(!other.folder().join("file").exists());

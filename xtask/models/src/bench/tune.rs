@@ -74,7 +74,7 @@ impl Bench {
             share * budget_s >= 1e-3,
             "--tune {share} leaves a training less than a millisecond of {budget_s} s"
         );
-        self.claim_folder()?;
+        let _lock = self.claim_folder()?;
         let (plan, split) = dataset::plan(&self.config)?;
         let context = self.context(plan, &split)?;
         let seed = self.config.seed;
@@ -205,6 +205,7 @@ impl Bench {
                 for weights in [run.best(), run.checkpoint()] {
                     std::fs::remove_file(weights)?;
                 }
+                part.finish()?;
                 cosine
             }
         };

@@ -160,27 +160,29 @@ fn lists_of(every: &Tensor, shape: &PolarShape) -> Result<Tensor> {
 /// Picks the ways out of lists of some ways each: features and kind, and direction.
 fn picked(lists: &[f32], slots: usize, shape: &PolarShape) -> Result<(Vec<f32>, Vec<u32>)> {
     let &PolarShape { ways, features, .. } = shape;
-    let is_known = |way: &[f32]| {
-        let [direction, kind] = [way[features], way[features + 1]];
-        (0.0..shape.directions as f32).contains(&direction) && (0.0..ways as f32).contains(&kind)
-    };
-    let mut all = lists.chunks_exact(shape.listed());
-    if let Some(at) = all.position(|way| !is_known(way)) {
-        bail!("way {at} of the lists is of no direction or kind of {shape:?}");
-    }
     let of_link = |(link, list): (usize, &[f32])| {
         let (mut rows, mut directions) = (Vec::new(), Vec::new());
-        let all = list.chunks_exact(shape.listed());
-        for way in all.filter(|way| way[1] != 0.0) {
-            let [direction, kind] = [way[features] as usize, way[features + 1] as usize];
-            directions.push((link * shape.directions + direction) as u32);
+        for (n, way) in list.chunks_exact(shape.listed()).enumerate() {
+            let [direction, kind] = [way[features], way[features + 1]];
+            let is_known = (0.0..shape.directions as f32).contains(&direction)
+                && (0.0..ways as f32).contains(&kind);
+            if !is_known {
+                bail!("way {n} of the list of link {link} is of no direction or kind of {shape:?}");
+            }
+            if way[1] == 0.0 {
+                continue;
+            }
+            directions.push((link * shape.directions + direction as usize) as u32);
             rows.extend_from_slice(&way[..features]);
-            rows.extend((0..ways).map(|n| f32::from(u8::from(n == kind))));
+            rows.resize(rows.len() + ways, 0.0);
+            let first = rows.len() - ways;
+            rows[first + kind as usize] = 1.0;
         }
-        (rows, directions)
+        Ok((rows, directions))
     };
     let links = lists.par_chunks_exact(slots * shape.listed()).enumerate();
-    let (rows, directions): (Vec<_>, Vec<_>) = links.map(of_link).unzip();
+    let links = links.map(of_link).collect::<Result<Vec<_>>>()?;
+    let (rows, directions): (Vec<_>, Vec<_>) = links.into_iter().unzip();
     let (mut rows, mut directions) = (rows.concat(), directions.concat());
     if directions.is_empty() {
         // Layers take no empty batch: a way of zeros, which has no strength, stands in.
@@ -304,7 +306,10 @@ mod tests {
             let list = Tensor::from_vec(list, (1, 2, SHAPE.listed()), &Device::Cpu).unwrap();
             let refused = Found::of(&list, Form::Listed, &SHAPE, &Device::Cpu);
             let refused = refused.err().unwrap().to_string();
-            assert!(refused.starts_with("way 1 of the lists"), "{refused}");
+            assert!(
+                refused.starts_with("way 1 of the list of link 0"),
+                "{refused}"
+            );
             // On a device nothing is read back, but nothing is written beside the sums either.
             let found = Found::listed(&list, &SHAPE).unwrap();
             let values = Tensor::new(&[[0.0_f32], [1.0]], &Device::Cpu).unwrap();
