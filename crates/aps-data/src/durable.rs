@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 use crate::error::{Error, at};
 
 /// The file a writer locks in its folder; shards lock one each, named after it.
-pub(crate) const LOCK_FILE: &str = ".lock";
+pub const LOCK_FILE: &str = ".lock";
 
 /// Makes the entries of a folder survive a power cut. Only Unix needs and allows it.
 pub(crate) fn sync_folder(path: &Path) -> Result<(), Error> {
@@ -46,8 +46,9 @@ pub(crate) fn remove_file(path: &Path) -> Result<(), Error> {
 /// # Errors
 /// [`Error::Io`]; the file is then as it was.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    write_renamed(path, bytes, write_synced)?;
-    sync_folder(folder_of(path))
+    let (partial, mut file) = PartialFile::create(path)?;
+    file.write_all(bytes).map_err(at(path, "write"))?;
+    partial.complete(file)
 }
 
 /// Creates or replaces a file such that a killed program leaves either the old or the new one, whole.
@@ -58,9 +59,9 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// # Errors
 /// [`Error::Io`]; the file is then as it was.
 pub fn replace_unsynced(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    write_renamed(path, bytes, |path, bytes| {
-        fs::write(path, bytes).map_err(at(path, "write"))
-    })
+    let (partial, mut file) = PartialFile::create(path)?;
+    file.write_all(bytes).map_err(at(path, "write"))?;
+    partial.rename(file)
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -74,23 +75,6 @@ fn folder_of(path: &Path) -> &Path {
 fn partial_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}{PARTIAL}{:016x}", *WRITER))
-}
-
-/// Writes a file under another name, which `write` does, and renames it.
-fn write_renamed(
-    path: &Path,
-    bytes: &[u8],
-    write: impl Fn(&Path, &[u8]) -> Result<(), Error>,
-) -> Result<(), Error> {
-    let partial = partial_path(path);
-    let written = write(&partial, bytes);
-    let renamed =
-        written.and_then(|()| fs::rename(&partial, path).map_err(at(path, "rename a file to")));
-    if renamed.is_err() {
-        // Best effort: the error that matters is the one returned.
-        let _ = fs::remove_file(&partial);
-    }
-    renamed
 }
 
 /// A file under construction under another name, beside the one that it is to replace; removed when dropped before
@@ -130,10 +114,15 @@ impl PartialFile {
     /// [`Error::Io`]; the target is then as it was.
     pub fn complete(self, file: File) -> Result<(), Error> {
         file.sync_all().map_err(at(&self.target, "write"))?;
+        let target = self.target.clone();
+        self.rename(file)?;
+        sync_folder(folder_of(&target))
+    }
+
+    fn rename(self, file: File) -> Result<(), Error> {
         // Some systems rename no file that is open.
         drop(file);
-        fs::rename(&self.path, &self.target).map_err(at(&self.target, "rename a file to"))?;
-        sync_folder(folder_of(&self.target))
+        fs::rename(&self.path, &self.target).map_err(at(&self.target, "rename a file to"))
     }
 }
 
@@ -245,12 +234,12 @@ pub(crate) fn lock(path: &Path, shared: bool) -> Result<File, Error> {
     }
 }
 
-/// Takes a lock of a file, which is made if need be and stays; the lock ends with the returned file, or with the process.
+/// Locks a folder by its [`LOCK_FILE`], which is made if need be and stays; the lock ends with the returned file, or with the process.
 ///
 /// # Errors
 /// [`Error::Locked`] while another process, or another call in this one, has it; [`Error::Io`].
-pub fn lock_file(path: &Path) -> Result<File, Error> {
-    lock(path, false)
+pub fn lock_folder(folder: &Path) -> Result<File, Error> {
+    lock(&folder.join(LOCK_FILE), false)
 }
 
 /// Size \[bytes\] and SHA-256 \[hexadecimal\] of a file.

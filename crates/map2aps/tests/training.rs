@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::num::NonZeroU64;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use map2aps::aps_metrics::{Better, Metric};
@@ -51,6 +51,15 @@ fn training() -> Training {
     training.config.epochs = 2;
     training.config.batch = 4;
     training
+}
+
+/// A data set and the folder of a finished run on it, both in the folder that is returned.
+fn trained() -> (tempfile::TempDir, Dataset, PathBuf) {
+    let root = tempfile::tempdir().unwrap();
+    let run = root.path().join("run");
+    let dataset = dataset(&root.path().join("data"));
+    training().run(&dataset, &run, &Control::default()).unwrap();
+    (root, dataset, run)
 }
 
 fn continues_to_the_same_bytes(training: Training) {
@@ -189,18 +198,15 @@ fn the_best_weights_are_those_of_the_metric_that_is_asked_for() {
 
 #[test]
 fn labels_of_another_kind_are_not_learnt_by_the_same_run() {
-    let root = tempfile::tempdir().unwrap();
-    let [data, run] = ["data", "run"].map(|name| root.path().join(name));
-    let dataset = dataset(&data);
-    training().run(&dataset, &run, &Control::default()).unwrap();
-    let manifest = data.join("manifest.json");
+    let (_root, dataset, run) = trained();
+    let manifest = dataset.root().join("manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();
     let settings = &dataset.manifest().configuration;
     let frequency = settings["trace"]["frequency_hz"].to_string();
     assert_eq!(text.matches(&frequency).count(), 1, "{frequency}");
     fs::write(&manifest, text.replace(&frequency, "28000000000.0")).unwrap();
     let folder = RunFolder::create(&run).unwrap();
-    let other = Dataset::open(&data).unwrap();
+    let other = Dataset::open(dataset.root()).unwrap();
     let refused = training().prepare(&other, folder, true).unwrap_err();
     let told = refused.chain();
     for part in [
@@ -229,10 +235,7 @@ fn two_runs_do_not_write_into_one_folder() {
 
 #[test]
 fn weights_beside_settings_of_another_model_are_refused() {
-    let root = tempfile::tempdir().unwrap();
-    let [data, run] = ["data", "run"].map(|name| root.path().join(name));
-    let dataset = dataset(&data);
-    training().run(&dataset, &run, &Control::default()).unwrap();
+    let (_root, _, run) = trained();
     let settings = run.join("config.json");
     let text = fs::read_to_string(&settings).unwrap();
     fs::write(&settings, text.replace("resnet_mlp", "radiounet")).unwrap();

@@ -218,7 +218,7 @@ fn predictions_are_rows_of_the_test_links() {
     assert_told(&fail(&predict), &["trained on 32 x 32"]);
 }
 
-/// What was there stays until something whole takes its place.
+/// A file stays until something whole takes its place.
 #[test]
 fn a_prediction_that_fails_leaves_the_one_before_as_it_was() {
     let folder = tempfile::tempdir().unwrap();

@@ -148,7 +148,12 @@ impl Case {
         let model = self.kind.build(self.preset, input.shape(), vb)?;
         let samples = Samples::new(links, targets)?;
         let trainer = Trainer::new(model, &parameters, input, samples, config)?;
-        let trainer = trainer.with_loss(self.kind.loss()).hold()?;
+        let trainer = trainer.with_loss(self.kind.loss());
+        // As a training does.
+        let trainer = match self.device.is_cpu() {
+            true => trainer,
+            false => trainer.hold()?,
+        };
         let of_regularizer = VarMap::new();
         let vb = self.builder(&of_regularizer, 2);
         Ok(match self.kind.build_regularizer(self.preset, vb)? {

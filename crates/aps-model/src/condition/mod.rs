@@ -141,7 +141,7 @@ pub struct ConditionImages {
     buildings: Tensor,
     /// Copy of the buildings on the host, where images are filled in one pass; empty on other devices.
     host: Vec<f32>,
-    /// What windows about receivers are averaged from; none in the frame of the map.
+    /// Maps for windows about receivers; none in the frame of the map.
     windows: Option<Windows>,
     maps: usize,
     size: usize,

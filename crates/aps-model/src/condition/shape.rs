@@ -1,6 +1,6 @@
 //! Kinds and shapes of models' inputs.
 
-use candle_core::{Result, bail};
+use candle_core::{Device, Result, Tensor, bail};
 
 /// Kind of input that a model takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -46,6 +46,28 @@ impl PolarShape {
     /// Returns the length of a way in a list.
     pub fn listed(&self) -> usize {
         self.features + 2
+    }
+
+    /// Makes a tensor of the lists of some links, on the CPU; those of fewer ways than the longest end with zeros.
+    ///
+    /// # Errors
+    /// Lists that are not of whole ways.
+    pub fn lists(&self, lists: &[Vec<f32>]) -> Result<Tensor> {
+        let is_whole = |list: &Vec<f32>| list.len().is_multiple_of(self.listed());
+        if let Some(link) = lists.iter().position(|list| !is_whole(list)) {
+            let (numbers, listed) = (lists[link].len(), self.listed());
+            bail!("the list of link {link} has {numbers} numbers, a way {listed}");
+        }
+        let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
+        // A list of no way is one of zeros.
+        let longest = longest.max(self.listed());
+        let mut values = Vec::with_capacity(lists.len() * longest);
+        for list in lists {
+            values.extend_from_slice(list);
+            values.resize(values.len() + longest - list.len(), 0.0);
+        }
+        let shape = (lists.len(), longest / self.listed(), self.listed());
+        Tensor::from_vec(values, shape, &Device::Cpu)
     }
 }
 

@@ -99,7 +99,7 @@ fn spectra_and_gradients_are_as_near_those_of_f32_as_pytorch_s() {
     }
 }
 
-/// What a device computes in f32, against the CPU's loops: one network after the other, gradients of all weights.
+/// Compares the operations of a device with the CPU's loops in f32: spectra of each network, gradients of all weights.
 #[test]
 fn models_as_on_a_device_are_those_of_the_cpu() {
     for (kind, ..) in PYTORCH_S {

@@ -79,7 +79,7 @@ impl Clock {
 pub struct Held {
     /// Targets.
     pub targets: bool,
-    /// What inputs are made of, where that is another thing than the maps.
+    /// Material of inputs other than the maps: see [`ModelInput::hold`].
     pub input: bool,
 }
 

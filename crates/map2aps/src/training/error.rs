@@ -120,7 +120,7 @@ pub enum TrainingError {
     ForeignSettings {
         /// Model and preset of the settings.
         stored: String,
-        /// Those of the weights.
+        /// Model and preset of the weights.
         found: Label,
     },
     /// A training whose weights predict no numbers any more.

@@ -127,7 +127,7 @@ impl RunFolder {
     /// # Errors
     /// [`aps_data::Error::Locked`] while another one does.
     pub(super) fn lock(&self) -> Result<File> {
-        Ok(aps_data::lock_file(&self.0.join(".lock"))?)
+        Ok(aps_data::lock_folder(&self.0)?)
     }
 
     /// The settings of the run.

@@ -1,7 +1,6 @@
 //! Ways of all links of a training on the device.
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 
 use aps_model::Result;
 use aps_model::candle_core::{DType, Device, Result as DeviceResult, Tensor};
@@ -84,17 +83,13 @@ impl HeldWays {
             let mut some = Vec::with_capacity(AT_ONCE);
             for link in links.by_ref().take(AT_ONCE) {
                 let link = link?;
-                let is_new = match key(&link).map(|key| places.entry(key)) {
-                    Some(Entry::Vacant(place)) => {
-                        place.insert(Ways::default());
-                        true
-                    }
-                    Some(Entry::Occupied(_)) => false,
-                    // Refused below.
-                    None => true,
-                };
-                let mirror = Mirror::default();
-                some.extend(is_new.then_some(SeenLink { mirror, ..link }));
+                let key = key(&link);
+                // An end that is not finite is refused below.
+                if key.is_none_or(|key| !places.contains_key(&key)) {
+                    places.extend(key.map(|key| (key, Ways::default())));
+                    let mirror = Mirror::default();
+                    some.push(SeenLink { mirror, ..link });
+                }
             }
             let lists = views.lists(&some).map_err(|error| match error {
                 // Its number among some links says nothing.

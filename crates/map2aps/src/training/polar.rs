@@ -6,7 +6,7 @@ use aps_label::{LabelConfig, MeanStd, Protocol};
 use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::{InputShape, Link, Mirror, ModelInput, PolarShape};
 use aps_model::{LabelFacts, Result as ModelResult};
-use aps_raytrace::polar::{self, Fan, LISTED};
+use aps_raytrace::polar::{self, Fan};
 
 use super::held_ways::HeldWays;
 use crate::error::Result;
@@ -49,18 +49,9 @@ pub(super) fn label_facts(
     }
 }
 
-/// Lists the ways of links on the CPU, those of each behind one another: (links, ways of the longest list, [`LISTED`]).
+/// Lists the ways of links on the CPU: see [`PolarShape`].
 pub(super) fn listed(views: &PolarViews, links: &[SeenLink]) -> Result<Tensor> {
-    let lists = views.lists(links)?;
-    // A list of no way is one of zeros.
-    let longest = lists.iter().map(Vec::len).max().unwrap_or(0).max(LISTED);
-    let mut values = Vec::with_capacity(lists.len() * longest);
-    for list in lists {
-        values.extend_from_slice(&list);
-        values.resize(values.len() + longest - list.len(), 0.0);
-    }
-    let shape = (links.len(), longest / LISTED, LISTED);
-    let lists = Tensor::from_vec(values, shape, &Device::Cpu);
+    let lists = shape().lists(&views.lists(links)?);
     Ok(lists.map_err(aps_model::Error::from)?)
 }
 

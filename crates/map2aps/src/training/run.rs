@@ -86,7 +86,7 @@ pub struct Run {
     /// Metric by which the best weights are chosen.
     pub(super) chosen_by: Metric,
     pub(super) mean_target: Vec<f64>,
-    /// Of the folder, as long as the run may write into it.
+    /// Lock of the folder, kept as long as the run may write into it.
     pub(super) _lock: File,
 }
 

@@ -20,7 +20,7 @@ use std::time::Instant;
 
 use answer::Answer;
 use anyhow::{Context, Result, bail, ensure};
-use aps_data::{Dataset, Part as SplitPart, Split};
+use aps_data::{Dataset, LOCK_FILE, Part as SplitPart, Split};
 use aps_model::weights::Shipped;
 use aps_model::{ModelKind, candle_core};
 use aps_report::benchmark::{
@@ -38,9 +38,6 @@ use xtask::{machine, output};
 use xtask::{note, say};
 
 pub use args::Args;
-
-/// Name of the file that a benchmark locks in its folder.
-const LOCK: &str = ".lock";
 
 /// Interactions of the tracer whose paths are the lines of sight.
 const SIGHT: usize = 0;
@@ -169,13 +166,13 @@ impl Bench {
         let marker = self.out.join("configuration.json");
         fs::create_dir_all(&self.out).with_context(place)?;
         let mut names = fs::read_dir(&self.out).with_context(place)?;
-        let is_foreign = |name: &fs::DirEntry| name.file_name() != LOCK;
+        let is_foreign = |name: &fs::DirEntry| name.file_name() != LOCK_FILE;
         ensure!(
             !names.any(|name| name.as_ref().is_ok_and(is_foreign)) || marker.is_file(),
             "'{}' holds other files than a benchmark's; give another --out",
             self.out.display()
         );
-        let lock = aps_data::lock_file(&self.out.join(LOCK))?;
+        let lock = aps_data::lock_folder(&self.out)?;
         stamp::write_json(&marker, &self.config)?;
         Ok(lock)
     }

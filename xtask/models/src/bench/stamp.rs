@@ -132,7 +132,7 @@ fn is_read_again(name: &Path) -> bool {
     let is_log = name.extension().is_some_and(|ending| ending == "csv");
     !is_log
         && !name.ends_with("last.safetensors")
-        && !name.ends_with(".lock")
+        && !name.ends_with(aps_data::LOCK_FILE)
         && name != Path::new(FILE)
 }
 

@@ -128,7 +128,7 @@ fn on_cpu(tensor: &Tensor) -> Result<Tensor> {
     tensor.to_dtype(DType::F32)?.contiguous()
 }
 
-/// Lists the ways that there are of all values, on the CPU in f32; lists of fewer than the longest end with zeros.
+/// Lists the ways that there are of all values, on the CPU in f32.
 fn lists_of(every: &Tensor, shape: &PolarShape) -> Result<Tensor> {
     let &PolarShape { ways, features, .. } = shape;
     let per_link = shape.directions * shape.values();
@@ -145,16 +145,7 @@ fn lists_of(every: &Tensor, shape: &PolarShape) -> Result<Tensor> {
     let lists: Vec<Vec<f32>> = ops::with_slices([every], |[all]| {
         all.par_chunks_exact(per_link).map(of_link).collect()
     })?;
-    // A list of no way is one of zeros.
-    let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
-    let longest = longest.max(shape.listed());
-    let mut values = Vec::with_capacity(lists.len() * longest);
-    for list in &lists {
-        values.extend_from_slice(list);
-        values.resize(values.len() + longest - list.len(), 0.0);
-    }
-    let shape = (lists.len(), longest / shape.listed(), shape.listed());
-    Tensor::from_vec(values, shape, &Device::Cpu)
+    shape.lists(&lists)
 }
 
 /// Picks the ways out of lists of some ways each: features and kind, and direction.
@@ -296,6 +287,18 @@ mod tests {
                 "{refused}"
             );
         }
+    }
+
+    #[test]
+    fn lists_of_parts_of_ways_are_refused() {
+        let whole = vec![0.5; SHAPE.listed()];
+        let lists = SHAPE.lists(&[whole.clone(), Vec::new(), [&whole[..], &whole[..]].concat()]);
+        assert_eq!(lists.unwrap().dims(), [3, 2, SHAPE.listed()]);
+        let refused = SHAPE.lists(&[whole, vec![0.5; 3]]).unwrap_err().to_string();
+        assert!(
+            refused.starts_with("the list of link 1 has 3 numbers"),
+            "{refused}"
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use candle_core::{DType, Result, Tensor};
 
-/// What a matrix is made from.
+/// Kind of a matrix, and the sizes that it follows from.
 type Key = (&'static str, [usize; 3]);
 
 /// One entry a kind of matrix, sizes, type and device: the layers of a network take few.
