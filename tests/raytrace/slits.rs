@@ -1,7 +1,7 @@
 //! Slits too narrow for a wave are closed, whatever the houses' order and direction; wider streets keep every bit.
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::scene::{Area, Footprint, RepairKind, Scene, SceneConfig};
+use aps_raytrace::scene::{Area, Footprint, RepairKind, Scene, SceneConfig, Wall};
 use aps_tests::shapes::{points, ring as rectangle};
 use proptest::prelude::*;
 
@@ -103,6 +103,24 @@ fn fillings_that_meet_leave_no_void() {
     let closed = scene(&houses, 0.04);
     assert_eq!(gaps(&closed), 3);
     assert_eq!(closed.outlines().len(), 1, "{:?}", closed.outlines());
+}
+
+/// The slit's mouth lies where the wall beside it has 9.6 um left.
+#[test]
+fn a_filling_leaves_no_splinter_of_a_wall() {
+    let (x, y) = (128.006_876_861_471_65, 123.039_414_011_946_23);
+    let houses = [
+        rectangle([108.0, 128.0], [123.0, 133.0]),
+        rectangle([x, 158.0], [y, y + 14.0]),
+    ];
+    let closed = scene(&houses, 0.04);
+    assert_eq!(gaps(&closed), 1);
+    let shortest = closed
+        .walls()
+        .iter()
+        .map(Wall::length_m)
+        .fold(f64::INFINITY, f64::min);
+    assert!(shortest > 1e-4, "{shortest} m: {:?}", closed.outlines());
 }
 
 #[test]

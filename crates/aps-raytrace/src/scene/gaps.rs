@@ -18,6 +18,9 @@ use super::ring::{by_first_edge, by_height, edge_box, segments_meet};
 /// Part of a filling's length by which it reaches into both walls, so that the grid's rounding leaves no slit beside it.
 const OVERLAP_SHARE: f64 = 1.0 / 64.0;
 
+/// Nearer to the end of a wall than this part of the width, a filling reaches the end: what would be left is no wall.
+const TO_THE_END: f64 = 0.01;
+
 /// An edge of the united outlines: the building to the left of `a` -> `b`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Edge {
@@ -91,7 +94,8 @@ fn filling(p: &Edge, q: &Edge, width_m: f64, overlap_m: f64) -> Option<Filling> 
     (points.len() >= 3).then_some(Filling { buildings, points })
 }
 
-/// The part of edge `p` that is nearer than `width_m` to edge `q`, from its start to its end.
+/// The part of edge `p` that is nearer than `width_m` to edge `q`, from its start to its end, up to an end of `p` that is nearly
+/// there.
 fn part_near(p: &Edge, q: &Edge, width_m: f64) -> Option<[DVec2; 2]> {
     let along = p.b - p.a;
     let length = along.length();
@@ -123,9 +127,10 @@ fn part_near(p: &Edge, q: &Edge, width_m: f64) -> Option<[DVec2; 2]> {
         .into_iter()
         .filter(|(from, to)| from <= to)
         .reduce(|p, q| (p.0.min(q.0), p.1.max(q.1)))?;
+    let rest = TO_THE_END * width_m / length;
     let at = |t: f64| match t {
-        0.0 => p.a,
-        1.0 => p.b,
+        t if t <= rest => p.a,
+        t if t >= 1.0 - rest => p.b,
         _ => p.a + along * t,
     };
     Some([at(from), at(to)])
