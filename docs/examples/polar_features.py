@@ -16,19 +16,25 @@ from tqdm import tqdm
 import map2aps
 from map2aps.torch import ApsDataset, models
 
-WAYS, FEATURES = models.POLAR_WAYS, models.POLAR_FEATURES
-# Ways come by kind, straight, over one corner (lit straight, after one reflection, after two), over several, then by bounces.
+FEATURES = models.POLAR_FEATURES
+# Kinds of ways: straight, over one corner (lit straight, after one reflection, after two), over several; each by bounces.
 KINDS, BOUNCES = 5, 3
 PART = 16  # links in a row that a batch takes together: most are of one transmitter
 
 
-def mask(kinds=(), bounces=(), features=()):
-    """A factor for each value of a direction: 0 for what is taken away."""
-    ways = torch.ones(KINDS, BOUNCES, FEATURES)
-    ways[list(kinds)] = 0
-    ways[:, list(bounces)] = 0
-    ways[..., list(features)] = 0
-    return ways.flatten()
+class Without:
+    """Takes kinds of ways, or features of all, out of a batch."""
+
+    def __init__(self, kinds=(), bounces=(), features=()):
+        kept = torch.ones(KINDS, BOUNCES)
+        kept[list(kinds)] = 0
+        kept[:, list(bounces)] = 0
+        self.kept = kept.flatten()
+        self.factor = torch.ones(FEATURES + 2)
+        self.factor[list(features)] = 0
+
+    def __call__(self, ways):
+        return ways * self.factor * self.kept[ways[..., -1].long()].unsqueeze(-1)
 
 
 def absolute(found, wanted):
@@ -44,19 +50,19 @@ def both(found, wanted):
 
 
 VARIANTS = {
-    "nothing": (mask(), both),
-    "ways that arrive after a bounce": (mask(bounces=(1, 2)), both),
-    "ways that arrive after two bounces": (mask(bounces=(2,)), both),
-    "ways over a corner lit after reflections": (mask(kinds=(2, 3)), both),
-    "ways over several corners": (mask(kinds=(4,)), both),
-    "all ways over corners": (mask(kinds=(1, 2, 3, 4)), both),
-    "angle between ray and way": (mask(features=(0, 2)), both),
-    "turns at corners": (mask(features=(4, 5)), both),
-    "lengths": (mask(features=(3, 6, 11)), both),
-    "cosines of incidence at walls": (mask(features=(8, 9, 10)), both),
-    "angles to the corner's bisector": (mask(features=(12, 13)), both),
-    "the cosine in the loss": (mask(), absolute),
-    "the absolute difference in the loss": (mask(), cosine),
+    "nothing": (Without(), both),
+    "ways that arrive after a bounce": (Without(bounces=(1, 2)), both),
+    "ways that arrive after two bounces": (Without(bounces=(2,)), both),
+    "ways over a corner lit after reflections": (Without(kinds=(2, 3)), both),
+    "ways over several corners": (Without(kinds=(4,)), both),
+    "all ways over corners": (Without(kinds=(1, 2, 3, 4)), both),
+    "angle between ray and way": (Without(features=(0, 2)), both),
+    "turns at corners": (Without(features=(4, 5)), both),
+    "lengths": (Without(features=(3, 6, 11)), both),
+    "cosines of incidence at walls": (Without(features=(8, 9, 10)), both),
+    "angles to the corner's bisector": (Without(features=(12, 13)), both),
+    "the cosine in the loss": (Without(), absolute),
+    "the absolute difference in the loss": (Without(), cosine),
 }
 
 
@@ -97,27 +103,27 @@ def main():
     statistics = float(power.mean()) - deviation * float(truth.mean()), deviation
 
     variants = []
-    for name, (factor, loss) in VARIANTS.items():
+    for name, (without, loss) in VARIANTS.items():
         model = built(statistics).train()
         learnt = [p for p in model.parameters() if p.requires_grad]
         optimizer = torch.optim.AdamW(learnt, lr=args.rate)
         schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, args.rate, total_steps=args.steps, pct_start=0.1)
-        variants.append((name, factor, loss, model, learnt, optimizer, schedule))
+        variants.append((name, without, loss, model, learnt, optimizer, schedule))
     batches = parts(train, args.batch, np.random.default_rng(args.seed))
     for _ in tqdm(range(args.steps)):
         ways, wanted = train.batch(next(batches))
-        for name, factor, loss, model, learnt, optimizer, schedule in variants:
+        for name, without, loss, model, learnt, optimizer, schedule in variants:
             optimizer.zero_grad()
-            loss(model(ways * factor), wanted).backward()
+            loss(model(without(ways)), wanted).backward()
             nn.utils.clip_grad_norm_(learnt, 1.0)
             optimizer.step()
             schedule.step()
 
     print(f"{args.steps} steps of {args.batch} links, {args.links} links of development maps\n\n| without | CosSim | MAE |\n|---|---|---|")
-    for name, factor, _, model, *_ in variants:
+    for name, without, _, model, *_ in variants:
         model.eval()
         with torch.no_grad():
-            found = torch.cat([model(develop.batch(some)[0] * factor) for some in np.array_split(numbers, max(1, args.links // 250))])
+            found = torch.cat([model(without(develop.batch(some)[0])) for some in np.array_split(numbers, max(1, args.links // 250))])
         scores = map2aps.metrics(truth.numpy(), found.numpy(), "paper").summary
         print(f"| {name} | {scores['cosine']:.3f} | {scores['mae']:.3f} |")
 

@@ -25,8 +25,8 @@ class PolarView:
         self.scene = scene
         self._view = _native.PolarView(scene)
 
-    def input(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> npt.NDArray[np.float32]:
-        """Finds the geometry of the links from each transmitter to each receiver. 151 kB a link: take some hundred at a time.
+    def ways(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> npt.NDArray[np.float32]:
+        """Finds the ways of the links from each transmitter to each receiver. Some 20 kB a link: take some thousand at a time.
 
         Parameters
         ----------
@@ -37,9 +37,10 @@ class PolarView:
 
         Returns
         -------
-        ndarray of float32, shape (m * n, 180, 210)
-            By link, in the order of `Tracer.trace`, and direction at the receiver, 2 degrees apart, the first a degree from x: 14
-            features of each of 15 ways (straight, and over corners by how they are lit; each after 0, 1 and 2 reflections). Rust's
-            documentation of ``aps_raytrace::polar::PolarLink`` defines them; all are without unit.
+        ndarray of float32, shape (m * n, ways, 16)
+            By link, in the order of `Tracer.trace`, the ways that arrive along 720 rays from the receiver: of each 14 features, the number
+            of its ray, half a degree apart, the first a quarter of one from x, and that of its kind, of 15 (straight, and over corners by how they
+            are lit; each after 0, 1 and 2 reflections). Links of fewer ways than others end with ways of zeros. Rust's documentation
+            of ``aps_raytrace::polar::PolarLink`` defines the features; all are without unit.
         """
-        return self._view.input(tx, rx)
+        return self._view.ways(tx, rx)

@@ -2,7 +2,7 @@
 
 >>> from map2aps.onnx import OnnxModel
 >>> model = OnnxModel("polar_reg.onnx")  # doctest: +SKIP
->>> power = model.predict(map2aps.PolarView(scene).input(tx, rx), domain="linear")  # doctest: +SKIP
+>>> power = model.predict(map2aps.PolarView(scene).ways(tx, rx), domain="linear")  # doctest: +SKIP
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class OnnxModel:
 
         Parameters
         ----------
-        conditions : array_like, shape (n, 3, image_size, image_size) or (n, 180, 210)
+        conditions : array_like, shape (n, 3, image_size, image_size) or (n, ways, 16)
             Condition images, or the input of Polar-Reg, as `map2aps.torch.ApsDataset` and `map2aps.PolarView` make them.
         domain : {"normalised", "linear"}
             Spectra as the model learnt them, or power relative to the link's maximum, of a model of the protocol "paper" alone: labels
@@ -111,9 +111,11 @@ class OnnxModel:
             array = np.asarray(conditions)
         except (RuntimeError, TypeError, ValueError) as error:
             raise ValueError(f"conditions: expected numbers, got {type(conditions).__name__}: {error}") from error
-        shape = tuple(takes.shape[1:])
-        if array.dtype.kind not in "fiu" or array.ndim != len(shape) + 1 or array.shape[1:] != shape:
-            wanted = ", ".join(map(str, ("n", *shape)))
+        shape = tuple(takes.shape)
+        # Names stand for dimensions of any length; of ways there is one at least, of zeros where there is none.
+        fits = array.ndim == len(shape) and all(isinstance(n, str) or n == found for n, found in zip(shape, array.shape))
+        if array.dtype.kind not in "fiu" or not fits or 0 in array.shape[1:]:
+            wanted = ", ".join(map(str, ("n", *shape[1:])))
             raise ValueError(f"conditions: expected numbers of shape ({wanted}), got {array.dtype} of shape {array.shape}")
         # Numbers beyond single precision are found below.
         with np.errstate(over="ignore"):

@@ -7,10 +7,10 @@ those of models.py do, so none is stored.
 
 # The model
 
-A link is, for each of 180 directions around the receiver, 14 features of each of 15 ways (5 kinds, 0 to 2 bounces;
-aps_raytrace::polar). A perceptron, given the features of a way and a unit vector for its kind and bounces, makes the logarithm of
-the way's strength. The strengths of a direction's ways are added, each times the share of the ray that the way arrives along; the sum
-over that of all directions is the share of the power that arrives from each. The array's response, a matrix that is not learnt, makes a
+A link is some ways, each of 14 features, one of 180 directions around the receiver and one of 15 kinds (5, after 0 to 2 bounces;
+aps_raytrace::polar). A perceptron, given the features of a way and a unit vector for its kind, makes the logarithm of the way's
+strength. The strengths of a direction's ways are added, each times the share of the ray that the way arrives along; the sum over that
+of all directions is the share of the power that arrives from each. The array's response, a matrix that is not learnt, makes a
 spectrum of it, which is divided by its maximum and standardised by the mean and the deviation of the labels it is trained on.
 
 | tensor | shape |
@@ -44,7 +44,7 @@ from torch import nn
 from models import BATCH, BINS, OUT, definitions, gradients, row, save, set_weights, values
 
 package = definitions()
-WAYS, FEATURES = package.POLAR_WAYS, package.POLAR_FEATURES
+KINDS, FEATURES = package.POLAR_KINDS, package.POLAR_FEATURES
 DIRECTIONS = package.POLAR_DIRECTIONS
 MEAN, DEVIATION = 0.125, 0.25
 
@@ -68,12 +68,14 @@ def loss_of(y, a):
 
 
 def inputs():
-    """Features between 0 and 1, half of the ways not there and all 0, feature 1 being 1 elsewhere."""
-    ways = values("ways", BATCH * DIRECTIONS * WAYS * FEATURES).reshape(BATCH, DIRECTIONS, WAYS, FEATURES)
-    is_there = ways[..., 1:2] > 0
-    ways = np.where(is_there, np.abs(ways), 0.0)
-    ways[..., 1:2] = is_there
-    return torch.from_numpy(ways.reshape(BATCH, DIRECTIONS, -1))
+    """A way from each direction and of each kind, features between 0 and 1, feature 1 being 1; half of them are zeros instead."""
+    features = values("ways", BATCH * DIRECTIONS * KINDS * FEATURES).reshape(BATCH, DIRECTIONS * KINDS, FEATURES)
+    is_there = features[..., 1:2] > 0
+    features = np.abs(features)
+    features[..., 1] = 1.0
+    number = np.arange(DIRECTIONS * KINDS)
+    numbers = np.broadcast_to(np.stack([number // KINDS, number % KINDS], -1), (BATCH, DIRECTIONS * KINDS, 2))
+    return torch.from_numpy(np.where(is_there, np.concatenate([features, numbers], -1), 0.0))
 
 
 def targets():

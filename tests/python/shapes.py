@@ -31,7 +31,7 @@ def answers(seed: int) -> list[np.ndarray]:
     spectra = map2aps.label(paths).aps_db
     scored = map2aps.metrics(np.nan_to_num(spectra), np.nan_to_num(spectra[::-1]))
     found = [is_outdoor, scene.raster(64), paths.gain, spectra, map2aps.pdp(paths).pdp_db, scored["mae"]]
-    found.append(map2aps.PolarView(scene).input(rx[0], rx[5:7]))
+    found.append(map2aps.PolarView(scene).ways(rx[0], rx[5:7]))
     with tempfile.TemporaryDirectory() as folder:
         made = map2aps.make_dataset(folder, 1, tx_per_map=1, rx_per_map=2, seed=seed, progress=None)
         found += [np.array(made[0]["aps_db"]), np.array(made[0]["rx"])]

@@ -150,7 +150,7 @@ def are_same(a: list[np.ndarray], b: list[np.ndarray]) -> bool:
 def test_threads_share_a_scene_and_a_view(outdoors: np.ndarray) -> None:
     def asked(scene: map2aps.Scene, view: map2aps.PolarView) -> list[np.ndarray]:
         paths = map2aps.Tracer(scene).trace(outdoors[0], outdoors[20:30])
-        return [scene.raster(64), scene.walls, scene.is_outdoor(outdoors), paths.gain, view.input(outdoors[0], outdoors[20:24])]
+        return [scene.raster(64), scene.walls, scene.is_outdoor(outdoors), paths.gain, view.ways(outdoors[0], outdoors[20:24])]
 
     scenes = [map2aps.Scene.synthetic(seed=3) for _ in range(2)]
     alone = asked(scenes[0], map2aps.PolarView(scenes[0]))

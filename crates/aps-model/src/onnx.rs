@@ -26,8 +26,8 @@ const SPECTRUM: &str = "spectrum";
 
 /// Makes a file of ONNX of a model in evaluation, with the weights in `parameters`, which are on a CPU in single precision.
 ///
-/// Its input is `condition` (batch, 3, `image_size`, `image_size`), or for ways along rays `ways` (batch, directions, values), where
-/// `image_size` is of no use; its output is `spectrum` (batch, [`ANGLE_BINS`]). Each tells its shape and units. `batch` is any
+/// Its input is `condition` (batch, 3, `image_size`, `image_size`), or for ways along rays `ways` (batch, ways, numbers), any number of
+/// ways from 1, where `image_size` is of no use; its output is `spectrum` (batch, [`ANGLE_BINS`]). Each tells its shape and units. `batch` is any
 /// number from 1. `facts` go with model and preset into the metadata, in their order. The same arguments give the same bytes.
 ///
 /// # Errors
@@ -58,7 +58,11 @@ pub fn export(
     let vb = seeded(parameters, 0, DType::F32, &Device::Cpu);
     let model = label.kind.build(label.preset, shape, vb)?;
     let (name, dims, told) = input(shape, image_size);
-    let one = [&[1], &dims[..]].concat();
+    let length = |dim: &Dimension| match dim {
+        Dimension::Value(length) => *length as usize,
+        Dimension::Parameter(_) => 1,
+    };
+    let one: Vec<usize> = dims.iter().map(length).collect();
     let one = Tensor::zeros(one, DType::F32, &Device::Cpu)?;
     let known = sorted(parameters).into_iter();
     let known = known.map(|(name, var)| (var.id(), (name, var.as_tensor().clone())));
@@ -84,8 +88,12 @@ pub fn export(
             node: graph.nodes,
             name: kind.name().into(),
             initializer: graph.constants,
-            input: vec![tensor(name, &dims, told)],
-            output: vec![tensor(SPECTRUM, &[ANGLE_BINS], OUTPUT.into())],
+            input: vec![tensor(name, dims, told)],
+            output: vec![tensor(
+                SPECTRUM,
+                [any(BATCH), fixed(ANGLE_BINS)],
+                OUTPUT.into(),
+            )],
         }),
         opset_import: vec![OperatorSetIdProto {
             domain: Some(String::new()),
@@ -99,35 +107,47 @@ pub fn export(
 const OUTPUT: &str = "(batch, bin): power relative to the largest of the link, a linear ratio, normalised as the \
                       labels of the protocol are; no unit. Bins are those of the labels, the first at -180 degrees.";
 
-/// Name, dimensions behind the batch, and description of an input.
-fn input(shape: InputShape, image_size: usize) -> (&'static str, Vec<usize>, String) {
+/// A dimension of a length.
+fn fixed(length: usize) -> Dimension {
+    Dimension::Value(length as i64)
+}
+
+/// A dimension of any length.
+fn any(name: &str) -> Dimension {
+    Dimension::Parameter(name.into())
+}
+
+/// Name, dimensions and description of an input.
+fn input(shape: InputShape, image_size: usize) -> (&'static str, Vec<Dimension>, String) {
     match shape {
         InputShape::Images => (
             "condition",
-            vec![3, image_size, image_size],
+            vec![any(BATCH), fixed(3), fixed(image_size), fixed(image_size)],
             "(batch, channel, row, column), rows along y, columns along x, no unit. Channel 0: share of the pixel that is built \
              upon, 0 to 1; 1: Gaussian spot at the transmitter, 1 in its middle; 2: the same at the receiver."
                 .into(),
         ),
         InputShape::Polar(shape) => (
             "ways",
-            vec![shape.directions, shape.values()],
+            vec![any(BATCH), any("ways"), fixed(shape.per_way())],
             format!(
-                "(batch, direction, value): {} features of each of {} kinds of ways that arrive along rays around the receiver. \
-                 Feature 1 is 1 where there is such a way, else 0 as all others.",
-                shape.features, shape.ways
+                "(batch, way, number), no unit: ways that arrive along {} rays around the receiver; {} features, number of the ray, \
+                 and number of the kind, of {} kinds. Feature 1 is 1; links of fewer ways end with ways of zeros.",
+                shape.directions, shape.features, shape.kinds
             ),
         ),
     }
 }
 
-/// Describes a tensor of any number of links.
-fn tensor(name: &str, dims: &[usize], doc_string: String) -> ValueInfoProto {
-    let batch = Dimension::Parameter(BATCH.into());
-    let rest = dims.iter().map(|&d| Dimension::Value(d as i64));
+/// Describes a tensor.
+fn tensor(
+    name: &str,
+    dims: impl IntoIterator<Item = Dimension>,
+    doc_string: String,
+) -> ValueInfoProto {
     let dim = |value| DimensionProto { value: Some(value) };
     let shape = TensorShapeProto {
-        dim: [batch].into_iter().chain(rest).map(dim).collect(),
+        dim: dims.into_iter().map(dim).collect(),
     };
     ValueInfoProto {
         name: name.into(),

@@ -14,8 +14,8 @@ fn shape(kind: ModelKind) -> InputShape {
 }
 
 const POLAR: PolarShape = PolarShape {
-    directions: 180,
-    ways: 15,
+    directions: 720,
+    kinds: 15,
     features: 14,
 };
 

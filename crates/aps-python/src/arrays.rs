@@ -158,17 +158,25 @@ const MAX_BYTES: usize = 16 << 30;
 /// # Errors
 /// `MemoryError`, before anything is taken, for more than can be had.
 pub fn zeros(name: &str, rows: usize, values: usize) -> PyResult<Vec<f32>> {
-    let length = rows.saturating_mul(values);
     let mut zeros = Vec::new();
-    let is_small = length.saturating_mul(size_of::<f32>()) <= MAX_BYTES;
-    if !is_small || zeros.try_reserve_exact(length).is_err() {
-        return Err(PyMemoryError::new_err(format!(
-            "{name}: {rows} of {values} values each are too many at once; ask for fewer at a time, at most {} GiB",
-            MAX_BYTES >> 30
-        )));
+    if !fits(rows, values) || zeros.try_reserve_exact(rows * values).is_err() {
+        return Err(too_many(name, rows, values));
     }
-    zeros.resize(length, 0.0);
+    zeros.resize(rows * values, 0.0);
     Ok(zeros)
+}
+
+/// Tells if `rows` of `values` numbers each may be made at once.
+pub fn fits(rows: usize, values: usize) -> bool {
+    rows.saturating_mul(values).saturating_mul(size_of::<f32>()) <= MAX_BYTES
+}
+
+/// The exception for more than can be had at once.
+pub fn too_many(name: &str, rows: usize, values: usize) -> PyErr {
+    PyMemoryError::new_err(format!(
+        "{name}: {rows} of {values} values each are too many at once; ask for fewer at a time, at most {} GiB",
+        MAX_BYTES >> 30
+    ))
 }
 
 /// An array of numbers, row by row, in a shape.

@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use crate::arrays::{Argument, Kind, shaped, zeros};
 use crate::given::Given;
 use crate::maps::Maps;
+use crate::polar::all_ways;
 use crate::run::run_owned;
 
 /// Largest side of an image \[pixels\].
@@ -34,7 +35,7 @@ pub struct Examples {
     drawn: Arc<DrawnExamples>,
 }
 
-/// Inputs of shape (numbers, 3, size, size) or (numbers, directions, values), and targets of shape (numbers, bins).
+/// Inputs of shape (numbers, 3, size, size) or (numbers, ways, values), and targets of shape (numbers, bins).
 type Batch<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>);
 
 #[pymethods]
@@ -74,7 +75,7 @@ impl Examples {
             }
             let tiles = TileSettings::of_dataset(&dataset.manifest().configuration);
             let maps = source.map(|source| source(tiles)).transpose()?;
-            drawn.with_geometry(maps.as_ref())
+            drawn.with_ways(maps.as_ref())
         })?;
         let drawn = Arc::new(drawn);
         Ok(Self { drawn })
@@ -100,16 +101,26 @@ impl Examples {
             .map(inside)
             .collect::<PyResult<Vec<_>>>()?;
         let (drawn, rows) = (Arc::clone(&self.drawn), numbers.len());
-        let (shape, bins) = (self.drawn.input_shape(), self.drawn.examples().bins());
-        let mut inputs = zeros("indices", rows, shape.iter().product())?;
+        let bins = drawn.examples().bins();
         let mut targets = zeros("indices", rows, bins)?;
-        let shape = [&[rows], &shape[..]].concat();
-        let (inputs, targets) = run_owned(py, move || {
-            drawn.write(&numbers, &mut inputs, &mut targets)?;
-            Ok((inputs, targets))
+        if let Some(shape) = drawn.image_shape() {
+            let mut images = zeros("indices", rows, shape.iter().product())?;
+            let (images, targets) = run_owned(py, move || {
+                drawn.write_images(&numbers, &mut images);
+                drawn.write_targets(&numbers, &mut targets)?;
+                Ok((images, targets))
+            })?;
+            let images = shaped(py, images, [&[rows], &shape[..]].concat())?;
+            return Ok((images, shaped(py, targets, [rows, bins])?));
+        }
+        let ways = all_ways(py, "indices", rows, |some| {
+            self.drawn.ways(&numbers[some]).expect("no images")
         })?;
-        let inputs = shaped(py, inputs, shape)?;
-        Ok((inputs, shaped(py, targets, [rows, bins])?))
+        let targets = run_owned(py, move || {
+            drawn.write_targets(&numbers, &mut targets)?;
+            Ok(targets)
+        })?;
+        Ok((ways, shaped(py, targets, [rows, bins])?))
     }
 
     /// Map, row of the link in it, and rows of transmitter and receiver of each example; shape (examples, 4).

@@ -1,12 +1,14 @@
 //! The input of Polar-Reg.
 
-use map2aps::aps_raytrace::polar::Mirror;
+use std::ops::Range;
+
+use map2aps::aps_raytrace::polar::{Mirror, PER_WAY};
 use map2aps::error::Place;
-use map2aps::{Error, PolarViews, SeenLink};
+use map2aps::{Error, PolarViews, SeenLink, padded};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use crate::arrays::{points, shaped, zeros};
+use crate::arrays::{fits, points, shaped, too_many};
 use crate::run::{run, run_owned};
 use crate::scene::Scene;
 
@@ -27,6 +29,36 @@ fn behind(links: usize, error: Error) -> Error {
     }
 }
 
+/// Finds the ways of so many links, some at a time, as an array of shape (links, ways, numbers).
+///
+/// # Errors
+/// `MemoryError` that names the argument `name`, as soon as a link's ways show that all will be too many.
+pub fn all_ways<'py>(
+    py: Python<'py>,
+    name: &str,
+    links: usize,
+    find: impl Fn(Range<usize>) -> Result<Vec<Vec<f32>>, Error> + Sync,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let found = run(py, None, |control| {
+        let (mut all, mut most) = (Vec::new(), PER_WAY);
+        while all.len() < links && fits(links, most) {
+            if control.is_cancelled() {
+                return Err(Error::Cancelled);
+            }
+            let first = all.len();
+            let some = find(first..links.min(first + AT_A_TIME));
+            all.extend(some.map_err(|error| behind(first, error))?);
+            most = all[first..].iter().map(Vec::len).fold(most, usize::max);
+        }
+        Ok(match fits(links, most) {
+            true => Ok(padded(&all)),
+            false => Err(most),
+        })
+    })?;
+    let (values, shape) = found.map_err(|most| too_many(name, links, most))?;
+    shaped(py, values, shape)
+}
+
 /// A scene prepared for its receivers to look at.
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct PolarView {
@@ -42,36 +74,21 @@ impl PolarView {
         Ok(Self { views })
     }
 
-    fn input<'py>(
+    fn ways<'py>(
         &self,
         py: Python<'py>,
         tx: &Bound<'py, PyAny>,
         rx: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let (tx, rx) = (points(tx, "tx")?, points(rx, "rx")?);
-        let shape = PolarViews::shape();
-        let links = tx.len().saturating_mul(rx.len());
-        let mut values = zeros("rx: links", links, shape.values())?;
-        let values = run(py, None, |control| {
-            let pairs = tx.iter().flat_map(|tx| rx.iter().map(move |rx| (tx, rx)));
-            let seen = pairs.map(|(tx, rx)| SeenLink {
-                map: 0,
-                tx_m: tx.to_array(),
-                rx_m: rx.to_array(),
-                mirror: Mirror::default(),
-            });
-            let seen: Vec<SeenLink> = seen.collect();
-            for (part, links) in seen.chunks(AT_A_TIME).enumerate() {
-                if control.is_cancelled() {
-                    return Err(Error::Cancelled);
-                }
-                let first = part * AT_A_TIME;
-                let rows = first * shape.values()..(first + links.len()) * shape.values();
-                let written = self.views.write(links, &mut values[rows]);
-                written.map_err(|error| behind(first, error))?;
-            }
-            Ok(values)
-        })?;
-        shaped(py, values, [links, shape.directions, shape.per_direction()])
+        let seen = |link: usize| SeenLink {
+            map: 0,
+            tx_m: tx[link / rx.len()].to_array(),
+            rx_m: rx[link % rx.len()].to_array(),
+            mirror: Mirror::default(),
+        };
+        all_ways(py, "rx: links", tx.len().saturating_mul(rx.len()), |some| {
+            self.views.ways(&some.map(seen).collect::<Vec<_>>())
+        })
     }
 }

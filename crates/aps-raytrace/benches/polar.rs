@@ -8,7 +8,7 @@ mod common;
 use std::hint::black_box;
 
 use aps_raytrace::Scene;
-use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap, gather};
+use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap};
 use aps_raytrace::scene::CityConfig;
 use common::outdoor;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -54,17 +54,13 @@ fn polar(c: &mut Criterion) {
             mirror: Mirror::ALL[image],
         })
         .collect();
-    let mut values = vec![0.0; links.len() * map.shape().values()];
+    let mut ways = Vec::new();
     group.throughput(Throughput::Elements(links.len() as u64));
     group.bench_function("256 links", |b| {
-        b.iter(|| gather(black_box(&links), &mut values).unwrap());
-    });
-    let mut list = Vec::new();
-    group.bench_function("256 links as lists", |b| {
         b.iter(|| {
             for link in black_box(&links) {
-                list.clear();
-                link.list(&mut list).unwrap();
+                ways.clear();
+                link.ways(&mut ways).unwrap();
             }
         });
     });

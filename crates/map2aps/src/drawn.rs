@@ -16,7 +16,7 @@ use crate::scores::{Domain, ScoreError};
 /// Images of an example: as it is, mirrored in x, in y, in both.
 const IMAGES: usize = 4;
 
-/// The examples of a part of a data set, drawn as condition images of any size, or as the geometry that Polar-Reg is given, with their
+/// The examples of a part of a data set, drawn as condition images of any size, or as the ways that Polar-Reg is given, with their
 /// targets; alone or with their mirror images: number 4 n + i is then example n in image i, the numbers of
 /// `aps_model::data::Mirrored`.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub struct DrawnExamples {
     examples: Examples,
     /// For each bin the one at the negative of its angle, where there are mirror images.
     negated: Option<Vec<usize>>,
-    /// Geometry that is drawn in place of images.
+    /// Finds ways in place of images.
     views: Option<Arc<PolarViews>>,
 }
 
@@ -52,25 +52,21 @@ impl DrawnExamples {
         })
     }
 
-    /// The same examples with the geometry of [`PolarViews`] in place of images. The maps that the data set was made from must be
+    /// The same examples with the ways of [`PolarViews`] in place of images. The maps that the data set was made from must be
     /// given, unless they are synthetic.
     ///
     /// # Errors
     /// [`MapError::NoScene`](crate::MapError::NoScene), [`MapError::NoImage`](crate::MapError::NoImage) and
     /// [`MapError::OtherBuildings`](crate::MapError::OtherBuildings); maps that cannot be read.
-    pub fn with_geometry(self, maps: Option<&MapSource>) -> Result<Self> {
+    pub fn with_ways(self, maps: Option<&MapSource>) -> Result<Self> {
         let views = Some(Arc::new(self.examples.polar_views(maps)?));
         Ok(Self { views, ..self })
     }
 
-    /// Shape of an input: planes, rows and columns of an image; directions and values of geometry.
-    pub fn input_shape(&self) -> Vec<usize> {
+    /// Shape of an image, (planes, rows, columns); `None` if there are ways in place of images.
+    pub fn image_shape(&self) -> Option<[usize; 3]> {
         let [rows, columns] = self.examples.image_shape();
-        let shape = PolarViews::shape();
-        match &self.views {
-            None => vec![3, rows, columns],
-            Some(_) => vec![shape.directions, shape.per_direction()],
-        }
+        self.views.is_none().then_some([3, rows, columns])
     }
 
     /// The examples.
@@ -92,28 +88,40 @@ impl DrawnExamples {
         self.negated.as_ref().map_or(1, |_| IMAGES)
     }
 
-    /// Draws examples on all threads: `inputs` takes each in [the shape](Self::input_shape) of an input, `targets` (numbers, bins).
-    ///
-    /// # Errors
-    /// A label that cannot be read or normalised, and an end of a link that is in a building of its map.
+    /// Draws images on all threads: `images` takes each in [its shape](Self::image_shape).
     ///
     /// # Panics
-    /// When there is no such example, or a slice has another length.
-    pub fn write(&self, numbers: &[usize], inputs: &mut [f32], targets: &mut [f32]) -> Result<()> {
-        let length = self.input_shape().iter().product::<usize>();
+    /// When there is no such example, or the slice has another length.
+    pub fn write_images(&self, numbers: &[usize], images: &mut [f32]) {
+        let length = self.examples.image_len();
+        assert_eq!(images.len(), numbers.len() * length, "an image for each");
+        let images = images.par_chunks_mut(length.max(1)).zip(numbers);
+        images.for_each(|(image, &number)| self.draw(number, image));
+    }
+
+    /// Finds the ways of links on all threads; `None` if there are images in their place. [`padded`](crate::padded) makes one array of
+    /// them.
+    ///
+    /// # Errors
+    /// An end of a link that is in a building of its map.
+    ///
+    /// # Panics
+    /// When there is no such example.
+    pub fn ways(&self, numbers: &[usize]) -> Option<Result<Vec<Vec<f32>>>> {
+        let links: Vec<SeenLink> = numbers.iter().map(|&n| self.seen(n)).collect();
+        self.views.as_ref().map(|views| views.ways(&links))
+    }
+
+    /// Makes targets on all threads, (numbers, bins).
+    ///
+    /// # Errors
+    /// A label that cannot be read or normalised.
+    ///
+    /// # Panics
+    /// When there is no such example, or the slice has another length.
+    pub fn write_targets(&self, numbers: &[usize], targets: &mut [f32]) -> Result<()> {
         let bins = self.examples.bins();
-        assert_eq!(inputs.len(), numbers.len() * length, "an input for each");
         assert_eq!(targets.len(), numbers.len() * bins, "a target for each");
-        match &self.views {
-            None => {
-                let images = inputs.par_chunks_mut(length.max(1)).zip(numbers);
-                images.for_each(|(image, &number)| self.draw(number, image));
-            }
-            Some(views) => {
-                let links: Vec<SeenLink> = numbers.iter().map(|&n| self.seen(n)).collect();
-                views.write(&links, inputs)?;
-            }
-        }
         // Once, by all threads, before each asks for it.
         self.examples.form()?;
         let targets = targets.par_chunks_mut(bins).zip(numbers);
@@ -199,7 +207,8 @@ mod tests {
     fn drawn(examples: &DrawnExamples, numbers: &[usize]) -> (Vec<f32>, Vec<f32>) {
         let mut images = vec![0.0; numbers.len() * examples.examples().image_len()];
         let mut targets = vec![0.0; numbers.len() * 180];
-        examples.write(numbers, &mut images, &mut targets).unwrap();
+        examples.write_images(numbers, &mut images);
+        examples.write_targets(numbers, &mut targets).unwrap();
         (images, targets)
     }
 
@@ -236,26 +245,15 @@ mod tests {
     }
 
     #[test]
-    fn geometry_is_that_of_the_link_and_its_mirror_images_have_other_directions() {
+    fn ways_are_those_of_the_link_in_its_mirror_images() {
         let root = tempfile::tempdir().unwrap();
         let dataset = dataset(&root);
-        let open = |mirrored| {
-            let part = Part::Train;
-            DrawnExamples::open(&dataset, part, Domain::Normalised, 8, mirrored).unwrap()
-        };
-        let drawn = open(true).with_geometry(None).unwrap();
-        let [directions, values] = drawn.input_shape()[..] else {
-            panic!("{:?}", drawn.input_shape());
-        };
-        let mut inputs = vec![0.0; 4 * directions * values];
-        let (mut targets, mut of_images) = (vec![0.0; 4 * 180], vec![0.0; 4 * 180]);
-        let numbers = [12, 13, 14, 15];
-        drawn.write(&numbers, &mut inputs, &mut targets).unwrap();
-        let mut images = vec![0.0; 4 * 3 * 8 * 8];
-        open(true)
-            .write(&numbers, &mut images, &mut of_images)
-            .unwrap();
-        assert_eq!(targets, of_images);
+        let open =
+            || DrawnExamples::open(&dataset, Part::Train, Domain::Normalised, 8, true).unwrap();
+        assert!(open().ways(&[12]).is_none() && open().image_shape() == Some([3, 8, 8]));
+        let drawn = open().with_ways(None).unwrap();
+        assert_eq!(drawn.image_shape(), None);
+        let found = drawn.ways(&[12, 13, 14, 15]).unwrap().unwrap();
 
         let Example {
             map, tx_m, rx_m, ..
@@ -263,17 +261,13 @@ mod tests {
         let maps = MapSource::Synthetic { count: 3 };
         let scene = maps.load(map, 42, crate::SceneSettings::default());
         let views = PolarViews::new([scene.map(|scene| (map, scene))].into_iter()).unwrap();
-        for (found, mirror) in inputs.chunks_exact(directions * values).zip(Mirror::ALL) {
-            let link = SeenLink {
-                map: 0,
-                tx_m,
-                rx_m,
-                mirror,
-            };
-            let mut expected = vec![0.0; directions * values];
-            views.write(&[link], &mut expected).unwrap();
-            assert!(found == expected, "{mirror:?}");
-        }
+        let link = |mirror| SeenLink {
+            map: 0,
+            tx_m,
+            rx_m,
+            mirror,
+        };
+        assert_eq!(found, views.ways(&Mirror::ALL.map(link)).unwrap());
     }
 
     #[test]
@@ -298,8 +292,7 @@ mod tests {
         let drawn = DrawnExamples::open(&dataset, Part::Train, Domain::Linear, 8, false).unwrap();
         let map = drawn.examples().list()[0].map;
         std::fs::remove_file(root.path().join(format!("map_{map:04}/aps_db.npy"))).unwrap();
-        let (mut images, mut targets) = (vec![0.0; 3 * 8 * 8], vec![0.0; 180]);
-        let error = drawn.write(&[0], &mut images, &mut targets).unwrap_err();
+        let error = drawn.write_targets(&[0], &mut [0.0; 180]).unwrap_err();
         assert!(error.chain().contains("aps_db.npy"), "{error:?}");
     }
 

@@ -96,7 +96,7 @@ pub use maps::{MapError, MapSource, SceneSettings};
 pub use mirror::MirrorError;
 pub use overview::Overview;
 pub use plan::DatasetPlan;
-pub use polar::{PolarViews, SeenLink};
+pub use polar::{PolarViews, SeenLink, padded};
 pub use sampling::Receivers;
 pub use scores::{ArrayFile, Domain, Labels, Prediction, ScoreError, Scores, Scoring, Truth};
 pub use settings::SettingsError;

@@ -27,9 +27,10 @@ Example: TypeAlias = tuple[Tensor, Tensor]
 class ApsDataset(Dataset[Example]):
     """The labelled links of a part of a data set, as pairs (condition, target); ``len`` and indices count them.
 
-    A condition of shape (3, size, size) shows buildings, transmitter and receiver, or is the input of Polar-Reg, of shape
-    (180, 210) (see `map2aps.PolarView`); a target of shape (180,) is the spectrum as models learn it. Both are float32. Conditions are
-    drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on all cores: worker processes are seldom of use.
+    A condition of shape (3, size, size) shows buildings, transmitter and receiver, or is the input of Polar-Reg, of shape (ways, 16)
+    (see `map2aps.PolarView`), as many ways as the link of the same batch that has most; a target of shape (180,) is the spectrum as models
+    learn it. Both are float32. Conditions are drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on all
+    cores: worker processes are seldom of use.
     Labels stay on disk until they are asked for; where the data set's manifest holds no statistics of them, as of imported ones, the
     first normalised target waits until the training maps have been read once.
 
@@ -93,7 +94,7 @@ class ApsDataset(Dataset[Example]):
 
         Returns
         -------
-        condition : Tensor of float32, shape (3, size, size) or (180, 210)
+        condition : Tensor of float32, shape (3, size, size) or (ways, 16)
         target : Tensor of float32, shape (180,)
 
         Raises
@@ -129,7 +130,7 @@ class ApsDataset(Dataset[Example]):
 
         Returns
         -------
-        conditions : Tensor of float32, shape (n, 3, size, size) or (n, 180, 210)
+        conditions : Tensor of float32, shape (n, 3, size, size) or (n, ways, 16)
         targets : Tensor of float32, shape (n, 180)
         """
         images, targets = self._examples.batch(indices)

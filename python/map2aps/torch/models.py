@@ -41,8 +41,8 @@ __all__ = [
 
 BINS = 180
 DROPOUT = 0.1
-# Polar-Reg: directions; ways a direction (5 kinds, 0 to 2 bounces) and their features; width of its layers.
-POLAR_DIRECTIONS, POLAR_WAYS, POLAR_FEATURES, POLAR_HIDDEN = 180, 15, 14, 48
+# Polar-Reg: directions; kinds of ways (5, after 0 to 2 bounces) and their features; width of its layers.
+POLAR_DIRECTIONS, POLAR_KINDS, POLAR_FEATURES, POLAR_HIDDEN = 720, 15, 14, 48
 Preset: TypeAlias = Literal["paper", "small"]
 
 
@@ -459,18 +459,18 @@ class ResnetConv1d(nn.Module):
 
 
 class PolarWays(nn.Module):
-    """A sixth of the logarithm of each way's strength: (..., way, feature) to (..., way)."""
+    """A sixth of the logarithm of each way's strength: (..., way, number) to (..., way)."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.embed = nn.Linear(POLAR_FEATURES + POLAR_WAYS, POLAR_HIDDEN)
+        self.embed = nn.Linear(POLAR_FEATURES + POLAR_KINDS, POLAR_HIDDEN)
         self.hidden = nn.Linear(POLAR_HIDDEN, POLAR_HIDDEN)
         self.out = nn.Linear(POLAR_HIDDEN, 1)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Values (..., way) of ways (..., way, feature)."""
-        kinds = torch.eye(POLAR_WAYS, dtype=x.dtype, device=x.device).expand(*x.shape[:-1], POLAR_WAYS)
-        x = F.gelu(self.embed(torch.cat([x, kinds], -1)))
+        """Values (..., way) of ways (..., way, number): features, direction, kind."""
+        kinds = x[..., -1:] == torch.arange(POLAR_KINDS, device=x.device)
+        x = F.gelu(self.embed(torch.cat([x[..., :POLAR_FEATURES], kinds.to(x.dtype)], -1)))
         out: Tensor = self.out(F.gelu(self.hidden(x)))[..., 0]
         return out
 
@@ -513,26 +513,27 @@ class PolarReg(nn.Module):
 
         Parameters
         ----------
-        x : Tensor, shape (batch, 180, 210)
-            Geometry of the links, as of `map2aps.PolarView.input`.
+        x : Tensor, shape (batch, ways, 16)
+            Ways of the links, as of `map2aps.PolarView.ways`.
 
         Returns
         -------
-        Tensor, shape (batch, 180)
+        Tensor, shape (batch, 720)
             Share of the power by direction: the sum over all is 1.
         """
-        ways = x.reshape(*x.shape[:2], POLAR_WAYS, POLAR_FEATURES)
-        log = torch.clamp(6 * self.ways(ways) + torch.log(ways[..., 0] + 0.01), max=60)
-        strength = (torch.exp(log) * ways[..., 1]).sum(2)
-        return torch.softmax(torch.log(strength + 1e-6), 1)
+        log = torch.clamp(6 * self.ways(x) + torch.log(x[..., 0] + 0.01), max=60)
+        strength = torch.exp(log) * x[..., 1]
+        # Ways of zeros add nothing to the first direction.
+        by_direction = strength.new_zeros(len(x), POLAR_DIRECTIONS).scatter_add(1, x[..., POLAR_FEATURES].long(), strength)
+        return torch.softmax(torch.log(by_direction + 1e-6), 1)
 
     def forward(self, x: Tensor) -> Tensor:
         """Predicts spectra.
 
         Parameters
         ----------
-        x : Tensor, shape (batch, 180, 210)
-            Geometry of the links, as of `map2aps.PolarView.input`.
+        x : Tensor, shape (batch, ways, 16)
+            Ways of the links, as of `map2aps.PolarView.ways`.
 
         Returns
         -------

@@ -34,7 +34,7 @@ def test_shipped_weights_predict_what_they_do_in_pytorch(polar: OnnxModel, scene
     assert (polar.name, polar.preset, polar.image_size) == ("polar_reg", "small", None)
     own = models.shipped("polar_reg")
     assert polar.settings["protocol"] == "paper" and polar.settings["training_statistics"] == own.settings["training_statistics"]
-    ways = map2aps.PolarView(scene).input(outdoors[0], outdoors[10:20])
+    ways = map2aps.PolarView(scene).ways(outdoors[0], outdoors[10:20])
     with torch.no_grad():
         expected = own(torch.from_numpy(np.asarray(ways))).numpy()
     assert np.abs(polar.predict(ways) - expected).max() < 1e-4
@@ -48,9 +48,10 @@ def test_shipped_weights_predict_what_they_do_in_pytorch(polar: OnnxModel, scene
 
 
 def test_bad_conditions_are_told(polar: OnnxModel) -> None:
-    good = np.zeros((2, 180, 210), np.float32)
+    good = np.zeros((2, 30, 16), np.float32)
     for conditions, domain, told in [
-        (good[0], "linear", r"shape \(n, 180, 210\), got float32 of shape \(180, 210\)"),
+        (good[0], "linear", r"shape \(n, ways, 16\), got float32 of shape \(30, 16\)"),
+        (good[:, :0], "linear", r"got float32 of shape \(2, 0, 16\)"),
         (np.zeros((1, 3, 64, 64)), "linear", r"got float64 of shape \(1, 3, 64, 64\)"),
         (np.full_like(good, np.nan), "linear", "not finite"),
         (np.full(good.shape, 1e300), "linear", "not finite"),
@@ -59,7 +60,7 @@ def test_bad_conditions_are_told(polar: OnnxModel) -> None:
         (good > 0, "linear", "got bool of shape"),
         (good.astype(complex), "linear", "got complex64 of shape|got complex128 of shape"),
         ([good[0], good[0, :2]], "linear", "got list"),
-        (torch.zeros(2, 180, 210, requires_grad=True), "linear", "got Tensor"),
+        (torch.zeros(2, 30, 16, requires_grad=True), "linear", "got Tensor"),
     ]:
         with pytest.raises(ValueError, match=told):
             polar.predict(conditions, domain=domain)
@@ -109,7 +110,7 @@ def test_models_that_predict_something_else_say_so(tmp_path: Path) -> None:
 
 
 def test_one_model_answers_threads(polar: OnnxModel) -> None:
-    ways = np.random.default_rng(1).random((4, 180, 210), dtype=np.float32)
+    ways = np.random.default_rng(1).random((4, 30, 16), dtype=np.float32)
     expected = polar.predict(ways)
     with ThreadPoolExecutor(4) as threads:
         assert all(np.array_equal(found, expected) for found in threads.map(lambda _: polar.predict(ways), range(8)))

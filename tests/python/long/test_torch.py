@@ -183,14 +183,17 @@ def test_polar_reg_takes_the_geometry_of_a_data_set(data: Path, tmp_path: Path) 
     # The first synthetic map of a seed is that of a scene.
     view, one = map2aps.PolarView(map2aps.Scene.synthetic(dataset.manifest["seed"])), dataset[0]
     for condition, (_, _, tx, rx) in zip(conditions, examples.links[of_map]):
-        assert np.array_equal(condition, view.input(one["tx"][tx], one["rx"][rx])[0])
+        ways = view.ways(one["tx"][tx], one["rx"][rx])[0]
+        assert np.array_equal(condition[: len(ways)], ways) and not condition[len(ways) :].any()
     assert torch.equal(targets, ApsDataset(data, part, mirror=False).batch(of_map)[1])
     model = models.build("polar_reg").eval()
     model.fixed.array.fill_(0.5)
     with torch.no_grad():
         assert torch.isfinite(model(conditions)).all() and model(conditions).shape == targets.shape
-    mirrored = ApsDataset(data, "train", condition="polar")[5]
-    assert mirrored[0].shape == (180, 210)
+    mirrored = ApsDataset(data, "train", condition="polar")
+    assert mirrored[5][0].shape[1:] == (16,) and (mirrored[5][0][:, 1] == 1).all()
+    loader = DataLoader(mirrored, batch_size=4)
+    assert all(batch.shape == (len(batch), batch.shape[1], 16) for batch, _ in loader)
     again = pickle.loads(pickle.dumps(examples))
     assert torch.equal(again[1][0], examples[1][0])
     for maps, error, told in [(tmp_path, OSError, "0.json"), (tmp_path / "none", OSError, "none")]:

@@ -23,18 +23,18 @@ pub struct Case {
     pub precision: Precision,
 }
 
-/// Lists of as many ways as links of the paper's maps have.
+/// As many ways as links of the paper's maps have.
 #[derive(Debug)]
 struct SomeWays(PolarShape, Device);
 
 /// Ways of a link.
-const WAYS: usize = 220;
+const WAYS: usize = 330;
 
 impl ModelInput for SomeWays {
     fn batch(&self, links: &[Link]) -> aps_model::Result<Tensor> {
         let PolarShape {
             directions,
-            ways,
+            kinds,
             features,
         } = self.0;
         let way = |n: usize| {
@@ -42,11 +42,11 @@ impl ModelInput for SomeWays {
                 1 => 1.0,
                 _ => ((n * features + f) * 7919 % 1000) as f32 / 1000.0,
             };
-            let numbers = [n * 37 % directions, n % ways].map(|number| number as f32);
+            let numbers = [n * 37 % directions, n % kinds].map(|number| number as f32);
             (0..features).map(feature).chain(numbers)
         };
         let values = (0..links.len() * WAYS).flat_map(way).collect::<Vec<f32>>();
-        let shape = (links.len(), WAYS, self.0.listed());
+        let shape = (links.len(), WAYS, self.0.per_way());
         Ok(Tensor::from_vec(values, shape, &self.1)?)
     }
 
@@ -99,8 +99,8 @@ impl Case {
             ..ConditionConfig::default()
         };
         let ways = PolarShape {
-            directions: 180,
-            ways: 15,
+            directions: 720,
+            kinds: 15,
             features: 14,
         };
         Ok(match self.kind.input() {
@@ -164,7 +164,10 @@ impl Case {
 
     /// Input of the first links in the type that the network computes in.
     pub fn conditions(&self, count: usize) -> Outcome<Tensor> {
-        let input = self.input()?.batch(&links(count))?;
-        Ok(self.precision.of_input(&input)?)
+        let input = self.input()?;
+        let shape = input.shape();
+        Ok(self
+            .precision
+            .of_input(&input.batch(&links(count))?, shape)?)
     }
 }

@@ -9,7 +9,7 @@ use candle_nn::VarMap;
 use super::train::{
     adversarial, adversarial_config, input, regression, regression_config, resnet_mlp, samples,
 };
-use super::{WAYS, builder, flat, shape_of};
+use super::{WAYS, builder, flat, shape_of, some_ways};
 use crate::condition::{ConditionImages, InputShape, Link, ModelInput};
 use crate::ops::as_on_a_device;
 use crate::parameters::sorted;
@@ -32,7 +32,7 @@ fn computed(kind: ModelKind, precision: Precision) -> [Vec<f64>; 2] {
     let shape = shape_of(kind);
     let input = match shape {
         InputShape::Images => pattern(&[LINKS, 3, 64, 64]),
-        InputShape::Polar(ways) => pattern(&[LINKS, ways.directions, ways.values()]),
+        InputShape::Polar(_) => some_ways(LINKS, 220),
     };
     let vb = builder(&parameters, DType::F32, 3);
     let model = kind.build(Preset::Small, shape, vb).unwrap();
@@ -43,7 +43,7 @@ fn computed(kind: ModelKind, precision: Precision) -> [Vec<f64>; 2] {
         is_by_link: false,
     };
     facts.set(&parameters).unwrap();
-    let input = precision.of_input(&input).unwrap();
+    let input = precision.of_input(&input, shape).unwrap();
     let used = model.forward_t(&input, false).unwrap();
     model.seed_dropout(1, 1);
     let predicted = model.forward_t(&input, true).unwrap();

@@ -21,8 +21,8 @@ use crate::{ModelKind, seeded};
 
 /// Shape of the ways of a link, as `map2aps` makes them.
 const WAYS: PolarShape = PolarShape {
-    directions: 180,
-    ways: 15,
+    directions: 720,
+    kinds: 15,
     features: 14,
 };
 
@@ -32,6 +32,20 @@ fn shape_of(kind: ModelKind) -> InputShape {
         InputKind::Images => InputShape::Images,
         InputKind::Polar => InputShape::Polar(WAYS),
     }
+}
+
+/// Returns so many ways of each of some links, from any direction and of any kind.
+fn some_ways(links: usize, ways: usize) -> Tensor {
+    let way = |n: usize| {
+        let feature = move |f: usize| match f {
+            1 => 1.0,
+            _ => ((n * 14 + f) * 7919 % 1000) as f32 / 1000.0,
+        };
+        let numbers = [n * 37 % WAYS.directions, n % WAYS.kinds].map(|number| number as f32);
+        (0..WAYS.features).map(feature).chain(numbers)
+    };
+    let values: Vec<f32> = (0..links * ways).flat_map(way).collect();
+    Tensor::from_vec(values, (links, ways, WAYS.per_way()), &Device::Cpu).unwrap()
 }
 
 /// Returns condition images of square maps that are `side` pixels wide.

@@ -61,7 +61,7 @@ fn a_file_tells_its_model_and_takes_any_number_of_links() {
         };
         let (name, dims) = match kind.input() {
             InputKind::Images => ("condition", &["batch", "3", "64", "64"][..]),
-            InputKind::Polar => ("ways", &["batch", "180", "210"][..]),
+            InputKind::Polar => ("ways", &["batch", "ways", "16"][..]),
         };
         assert_eq!((&*input.name, &*output.name), (name, "spectrum"));
         assert_eq!(shape(input), dims);

@@ -7,6 +7,7 @@ use candle_core::{DType, Tensor};
 use serde::{Deserialize, Serialize};
 
 use super::schedule::{Budget, Schedule};
+use crate::condition::InputShape;
 use crate::kind::find;
 use crate::optim::AdamConfig;
 use crate::{Error, Result};
@@ -35,14 +36,15 @@ impl Precision {
         }
     }
 
-    /// Turns an input, in f32, into the type that the network computes it in.
+    /// Turns an input of a shape, in f32, into the type that the network takes it in. Ways along rays stay in f32, and so does all of
+    /// Polar-Reg: bf16 has no room for the numbers of their directions.
     ///
     /// # Errors
     /// Memory that the device does not have.
-    pub fn of_input(self, input: &Tensor) -> candle_core::Result<Tensor> {
-        match self {
-            Self::Full => Ok(input.clone()),
-            Self::Mixed => input.to_dtype(DType::BF16),
+    pub fn of_input(self, input: &Tensor, shape: InputShape) -> candle_core::Result<Tensor> {
+        match (self, shape) {
+            (Self::Mixed, InputShape::Images) => input.to_dtype(DType::BF16),
+            _ => Ok(input.clone()),
         }
     }
 }

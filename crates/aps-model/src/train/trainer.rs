@@ -250,7 +250,8 @@ impl Trainer {
     /// change it is finite.
     fn train_on(&mut self, batch: &Batch, learning_rate: f64) -> Result<StepReport, TrainError> {
         let precision = self.config.precision;
-        let input = precision.of_input(&self.input.batch(&batch.links)?)?;
+        let input = self.input.batch(&batch.links)?;
+        let input = precision.of_input(&input, self.input.shape())?;
         let shape = (batch.links.len(), ANGLE_BINS);
         let targets = match &self.targets {
             Some(held) => held.of(&batch.examples)?,

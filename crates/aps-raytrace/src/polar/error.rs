@@ -37,22 +37,6 @@ pub enum PolarError {
     /// No terminal can stand there.
     #[error("no terminal can look at the city from there")]
     Terminal(#[source] TerminalError),
-    /// A slice for results of the wrong length.
-    #[error("{links} links take {expected} values, the slice for them has {found}")]
-    Length {
-        /// Number of links.
-        links: usize,
-        /// Values that the results take.
-        expected: usize,
-        /// Length of the slice.
-        found: usize,
-    },
-    /// Links of one batch with fans of different size.
-    #[error("link {link} of the batch has another number of directions or bounces than the first")]
-    MixedFans {
-        /// Index of the link.
-        link: usize,
-    },
     /// A terminal that was prepared with another fan, or on a map with another number of corners.
     #[error("the {terminal} was not prepared on this map")]
     Foreign {

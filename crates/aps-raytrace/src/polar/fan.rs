@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 use super::error::PolarError;
+use super::ways::KINDS;
 
 /// Largest number of straight pieces of all rays.
 const MAX_PIECES: usize = 1 << 20;
@@ -22,10 +23,10 @@ pub struct Fan {
 }
 
 impl Default for Fan {
-    /// 180 directions, two bounces.
+    /// 720 directions, two bounces.
     fn default() -> Self {
         Self {
-            directions: 180,
+            directions: 720,
             max_bounces: 2,
         }
     }
@@ -42,6 +43,12 @@ impl Fan {
     #[must_use]
     pub fn step_rad(&self) -> f64 {
         TAU / self.directions as f64
+    }
+
+    /// Number of kinds of ways, told apart by bounces.
+    #[must_use]
+    pub fn way_kinds(&self) -> usize {
+        KINDS.saturating_mul(self.max_bounces.saturating_add(1))
     }
 
     /// Number of straight pieces of all rays: one more than bounces, times directions.

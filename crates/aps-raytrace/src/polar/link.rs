@@ -1,14 +1,18 @@
 //! A link as its receiver sees it: for each ray, the geometry of ways that arrive along it.
 
 use glam::Vec2;
-use rayon::prelude::*;
 
 use super::error::PolarError;
 use super::map::PolarMap;
 use super::mirror::Mirror;
 use super::rays::{Passed, ReceiverRays, Segment};
-use super::shape::{FEATURES, KINDS, LISTED, Shape};
-use super::ways::{TO_CORNER, TransmitterWays, Way};
+use super::ways::{KINDS, TransmitterWays, Way};
+
+/// Features of a way: see [`PolarLink`].
+pub const FEATURES: usize = 14;
+
+/// Numbers that [`PolarLink::ways`] writes of a way: its features, the number of its ray, and that of its kind and bounces.
+pub const PER_WAY: usize = FEATURES + 2;
 
 /// Added to a chord in the rank of a way: without it a way that goes straight on would come first, however long.
 const LEAST_TURN: f32 = 0.05;
@@ -19,9 +23,8 @@ const NEAREST_M: f32 = 0.1;
 /// A link and the mirror image in which it is seen.
 ///
 /// # Features
-/// For each ray, kind of way and number of bounces, of one way along the ray; all 0 if there is none. L is the way's length, s1
-/// its part from the receiver to the corner and s2 the rest, d the distance of transmitter and receiver, at least 1 m. A way is
-/// along a ray where the tangent of the angle between them is below the angle between neighbouring rays.
+/// L is the way's length, s1 its part from the receiver to the corner and s2 the rest, d the distance of transmitter and receiver, at
+/// least 1 m. A way is along a ray where the tangent of the angle between them is below the angle between neighbouring rays.
 ///
 /// | feature | value |
 /// |---|---|
@@ -38,9 +41,9 @@ const NEAREST_M: f32 = 0.1;
 /// | 11 | 0.3 ln(L \[m\]) - 1 |
 /// | 12, 13 | cosines of the angles between the corner's bisector, pointing into the building, and the ways to and from the corner |
 ///
-/// A straight way has 0 for 4 to 7, 10, 12 and 13. Of several ways of a kind, the one that is kept has the least (c + 0.05)^2 s1 s2
-/// (s1 + s2) e^(2 t + i), c the chord of the last turn, t the sum of the turns before, i feature 10: ways that turn little are kept
-/// rather than short ones.
+/// A straight way has 0 for 4 to 7, 10, 12 and 13. Of several ways along a ray of one kind and number of bounces, the one that is
+/// kept has the least (c + 0.05)^2 s1 s2 (s1 + s2) e^(2 t + i), c the chord of the last turn, t the sum of the turns before, i
+/// feature 10: ways that turn little are kept rather than short ones.
 #[derive(Debug, Clone, Copy)]
 pub struct PolarLink<'a> {
     /// The map that made both.
@@ -81,45 +84,22 @@ impl PolarLink<'_> {
         Err(PolarError::Foreign { terminal })
     }
 
-    /// Writes the values (direction, value) on this thread. No memory is taken.
-    ///
-    /// # Errors
-    /// [`PolarError::Length`] unless the slice is as long as the result, [`PolarError::Foreign`].
-    pub fn write(&self, out: &mut [f32]) -> Result<(), PolarError> {
-        check_length(1, self.map.shape().values(), out.len())?;
-        self.check()?;
-        self.fill(out);
-        Ok(())
-    }
-
-    /// Appends the ways that there are on this thread, in the order of their values: [`LISTED`] numbers each, its features, the number
-    /// of its direction, and its number among the [`Shape::ways`] of a direction. They are the values of [`write`](Self::write)
-    /// without the zeros, a tenth of them or less.
+    /// Appends the ways on this thread, [`PER_WAY`] numbers each: its features, the number of its ray, and kind times (most bounces + 1)
+    /// plus bounces, which is below [`Fan::way_kinds`](super::Fan::way_kinds). They are ordered by these two numbers; no two ways have
+    /// both in common.
     ///
     /// # Errors
     /// [`PolarError::Foreign`].
-    pub fn list(&self, out: &mut Vec<f32>) -> Result<(), PolarError> {
+    pub fn ways(&self, out: &mut Vec<f32>) -> Result<(), PolarError> {
         self.check()?;
         let seen = Seen::of(self);
-        for i in 0..self.map.fan().directions {
-            seen.each_way(i, |way, features| {
+        for ray in 0..self.map.fan().directions {
+            seen.along_ray(ray, |kind, features| {
                 out.extend(features);
-                out.extend([i as f32, way as f32]);
+                out.extend([ray as f32, kind as f32]);
             });
         }
         Ok(())
-    }
-
-    fn fill(&self, out: &mut [f32]) {
-        let seen = Seen::of(self);
-        let per_direction = self.map.shape().per_direction();
-        for (i, ways) in out.chunks_exact_mut(per_direction).enumerate() {
-            // Most values stay zero: direction by direction, while the cache has them.
-            ways.iter_mut().for_each(|value| *value = 0.0);
-            seen.each_way(i, |way, features| {
-                ways[way * FEATURES..][..FEATURES].copy_from_slice(&features);
-            });
-        }
     }
 }
 
@@ -140,9 +120,9 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// Hands over the ways along a ray of the mirrored map in the order of the values: number among those of a direction, and features.
+    /// Hands over the ways along a ray of the mirrored map: number of kind and bounces, and features.
     #[inline]
-    fn each_way(&self, ray: usize, mut take: impl FnMut(usize, [f32; FEATURES])) {
+    fn along_ray(&self, ray: usize, mut take: impl FnMut(usize, [f32; FEATURES])) {
         let fan = self.link.map.fan();
         let direction = self.link.mirror.direction(ray, fan.directions);
         let mut number = 0;
@@ -229,38 +209,3 @@ impl<'a> Seen<'a> {
         (length_m / self.distance_m).max(1e-6).ln().clamp(-0.1, 3.0)
     }
 }
-
-/// Writes the values of many links, (link, direction, value) with the last axis fastest, spread over the threads; links may be of
-/// different maps with fans of one size.
-///
-/// # Errors
-/// [`PolarError::Length`] unless the slice is as long as the result, [`PolarError::MixedFans`], [`PolarError::Foreign`].
-pub fn gather(links: &[PolarLink<'_>], out: &mut [f32]) -> Result<(), PolarError> {
-    let shape = links.first().map(|link| link.map.shape());
-    let is_other = |link: &PolarLink<'_>| Some(link.map.shape()) != shape;
-    if let Some(link) = links.iter().position(is_other) {
-        return Err(PolarError::MixedFans { link });
-    }
-    let values = shape.map_or(0, Shape::values);
-    check_length(links.len(), values, out.len())?;
-    links.iter().try_for_each(PolarLink::check)?;
-    let all = links
-        .par_iter()
-        .zip(out.par_chunks_exact_mut(values.max(1)));
-    all.for_each(|(link, out)| link.fill(out));
-    Ok(())
-}
-
-fn check_length(links: usize, one: usize, found: usize) -> Result<(), PolarError> {
-    let expected = links.saturating_mul(one);
-    match found == expected {
-        true => Ok(()),
-        false => Err(PolarError::Length {
-            links,
-            expected,
-            found,
-        }),
-    }
-}
-
-const _: () = assert!(TO_CORNER + 1 == KINDS && FEATURES + 2 == LISTED);

@@ -8,7 +8,6 @@ use super::corners::Corners;
 use super::error::PolarError;
 use super::fan::Fan;
 use super::rays::ReceiverRays;
-use super::shape::Shape;
 use super::ways::TransmitterWays;
 use crate::scene::Scene;
 
@@ -81,15 +80,6 @@ impl<'s> PolarMap<'s> {
     #[must_use]
     pub fn fan(&self) -> Fan {
         self.fan
-    }
-
-    /// Number of values of a link.
-    #[must_use]
-    pub fn shape(&self) -> Shape {
-        Shape {
-            directions: self.fan.directions,
-            bounces: self.fan.max_bounces,
-        }
     }
 
     /// Number of corners that ways bend around.

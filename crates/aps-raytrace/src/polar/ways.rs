@@ -4,12 +4,15 @@ use glam::DVec2;
 
 use super::error::PolarError;
 use super::map::PolarMap;
-use super::shape::KINDS;
 use super::view::{Piece, Scratch, View};
 use crate::scene::Scene;
 
+/// Kinds of ways along a ray: straight from the transmitter; over one corner, which the transmitter lights straight, after one
+/// reflection, or after two; over several corners.
+pub const KINDS: usize = 5;
+
 /// Kinds of ways to a corner: straight, after one reflection, after two, over other corners.
-pub(super) const TO_CORNER: usize = KINDS - 1;
+const TO_CORNER: usize = KINDS - 1;
 
 /// Most reflections before the first corner.
 const REFLECTIONS: usize = TO_CORNER - 2;

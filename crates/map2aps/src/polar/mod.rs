@@ -8,7 +8,7 @@ use std::sync::Arc;
 use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::polar::{
-    Fan, Mirror, PolarError, PolarLink, PolarMap, ReceiverRays, Shape, TransmitterWays,
+    Fan, Mirror, PER_WAY, PolarError, PolarLink, PolarMap, ReceiverRays, TransmitterWays,
 };
 use rayon::prelude::*;
 
@@ -37,7 +37,7 @@ pub struct SeenLink {
 /// Maps as their receivers see them along rays, with the default [`Fan`]: the input of Polar-Reg.
 ///
 /// Ways of transmitters and rays of receivers are made once for all links that follow soon, on all threads, and are bounded in
-/// memory. None are made for a mirror image: it has the same values in another order.
+/// memory. None are made for a mirror image: it has the same ways from other directions.
 ///
 /// ```
 /// use map2aps::aps_raytrace::{Scene, polar::Mirror};
@@ -46,8 +46,8 @@ pub struct SeenLink {
 /// let scene = Scene::from_radiomapseer("[[[40, 40], [60, 40], [60, 60], [40, 60]]]")?;
 /// let views = PolarViews::new([Ok((0, scene))].into_iter())?;
 /// let link = SeenLink { map: 0, tx_m: [20.0, 70.0], rx_m: [70.0, 30.0], mirror: Mirror::default() };
-/// let mut values = vec![0.0; PolarViews::shape().values()];
-/// views.write(&[link], &mut values)?;
+/// let ways = &views.ways(&[link])?[0];
+/// assert_eq!(ways.len() % map2aps::aps_raytrace::polar::PER_WAY, 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -94,16 +94,12 @@ impl PolarViews {
         self.maps.len()
     }
 
-    /// Order of the values of a link.
-    pub fn shape() -> Shape {
-        let fan = Fan::default();
-        Shape {
-            directions: fan.directions,
-            bounces: fan.max_bounces,
-        }
+    /// The rays of a receiver.
+    pub fn fan() -> Fan {
+        Fan::default()
     }
 
-    /// Begins the values of links that will be asked for soon. Errors are found again by [`write`](Self::write).
+    /// Begins the ways of links that will be asked for soon. Errors are found again by [`ways`](Self::ways).
     ///
     /// # Panics
     /// When a link is on none of the maps.
@@ -111,43 +107,24 @@ impl PolarViews {
         self.ready(links);
     }
 
-    /// Writes the values of links, shape (links, directions, values), on all threads.
+    /// Finds the ways of each link, as [`PolarLink::ways`] does, on all threads.
     ///
     /// # Errors
     /// [`PolarError::Terminal`] for an end that is indoors or not finite, by its link.
     ///
     /// # Panics
-    /// When a link is on none of the maps, or `out` has another length.
-    pub fn write(&self, links: &[SeenLink], out: &mut [f32]) -> Result<()> {
-        let one = Self::shape().values();
-        assert_eq!(out.len(), links.len() * one, "values for each link");
-        let ready = self.ready(links);
-        let rows = out.par_chunks_exact_mut(one).zip(&ready).enumerate();
-        rows.try_for_each(|(row, (values, link))| {
-            let written = link.polar(&self.maps).and_then(|link| link.write(values));
-            written.at(Place::Link(row))
-        })
-    }
-
-    /// Lists the ways of each link that there are, as [`PolarLink::list`] does, on all threads: what [`write`](Self::write) writes
-    /// without the zeros of ways that are not there.
-    ///
-    /// # Errors
-    /// As [`write`](Self::write).
-    ///
-    /// # Panics
     /// When a link is on none of the maps.
-    pub fn lists(&self, links: &[SeenLink]) -> Result<Vec<Vec<f32>>> {
+    pub fn ways(&self, links: &[SeenLink]) -> Result<Vec<Vec<f32>>> {
         let ready = self.ready(links);
-        let lists = ready.par_iter().enumerate().map(|(row, link)| {
-            let mut list = Vec::new();
-            let listed = link.polar(&self.maps).and_then(|link| link.list(&mut list));
-            listed.at(Place::Link(row)).map(|()| list)
+        let all = ready.par_iter().enumerate().map(|(row, link)| {
+            let mut ways = Vec::new();
+            let found = link.polar(&self.maps).and_then(|link| link.ways(&mut ways));
+            found.at(Place::Link(row)).map(|()| ways)
         });
-        lists.collect()
+        all.collect()
     }
 
-    /// Makes everything that the values of links are looked up in.
+    /// Makes everything that the ways of links are looked up in.
     fn ready<'a>(&self, links: &'a [SeenLink]) -> Vec<Ready<'a>> {
         let key = |map: usize, end_m: [f64; 2]| -> Key { (map, end_m.map(f64::to_bits)) };
         let of_tx = links.iter().map(|link| key(link.map, link.tx_m));
@@ -172,6 +149,19 @@ impl PolarViews {
         });
         ready
     }
+}
+
+/// Puts the ways of some links into one array of shape (links, ways, [`PER_WAY`]); links of fewer ways than others end with ways of
+/// zeros, whose feature 1 says that they are none, and one there is at least.
+pub fn padded(ways: &[Vec<f32>]) -> (Vec<f32>, [usize; 3]) {
+    let most = ways.iter().map(|ways| ways.len() / PER_WAY).max();
+    let shape = [ways.len(), most.unwrap_or(0).max(1), PER_WAY];
+    let mut values = Vec::with_capacity(shape.iter().product());
+    for (link, ways) in (1..).zip(ways) {
+        values.extend_from_slice(ways);
+        values.resize(link * shape[1] * PER_WAY, 0.0);
+    }
+    (values, shape)
 }
 
 impl Ready<'_> {
@@ -208,12 +198,6 @@ mod tests {
         )
     }
 
-    fn values(views: &PolarViews, links: &[SeenLink]) -> Vec<f32> {
-        let mut values = vec![f32::NAN; links.len() * PolarViews::shape().values()];
-        views.write(links, &mut values).unwrap();
-        values
-    }
-
     /// Whatever was asked for before, and in whatever company: the same bits.
     #[test]
     fn ways_of_a_link_do_not_depend_on_what_was_made_before() {
@@ -225,12 +209,21 @@ mod tests {
             mirror: Mirror::default(),
         };
         let links = [link(0, 1), link(0, 2), link(3, 1)];
-        let first = values(&views, &links);
+        let first = views.ways(&links).unwrap();
         views.prepare(&[link(4, 5)]);
-        assert!(values(&views, &links) == first);
-        let one = PolarViews::shape().values();
-        assert!(values(&city().0, &links[2..]) == first[2 * one..]);
-        assert!(first[..one] != first[one..2 * one]);
+        assert_eq!(views.ways(&links).unwrap(), first);
+        assert_eq!(city().0.ways(&links[2..]).unwrap(), first[2..]);
+        assert!(first[0] != first[1]);
+    }
+
+    #[test]
+    fn links_of_fewer_ways_end_with_ways_of_zeros() {
+        let way = |value: f32| [value; PER_WAY];
+        let ways = [Vec::new(), way(1.0).to_vec(), [way(2.0), way(3.0)].concat()];
+        let (values, shape) = padded(&ways);
+        assert_eq!(shape, [3, 2, PER_WAY]);
+        assert_eq!(values, [0.0, 0.0, 1.0, 0.0, 2.0, 3.0].map(way).concat());
+        assert_eq!(padded(&[Vec::new()]), (way(0.0).to_vec(), [1, 1, PER_WAY]));
     }
 
     #[test]
@@ -242,12 +235,8 @@ mod tests {
             rx_m,
             mirror: Mirror::default(),
         };
-        let mut values = vec![0.0; 2 * PolarViews::shape().values()];
-        let links = [link(places[1]), link([f64::NAN; 2])];
-        let written = views.write(&links, &mut values).unwrap_err();
-        for error in [written, views.lists(&links).unwrap_err()] {
-            let error = error.chain();
-            assert!(error.starts_with("link 1: no terminal"), "{error}");
-        }
+        let error = views.ways(&[link(places[1]), link([f64::NAN; 2])]);
+        let error = error.unwrap_err().chain();
+        assert!(error.starts_with("link 1: no terminal"), "{error}");
     }
 }

@@ -4,13 +4,13 @@ use std::collections::HashMap;
 
 use aps_model::Result;
 use aps_model::candle_core::{DType, Device, Result as DeviceResult, Tensor};
-use aps_raytrace::polar::{FEATURES, LISTED, Mirror};
+use aps_raytrace::polar::{FEATURES, Mirror, PER_WAY};
 use half::f16;
 
 use crate::Error;
 use crate::polar::{PolarViews, SeenLink};
 
-/// Most bytes that ways take on a device. The 2.3 million links of the paper's size have some 200 ways each: 16 GB.
+/// Most bytes that ways take on a device. The 2.3 million links of the paper's size have some 330 ways each: 24 GB.
 const MAX_BYTES: usize = 32 << 30;
 
 /// Memory of a device that is left for the network and its gradients.
@@ -41,10 +41,10 @@ fn key(link: &SeenLink) -> Option<Key> {
 /// Rounding is at most 2^-11 of a feature; numbers of directions and kinds are exact.
 #[derive(Debug)]
 pub(super) struct HeldWays {
-    /// Each (ways, [`LISTED`]); the first way is none, all zeros.
+    /// Each (ways, [`PER_WAY`]); the first way is none, all zeros.
     blocks: Vec<Tensor>,
     places: HashMap<Key, Ways>,
-    /// Factor of each number of a way in each mirror image: (images, [`LISTED`]).
+    /// Factor of each number of a way in each mirror image: (images, [`PER_WAY`]).
     factors: Tensor,
     /// Direction in each mirror image of a direction of the map: (images * directions).
     directions: Tensor,
@@ -91,7 +91,7 @@ impl HeldWays {
                     some.push(SeenLink { mirror, ..link });
                 }
             }
-            let lists = views.lists(&some).map_err(|error| match error {
+            let lists = views.ways(&some).map_err(|error| match error {
                 // Its number among some links says nothing.
                 Error::At { source, .. } => aps_model::Error::Input(source),
                 error => aps_model::Error::Input(error.into()),
@@ -115,11 +115,11 @@ impl HeldWays {
             return Ok(None);
         };
         let factors = Mirror::ALL.map(|mirror| {
-            let mut factors = [1.0; LISTED];
+            let mut factors = [1.0; PER_WAY];
             factors[2] = mirror.turn() as f32;
             factors
         });
-        let directions = PolarViews::shape().directions;
+        let directions = PolarViews::fan().directions;
         let of_image =
             |mirror: Mirror| (0..directions).map(move |d| mirror.direction(d, directions));
         let directions = Mirror::ALL.into_iter().flat_map(of_image);
@@ -163,7 +163,7 @@ impl HeldWays {
         let images = Tensor::from_vec(images, links, device)?;
 
         let slot = Tensor::arange(0, slots, device)?.unsqueeze(0)?;
-        let mut ways = Tensor::zeros((links * slots as usize, LISTED), DType::F32, device)?;
+        let mut ways = Tensor::zeros((links * slots as usize, PER_WAY), DType::F32, device)?;
         for (block, all) in (0..).zip(&self.blocks) {
             if places.iter().all(|ways| ways.block != block) {
                 continue;
@@ -179,7 +179,7 @@ impl HeldWays {
             let found = all.index_select(&at.flatten_all()?, 0)?;
             ways = (ways + found.to_dtype(DType::F32)?)?;
         }
-        let ways = ways.reshape((links, slots as usize, LISTED))?;
+        let ways = ways.reshape((links, slots as usize, PER_WAY))?;
         let factors = self.factors.index_select(&images, 0)?.unsqueeze(1)?;
         let ways = ways.broadcast_mul(&factors)?;
 
@@ -218,7 +218,7 @@ impl<'a> Blocks<'a> {
             max_ways,
             full: Vec::new(),
             parts: Vec::new(),
-            values: vec![f16::ZERO; LISTED],
+            values: vec![f16::ZERO; PER_WAY],
             ways: 1,
             all: 1,
         }
@@ -226,7 +226,7 @@ impl<'a> Blocks<'a> {
 
     /// Adds the ways of a link, all to one block.
     fn push(&mut self, list: &[f32]) -> DeviceResult<Ways> {
-        let count = list.len() / LISTED;
+        let count = list.len() / PER_WAY;
         if self.ways > 1 && self.ways + count > self.max_ways {
             self.close()?;
         }
@@ -234,7 +234,7 @@ impl<'a> Blocks<'a> {
         self.values.extend(list.iter().copied().map(f16::from_f32));
         self.ways += count;
         self.all += count;
-        if self.values.len() > LISTED << 20 {
+        if self.values.len() > PER_WAY << 20 {
             self.send()?;
         }
         let [block, first, count] = [self.full.len(), first, count].map(|n| n as u32);
@@ -246,7 +246,7 @@ impl<'a> Blocks<'a> {
     }
 
     fn bytes(&self) -> usize {
-        self.all * LISTED * size_of::<f16>()
+        self.all * PER_WAY * size_of::<f16>()
     }
 
     fn send(&mut self) -> DeviceResult<()> {
@@ -254,7 +254,7 @@ impl<'a> Blocks<'a> {
         if values.is_empty() {
             return Ok(());
         }
-        let shape = (values.len() / LISTED, LISTED);
+        let shape = (values.len() / PER_WAY, PER_WAY);
         self.parts
             .push(Tensor::from_vec(values, shape, self.device)?);
         Ok(())
@@ -264,7 +264,7 @@ impl<'a> Blocks<'a> {
         self.send()?;
         self.full
             .push(Tensor::cat(&std::mem::take(&mut self.parts), 0)?);
-        (self.values, self.ways) = (vec![f16::ZERO; LISTED], 1);
+        (self.values, self.ways) = (vec![f16::ZERO; PER_WAY], 1);
         Ok(())
     }
 

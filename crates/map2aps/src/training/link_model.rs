@@ -84,7 +84,7 @@ impl LinkModel {
     /// Predicts the spectra of links on the maps of `views`, all at a time.
     ///
     /// # Errors
-    /// As [`PolarViews::lists`], and [`TrainingError::NotFinite`].
+    /// As [`PolarViews::ways`], and [`TrainingError::NotFinite`].
     ///
     /// # Panics
     /// When a link is on none of the maps.
@@ -92,7 +92,7 @@ impl LinkModel {
         if links.is_empty() {
             return Ok(Vec::new());
         }
-        let spectra = self.trained.forward(&polar::listed(views, links)?, 0)?;
+        let spectra = self.trained.forward(&polar::ways(views, links)?, 0)?;
         let predicted = spectra.chunks(ANGLE_BINS).map(|bins| PredictedLink {
             normalised: bins.to_vec(),
             statistics: self.statistics,

@@ -6,18 +6,18 @@ use aps_label::{LabelConfig, MeanStd, Protocol};
 use aps_model::candle_core::{Device, Tensor};
 use aps_model::condition::{InputShape, Link, Mirror, ModelInput, PolarShape};
 use aps_model::{LabelFacts, Result as ModelResult};
-use aps_raytrace::polar::{self, Fan};
+use aps_raytrace::polar;
 
 use super::held_ways::HeldWays;
 use crate::error::Result;
-use crate::polar::{PolarViews, SeenLink};
+use crate::polar::{PolarViews, SeenLink, padded};
 
 /// Shape of the ways of a link.
 pub(super) fn shape() -> PolarShape {
-    let shape = PolarViews::shape();
+    let fan = PolarViews::fan();
     PolarShape {
-        directions: shape.directions,
-        ways: shape.ways(),
+        directions: fan.directions,
+        kinds: fan.way_kinds(),
         features: polar::FEATURES,
     }
 }
@@ -30,7 +30,7 @@ pub(super) fn label_facts(
     protocol: Protocol,
     statistics: MeanStd,
 ) -> LabelFacts {
-    let fan = Fan::default();
+    let fan = PolarViews::fan();
     let response = |angle_deg: f64| {
         let directions = 0..fan.directions;
         let of = |direction| {
@@ -49,10 +49,11 @@ pub(super) fn label_facts(
     }
 }
 
-/// Lists the ways of links on the CPU: see [`PolarShape`].
-pub(super) fn listed(views: &PolarViews, links: &[SeenLink]) -> Result<Tensor> {
-    let lists = shape().lists(&views.lists(links)?);
-    Ok(lists.map_err(aps_model::Error::from)?)
+/// Finds the ways of links on the CPU: see [`PolarShape`].
+pub(super) fn ways(views: &PolarViews, links: &[SeenLink]) -> Result<Tensor> {
+    let (values, shape) = padded(&views.ways(links)?);
+    let ways = Tensor::from_vec(values, &shape, &Device::Cpu);
+    Ok(ways.map_err(aps_model::Error::from)?)
 }
 
 /// Finds the ways of links on some maps, as they are and in their mirror images: number `image * maps + map` is a map in an
@@ -115,8 +116,8 @@ impl ModelInput for PolarWays {
         if let Some(held) = self.held.get().and_then(|held| held.batch(&links)) {
             return Ok(held?);
         }
-        let lists = listed(&self.views, &links);
-        lists.map_err(|error| aps_model::Error::Input(error.into()))
+        let ways = ways(&self.views, &links);
+        ways.map_err(|error| aps_model::Error::Input(error.into()))
     }
 
     fn prepare(&self, links: &[Link]) -> ModelResult<()> {
@@ -180,23 +181,19 @@ mod tests {
         (PolarWays::new(views, [255.0; 2], Device::Cpu), places)
     }
 
-    /// Values of all ways, there or not, by link and direction.
-    fn values(ways: &PolarWays, links: &[Link]) -> Vec<Vec<Vec<f32>>> {
-        let PolarShape {
-            directions,
-            features,
-            ..
-        } = shape();
-        let lists = ways.batch(links).unwrap().to_vec3::<f32>().unwrap();
-        let of_link = |list: Vec<Vec<f32>>| {
-            let mut values = vec![vec![0.0; shape().values()]; directions];
-            for way in list.iter().filter(|way| way[1] != 0.0) {
-                let [direction, kind] = [way[features] as usize, way[features + 1] as usize];
-                values[direction][kind * features..][..features].copy_from_slice(&way[..features]);
+    /// Ways by link and direction: features, and kind.
+    fn by_direction(ways: &PolarWays, links: &[Link]) -> Vec<Vec<Vec<f32>>> {
+        let shape = shape();
+        let batch = ways.batch(links).unwrap().to_vec3::<f32>().unwrap();
+        let of_link = |ways: Vec<Vec<f32>>| {
+            let mut all = vec![Vec::new(); shape.directions];
+            for mut way in ways.into_iter().filter(|way| way[1] != 0.0) {
+                let direction = way.remove(shape.features);
+                all[direction as usize].extend(way);
             }
-            values
+            all
         };
-        lists.into_iter().map(of_link).collect()
+        batch.into_iter().map(of_link).collect()
     }
 
     #[test]
@@ -217,9 +214,10 @@ mod tests {
         let held: Vec<Link> = [link(0, 1), between].into_iter().flat_map(images).collect();
         assert!(device.hold(&mut held.iter().copied()).unwrap());
         assert_eq!(device.held.get().unwrap().links(), 2);
-        let (found, expected) = (values(&device, &held), values(&host, &held));
+        let (found, expected) = (by_direction(&device, &held), by_direction(&host, &held));
         let mut count = 0;
         for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+            assert_eq!(found.len(), expected.len());
             for (found, expected) in found.iter().zip(expected) {
                 let bound = expected.abs() / 2048.0 + 1e-6;
                 assert!((found - expected).abs() <= bound, "{found} for {expected}");
@@ -250,7 +248,7 @@ mod tests {
                 .unwrap()
                 .has(&device.all_known(&others).unwrap())
         );
-        assert_eq!(values(&device, &others), values(&host, &others));
+        assert_eq!(by_direction(&device, &others), by_direction(&host, &others));
         // What cannot be found is told, not left out.
         let inside = Link {
             rx_m: [f64::NAN; 2],
@@ -271,7 +269,7 @@ mod tests {
             tx_m: places[0],
             rx_m: places[1],
         };
-        let upright = &values(&ways, &[link])[0];
+        let upright = &by_direction(&ways, &[link])[0];
         let PolarShape {
             directions,
             features,
@@ -280,12 +278,13 @@ mod tests {
         for (image, mirror) in polar::Mirror::ALL.into_iter().enumerate() {
             let mirrored = link.mirrored(image, 1, [255.0; 2]);
             assert_eq!(ways.group(&mirrored), ways.group(&link));
-            let found = &values(&ways, &[mirrored])[0];
+            let found = &by_direction(&ways, &[mirrored])[0];
             for (direction, found) in found.iter().enumerate() {
                 let upright = &upright[mirror.direction(direction, directions)];
+                assert_eq!(found.len(), upright.len());
                 for (at, (found, upright)) in found.iter().zip(upright).enumerate() {
                     // Angles beside a ray change signs.
-                    let is_signed = at % features == 2;
+                    let is_signed = at % (features + 1) == 2;
                     let upright = if is_signed { upright.abs() } else { *upright };
                     let found = if is_signed { found.abs() } else { *found };
                     assert_eq!(found, upright, "image {image}, direction {direction}, {at}");
@@ -310,7 +309,7 @@ mod tests {
     /// A path from a ray's direction alone makes the label that the model's array makes of it.
     #[test]
     fn the_array_of_a_model_is_that_of_the_labels() {
-        let (label, fan) = (LabelConfig::paper(), Fan::default());
+        let (label, fan) = (LabelConfig::paper(), PolarViews::fan());
         let labeler = Labeler::new(&label).unwrap();
         let angles = labeler.angles_deg().iter().copied();
         let statistics = MeanStd {

@@ -5,7 +5,7 @@ mod found;
 use candle_core::{DType, Device, Module, ModuleT, Result, Tensor, Var};
 use candle_nn::{Init, VarBuilder};
 
-use self::found::{Form, Found};
+use self::found::Found;
 use super::{Model, Spec};
 use crate::ANGLE_BINS;
 use crate::condition::{InputKind, PolarShape};
@@ -44,10 +44,11 @@ const LEAST_SHARE: f64 = 0.01;
 const LEAST_STRENGTH: f64 = 1e-6;
 
 /// The strength of each way (`ways`), added to a share of the power of each direction, and from that a spectrum (`fixed`). It maps
-/// ways in one of the forms of a [`PolarShape`], on the CPU or on the device of its parameters, to (links, bins) there.
+/// ways of a [`PolarShape`] in f32, on the CPU or on the device of its parameters, to (links, bins) there, in the type of its parameters.
 #[derive(Debug, Clone)]
 pub(crate) struct PolarReg {
     shape: PolarShape,
+    dtype: DType,
     device: Device,
     ways: Ways,
     spectrum: Spectrum,
@@ -63,7 +64,7 @@ struct Ways {
 
 impl Ways {
     fn new(shape: &PolarShape, vb: VarBuilder<'_>) -> Result<Self> {
-        let inputs = shape.features + shape.ways;
+        let inputs = shape.features + shape.kinds;
         Ok(Self {
             embed: Linear::new(inputs, HIDDEN, vb.pp("embed"))?,
             hidden: Linear::new(HIDDEN, HIDDEN, vb.pp("hidden"))?,
@@ -133,10 +134,11 @@ impl Module for Spectrum {
 }
 
 impl PolarReg {
-    /// Creates the model: 3,841 trainable parameters for 15 ways of 14 features.
+    /// Creates the model: 3,841 trainable parameters for 15 kinds of ways of 14 features.
     pub fn new(shape: PolarShape, vb: VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
             shape,
+            dtype: vb.dtype(),
             device: vb.device().clone(),
             ways: Ways::new(&shape, vb.pp("ways"))?,
             spectrum: Spectrum::new(shape.directions, vb.pp(FIXED))?,
@@ -145,13 +147,11 @@ impl PolarReg {
 
     /// Computes the share of the power by direction (links, directions).
     pub fn power(&self, input: &Tensor) -> Result<Tensor> {
-        let (links, form) = Form::of(input, &self.shape)?;
-        let found = Found::of(input, form, &self.shape, &self.device)?;
-        self.shares(&found, links)
+        self.shares(&Found::of(input, &self.shape, self.dtype, &self.device)?)
     }
 
     /// Computes the share of the power by direction of some links from their ways.
-    fn shares(&self, found: &Found, links: usize) -> Result<Tensor> {
+    fn shares(&self, found: &Found) -> Result<Tensor> {
         let column = |n: usize| ops::narrow(&found.rows, 1, n, 1);
         let share = ops::at_least_f32(&column(0)?)?;
         let share = ops::log(&ops::shift(&share, LEAST_SHARE)?)?;
@@ -161,7 +161,7 @@ impl PolarReg {
         // What stands in for no way has no strength.
         let strength = ops::exp(&ops::at_most(&log, MAX_LOG)?)?;
         let strength = ops::mul(&strength, &column(1)?.to_dtype(log.dtype())?)?;
-        let sums = found.sums(&strength, links, &self.shape)?;
+        let sums = found.sums(&strength, &self.shape)?;
         ops::softmax(&ops::log(&ops::shift(&sums, LEAST_STRENGTH)?)?)
     }
 }
@@ -169,7 +169,7 @@ impl PolarReg {
 impl ModuleT for PolarReg {
     fn forward_t(&self, input: &Tensor, _: bool) -> Result<Tensor> {
         let spectrum = self.spectrum.forward(&self.power(input)?)?;
-        spectrum.to_dtype(input.dtype())
+        spectrum.to_dtype(self.dtype)
     }
 }
 

@@ -49,24 +49,25 @@ fn model(dtype: DType) -> (PolarReg, VarMap) {
     (model, parameters)
 }
 
-/// Features between 0 and 1, half of the ways not there and all 0, feature 1 being 1 elsewhere.
+/// A way from each direction and of each kind, features between 0 and 1; half of them are zeros.
 fn ways(dtype: DType) -> Tensor {
     let PolarShape {
         directions,
-        ways,
+        kinds,
         features,
     } = WAYS;
-    let all: Vec<f64> = values("ways", BATCH * directions * ways * features).collect();
-    let of_way = |way: &[f64]| -> Vec<f64> {
-        let is_there = f64::from(u8::from(way[1] > 0.0));
-        let feature = |(n, value): (usize, &f64)| match n {
-            1 => is_there,
-            _ => is_there * value.abs(),
-        };
-        way.iter().enumerate().map(feature).collect()
+    let all: Vec<f64> = values("ways", BATCH * directions * kinds * features).collect();
+    let way = |(n, way): (usize, &[f64])| -> Vec<f64> {
+        if way[1] <= 0.0 {
+            return vec![0.0; WAYS.per_way()];
+        }
+        let numbers = [n / kinds % directions, n % kinds].map(|number| number as f64);
+        let mut way: Vec<f64> = way.iter().map(|value| value.abs()).chain(numbers).collect();
+        way[1] = 1.0;
+        way
     };
-    let data: Vec<f64> = all.chunks(features).flat_map(of_way).collect();
-    let shape = (BATCH, directions, WAYS.values());
+    let data: Vec<f64> = all.chunks(features).enumerate().flat_map(way).collect();
+    let shape = (BATCH, directions * kinds, WAYS.per_way());
     let ways = Tensor::from_vec(data, shape, &Device::Cpu).unwrap();
     ways.to_dtype(dtype).unwrap()
 }
@@ -149,7 +150,10 @@ fn a_batch_without_links_is_refused() {
     let (model, _) = model(DType::F32);
     let none = ways(DType::F32).narrow(0, 0, 0).unwrap();
     let refused = model.forward_t(&none, false).unwrap_err().to_string();
-    assert!(refused.contains("one link at least"), "{refused}");
+    assert!(
+        refused.contains("one link and one way at least"),
+        "{refused}"
+    );
 }
 
 #[test]
