@@ -1,19 +1,19 @@
 //! Arguments that several commands share, and how their values are read.
 
+use std::error::Error;
 use std::fmt;
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::Result;
 use aps_data::{Access, Part, Stored};
-use aps_label::{Array, LabelConfig, Protocol};
+use aps_label::{ArrayForm, HEADINGS_DEG, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, Scene, TraceConfig};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, ValueEnum};
 use map2aps::maps::{self, TileSettings};
 use map2aps::{MapSource, SceneSettings};
-use serde::Deserialize;
 use serde_json::Value;
 
 use crate::note;
@@ -310,7 +310,7 @@ pub struct TraceArgs {
     pub frequency_hz: f64,
     /// Walls: concrete (ITU-R P.2040), pec (perfect conductor), or EPS,SIGMA
     /// (relative permittivity, conductivity in S/m).
-    #[arg(long, default_value = "concrete", value_parser = parse_material)]
+    #[arg(long, default_value = "concrete")]
     pub material: Material,
 }
 
@@ -357,55 +357,31 @@ pub fn stored(named: &[Store]) -> Stored {
     }
 }
 
-/// Forms of the receiving array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ArrayForm {
-    /// Uniform and linear: sees a direction and its mirror image alike.
-    Ula,
-    /// Uniform and circular: sees every direction for itself.
-    Uca,
+/// Parser of `--array`.
+fn forms() -> impl TypedValueParser<Value = ArrayForm> {
+    named(ArrayForm::ALL.map(|form| {
+        PossibleValue::new(form.name()).help(match form {
+            ArrayForm::Ula => "Uniform and linear: sees a direction and its mirror image alike",
+            ArrayForm::Uca => "Uniform and circular: sees every direction for itself",
+        })
+    }))
 }
 
-impl ArrayForm {
-    /// The array of this form; neighbours on a circle are `spacing_wavelengths` apart along its arc.
-    pub fn array(self, elements: usize, spacing_wavelengths: f64) -> Array {
-        match self {
-            Self::Ula => Array::UniformLinear {
-                elements,
-                spacing_wavelengths,
-            },
-            Self::Uca => Array::UniformCircular {
-                elements,
-                radius_wavelengths: elements as f64 * spacing_wavelengths / std::f64::consts::TAU,
-            },
-        }
-    }
-
-    /// Form, elements and spacing \[wavelengths\] of an array.
-    fn of(array: Array) -> (Self, usize, f64) {
-        match array {
-            Array::UniformCircular {
-                elements,
-                radius_wavelengths,
-            } => {
-                let spacing = std::f64::consts::TAU * radius_wavelengths / elements as f64;
-                (Self::Uca, elements, spacing)
-            }
-            Array::UniformLinear {
-                elements,
-                spacing_wavelengths,
-            } => (Self::Ula, elements, spacing_wavelengths),
-            _ => (Self::Ula, 16, 0.5),
-        }
-    }
+/// Parser of a value that has one of some names.
+pub fn named<T>(
+    names: impl IntoIterator<Item = impl Into<PossibleValue>>,
+) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err: Into<Box<dyn Error + Send + Sync>>> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
 }
 
 /// Array and bandwidth of labels; what is not given stays as it is.
 #[derive(Debug, Clone, Args)]
 pub struct ArrayArgs {
     /// Form of the array [default: that of the data set, or ula].
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = forms())]
     array: Option<ArrayForm>,
     /// Elements of the array [default: those of the data set, or 16].
     #[arg(long, alias = "kernel-n")]
@@ -422,7 +398,7 @@ impl ArrayArgs {
     /// The settings given, and others where none are.
     pub fn over(&self, own: &LabelConfig) -> LabelConfig {
         let is_asked = self.array.is_some() || self.elements.is_some() || self.spacing.is_some();
-        let (form, elements, spacing) = ArrayForm::of(own.array);
+        let (form, elements, spacing) = own.array.parts();
         let form = self.array.unwrap_or(form);
         let asked = form.array(
             self.elements.unwrap_or(elements),
@@ -459,18 +435,12 @@ impl LabelArgs {
 
 /// Reads `X,Y` in metres.
 pub fn parse_point(text: &str) -> Result<DVec2, String> {
-    parse_pair(text).map(|(x, y)| DVec2::new(x, y))
+    let number = |text: &str| text.trim().parse().ok();
+    let point = text
+        .split_once(',')
+        .and_then(|(x, y)| Some(DVec2::new(number(x)?, number(y)?)));
+    point.ok_or_else(|| format!("'{text}' is not a pair of numbers like 12.5,40"))
 }
-
-fn parse_pair(text: &str) -> Result<(f64, f64), String> {
-    let wrong = || format!("'{text}' is not a pair of numbers like 12.5,40");
-    let (x, y) = text.split_once(',').ok_or_else(wrong)?;
-    let number = |s: &str| s.trim().parse::<f64>().map_err(|_| wrong());
-    Ok((number(x)?, number(y)?))
-}
-
-/// Headings of an array that are taken \[deg\].
-pub const HEADINGS_DEG: RangeInclusive<f64> = -360.0..=360.0;
 
 /// Reads a heading in degrees.
 pub fn parse_heading(text: &str) -> Result<f64, String> {
@@ -478,25 +448,4 @@ pub fn parse_heading(text: &str) -> Result<f64, String> {
     let heading_deg = text.parse::<f64>().ok();
     let heading_deg = heading_deg.filter(|deg| HEADINGS_DEG.contains(deg));
     heading_deg.ok_or_else(|| format!("'{text}' is no heading in degrees, from {least} to {most}"))
-}
-
-/// Reads `concrete`, `pec` or `EPS,SIGMA`, as `--material` does.
-///
-/// # Errors
-/// Another text, and values that no material has.
-pub fn parse_material(text: &str) -> Result<Material, String> {
-    match text {
-        "concrete" => Ok(Material::Concrete),
-        "pec" => Ok(Material::PerfectConductor),
-        _ => {
-            let (relative_permittivity, conductivity_s_per_m) = parse_pair(text)
-                .map_err(|_| format!("'{text}' is none of concrete, pec, EPS,SIGMA"))?;
-            Material::Dielectric {
-                relative_permittivity,
-                conductivity_s_per_m,
-            }
-            .validate()
-            .map_err(|e| e.to_string())
-        }
-    }
 }

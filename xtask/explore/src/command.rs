@@ -1,11 +1,8 @@
 //! The command line.
 
-use anyhow::{Context, Result};
-use map2aps::MapSource;
+use anyhow::Result;
+use aps_explore::{Maps, Server};
 use xtask::{MapsArg, SceneArgs, TileArgs, say};
-
-use crate::stock::Maps;
-use crate::{App, Server, Stock};
 
 /// Synthetic cities in the list unless a number is asked for.
 const CITIES: u32 = 10;
@@ -36,12 +33,10 @@ impl Args {
     /// # Errors
     /// Maps that cannot be read, and a port that is taken.
     pub fn run(self) -> Result<()> {
-        let source: MapSource = self.maps.open(self.tiles.settings(), CITIES)?;
+        let source = self.maps.open(self.tiles.settings(), CITIES)?;
         let maps = Maps::new(source, self.seed, self.scene.settings())?;
-        let server = Server::bind(App::new(Stock::new(maps)?)?, self.port);
-        let server = server.with_context(|| format!("cannot listen on port {}", self.port))?;
+        let server = Server::bind(maps, self.port)?;
         say!("http://{}/", server.address())?;
-        server.serve()?;
-        Ok(())
+        Ok(server.serve()?)
     }
 }

@@ -1,10 +1,9 @@
 //! The questions of the page, as JSON, checked.
 
-use aps_label::{LabelConfig, Protocol};
+use aps_label::{ArrayForm, HEADINGS_DEG, LabelConfig, Protocol};
 use aps_raytrace::TraceConfig;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use xtask::{ArrayForm, HEADINGS_DEG};
 
 use crate::fault::Fault;
 use crate::houses::Edits;
@@ -166,7 +165,7 @@ impl TraceChoice {
     fn under(&self, limits: TraceConfig) -> Result<TraceConfig, Fault> {
         Ok(TraceConfig {
             frequency_hz: self.frequency_hz,
-            material: xtask::parse_material(&self.material).map_err(Fault::Material)?,
+            material: self.material.parse().map_err(Fault::Material)?,
             max_images: MAX_IMAGES,
             max_wave_bytes: MAX_WAVE_BYTES,
             ..limits

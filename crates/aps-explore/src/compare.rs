@@ -3,12 +3,12 @@
 use std::time::{Duration, Instant};
 
 use aps_label::Labeler;
+use aps_metrics::LevelDistance;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, TraceConfig};
 use aps_report::link::Spectrum;
 use map2aps::aps_data::sample_of;
 use serde::Serialize;
-use xtask_studies::SpectrumError;
 
 use crate::fault::{End, Fault};
 use crate::link::{Curve, Times, us};
@@ -58,7 +58,7 @@ pub fn compare(
     let converged = measure(stock, question, &converged, &labeler, ticket)?;
     let error_db = converged.spectrum.as_ref().map(|truth| {
         let found = own.spectrum.as_ref().map(|s| s.aps_db.as_slice());
-        let error = SpectrumError::of(&truth.aps_db, found);
+        let error = LevelDistance::of(&truth.aps_db, found);
         ErrorDb {
             mean: error.mean_db,
             worst: error.worst_db,

@@ -60,8 +60,8 @@ pub enum Fault {
     )]
     Endless,
     /// A material that does not exist.
-    #[error("material: {0}")]
-    Material(String),
+    #[error("material")]
+    Material(#[source] aps_raytrace::ConfigError),
     /// A house that the map does not have.
     #[error("the map has no house {house}, only {count}")]
     NoHouse {

@@ -7,13 +7,13 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
+use aps_metrics::LevelDistance;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
 use aps_raytrace::{Link, Tracer, Transmitter};
 use map2aps::aps_data::sample_of;
 use rayon::prelude::*;
 use serde::Serialize;
-use xtask_studies::SpectrumError;
 
 use crate::fault::Fault;
 use crate::request::{CoverageQuestion, Show};
@@ -254,7 +254,7 @@ impl Survey {
         }
         let [found, truth] = &buffers.labels;
         let found = (!found.aps_db.is_empty()).then_some(found.aps_db.as_slice());
-        let error = SpectrumError::of(&truth.aps_db, found);
+        let error = LevelDistance::of(&truth.aps_db, found);
         Ok(Values {
             error_db: (!truth.aps_db.is_empty()).then_some(error.mean_db),
             ..Values::default()

@@ -4,13 +4,12 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
+use aps_explore::{Maps, Server};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Scene, TraceConfig, Tracer};
 use map2aps::path_list::LinkEntry;
 use map2aps::{MapSource, SceneSettings};
 use serde_json::{Value, json};
-use xtask_explore::stock::Maps;
-use xtask_explore::{App, Server, Stock};
 
 /// Starts a server for synthetic cities, which ends with the process.
 pub fn start() -> u16 {
@@ -19,7 +18,7 @@ pub fn start() -> u16 {
 
 pub fn start_with(source: MapSource) -> u16 {
     let maps = Maps::new(source, 42, SceneSettings::default()).unwrap();
-    let server = Server::bind(App::new(Stock::new(maps).unwrap()).unwrap(), 0).unwrap();
+    let server = Server::bind(maps, 0).unwrap();
     assert!(server.address().ip().is_loopback());
     let port = server.address().port();
     std::thread::spawn(|| server.serve().unwrap());

@@ -12,7 +12,8 @@ use tokio::net::TcpStream;
 use tokio::sync::Semaphore;
 use tokio_io_timeout::TimeoutStream;
 
-use crate::App;
+use crate::app::App;
+use crate::stock::{Maps, Stock};
 
 /// Connections at a time; further ones wait.
 const MAX_CONNECTIONS: usize = 64;
@@ -26,6 +27,29 @@ const UNREAD: Duration = Duration::from_secs(30);
 /// Largest head of a request \[bytes\]; hyper takes no less.
 const MAX_HEAD: usize = 8192;
 
+/// Why a page is not served.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ServeError {
+    /// Maps that cannot be read.
+    #[error(transparent)]
+    Maps(#[from] map2aps::Error),
+    /// A port that is taken or not allowed; 0 takes a free one.
+    #[error("cannot listen on port {port}")]
+    Port {
+        /// The port asked for.
+        port: u16,
+        /// The answer of the system.
+        source: io::Error,
+    },
+    /// Threads or sockets that the system refuses.
+    #[error(transparent)]
+    System(#[from] io::Error),
+    /// Threads of a pool that cannot be started.
+    #[error(transparent)]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
 /// A server on the loopback address.
 #[derive(Debug)]
 pub struct Server {
@@ -35,12 +59,14 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens on a port of 127.0.0.1; 0 takes a free one.
+    /// Listens on a port of 127.0.0.1, to show maps; 0 takes a free one.
     ///
     /// # Errors
-    /// A port that is taken or not allowed.
-    pub fn bind(app: Arc<App>, port: u16) -> io::Result<Self> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
+    /// A port that is taken or not allowed, and threads that cannot be started.
+    pub fn bind(maps: Maps, port: u16) -> Result<Self, ServeError> {
+        let app = App::new(Stock::new(maps)?)?;
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
+        let listener = listener.map_err(|source| ServeError::Port { port, source })?;
         listener.set_nonblocking(true)?;
         Ok(Self {
             address: listener.local_addr()?,
@@ -58,12 +84,12 @@ impl Server {
     ///
     /// # Errors
     /// Threads or sockets that the system refuses.
-    pub fn serve(self) -> io::Result<()> {
+    pub fn serve(self) -> Result<(), ServeError> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
             .enable_time()
             .build()?;
-        runtime.block_on(self.accept())
+        Ok(runtime.block_on(self.accept())?)
     }
 
     async fn accept(self) -> io::Result<()> {
