@@ -1,8 +1,7 @@
 //! Arguments that several commands share, and how their values are read.
 
 use std::error::Error;
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::Result;
@@ -12,93 +11,11 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, Scene, TraceConfig};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, ValueEnum};
-use map2aps::maps::{self, TileSettings};
+use map2aps::maps::{self, NamedMaps, TileSettings};
 use map2aps::{MapSource, SceneSettings};
 use serde_json::Value;
 
 use crate::note;
-
-/// A value of `--maps`.
-#[derive(Debug, Clone)]
-pub enum MapsArg {
-    /// `DIR`: RadioMapSeer files.
-    Folder(PathBuf),
-    /// A file that is there, or has the name of one (`.geojson`): a city.
-    City(PathBuf),
-    /// `synthetic` or `synthetic:N`.
-    Synthetic {
-        /// Number of maps, if one is asked for.
-        count: Option<u32>,
-    },
-}
-
-impl FromStr for MapsArg {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let is_geojson = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("geojson");
-        let path = Path::new(text);
-        match text.split_once(':') {
-            None if text == "synthetic" => Ok(Self::Synthetic { count: None }),
-            Some(("synthetic", count)) => match count.parse() {
-                Ok(count) if count > 0 => Ok(Self::Synthetic { count: Some(count) }),
-                _ => Err(format!(
-                    "'{count}' is not a number of maps; try synthetic:10"
-                )),
-            },
-            _ if path.is_file() || path.extension().is_some_and(is_geojson) => {
-                Ok(Self::City(path.into()))
-            }
-            _ => Ok(Self::Folder(path.into())),
-        }
-    }
-}
-
-impl fmt::Display for MapsArg {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Folder(path) | Self::City(path) => write!(f, "{}", path.display()),
-            Self::Synthetic { .. } => write!(f, "synthetic city"),
-        }
-    }
-}
-
-impl MapsArg {
-    /// Opens the maps, of synthetic cities so many unless a number is asked for; a city is read, cut into tiles and
-    /// described.
-    ///
-    /// # Errors
-    /// A city that cannot be read or holds no map.
-    pub fn open(&self, tiles: TileSettings, synthetic: u32) -> Result<MapSource> {
-        Ok(match self {
-            Self::Folder(folder) => MapSource::Folder(folder.clone()),
-            Self::City(file) => {
-                let maps = MapSource::geojson(file, tiles)?;
-                if let MapSource::City(city) = &maps {
-                    note!("{city}");
-                }
-                maps
-            }
-            Self::Synthetic { count } => MapSource::Synthetic {
-                count: count.unwrap_or(synthetic),
-            },
-        })
-    }
-
-    /// Opens the maps that a data set was made of; a city is cut by the settings in its `configuration`.
-    ///
-    /// # Errors
-    /// As [`MapsArg::open`], and a city of another data set.
-    pub fn open_for(&self, configuration: &Value, tiles: &TileArgs) -> Result<MapSource> {
-        let maps = self.open(tiles.over(TileSettings::of_dataset(configuration)), 0)?;
-        // Maps of other sources are compared by their buildings, map by map.
-        if let Self::City(_) = self {
-            maps.must_be_of(configuration)
-                .map_err(map2aps::Error::from)?;
-        }
-        Ok(maps)
-    }
-}
 
 /// Settings by which a city in GeoJSON becomes maps.
 #[derive(Debug, Clone, Args)]
@@ -129,6 +46,30 @@ impl TileArgs {
         self.over(TileSettings::default())
     }
 
+    /// Opens maps of one's own, of synthetic cities so many unless a number is asked for; a city is described.
+    ///
+    /// # Errors
+    /// A city that cannot be read or holds no map.
+    pub fn open(&self, maps: &NamedMaps, synthetic: u32) -> Result<MapSource> {
+        described(maps.open(self.settings(), synthetic)?)
+    }
+
+    /// Opens the maps that a data set was made of; a city is cut by the settings in its `configuration`.
+    ///
+    /// # Errors
+    /// As [`TileArgs::open`], and a city of another data set.
+    pub fn open_for(&self, maps: &NamedMaps, configuration: &Value) -> Result<MapSource> {
+        let tiles = self.over(TileSettings::of_dataset(configuration));
+        let source = described(maps.open(tiles, 0)?)?;
+        // Maps of other sources are compared by their buildings, map by map.
+        if let MapSource::City(_) = source {
+            source
+                .must_be_of(configuration)
+                .map_err(map2aps::Error::from)?;
+        }
+        Ok(source)
+    }
+
     /// The settings given, and others where none are.
     fn over(&self, others: TileSettings) -> TileSettings {
         TileSettings {
@@ -139,6 +80,14 @@ impl TileArgs {
             corner: self.corner.map(DVec2::into).or(others.corner),
         }
     }
+}
+
+/// Tells what a city was cut into.
+fn described(maps: MapSource) -> Result<MapSource> {
+    if let MapSource::City(city) = &maps {
+        note!("{city}");
+    }
+    Ok(maps)
 }
 
 /// Settings of the scenes made from maps.

@@ -1,5 +1,6 @@
 //! Devices and models on the command line.
 
+use aps_bench::Profile;
 use aps_model::ModelKind;
 use aps_model::condition::Frame;
 use aps_model::train::Precision;
@@ -21,6 +22,11 @@ pub fn devices() -> impl TypedValueParser<Value = Device> {
 /// Parser of a model's name.
 pub fn models() -> impl TypedValueParser<Value = ModelKind> {
     named(ModelKind::ALL.map(|kind| PossibleValue::new(kind.name()).help(kind.title())))
+}
+
+/// Parser of `--profile`.
+pub fn profiles() -> impl TypedValueParser<Value = Profile> {
+    named(Profile::ALL.map(|profile| PossibleValue::new(profile.name()).help(profile.purpose())))
 }
 
 /// Parser of `--precision`.

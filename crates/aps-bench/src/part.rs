@@ -1,14 +1,15 @@
-//! Stamps parts of a benchmark with their settings: a part is reused with the same settings and made anew with others.
+//! Parts of a benchmark, each with a stamp: a part is used again with the same settings and made anew with others.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use sha2::{Digest as _, Sha256};
-use xtask::note;
+
+use crate::error::{Error, Result};
+use crate::files::{digest, write_json};
+use crate::watch::{Event, Watch};
 
 /// Raised when a part made by an earlier version can no longer be used.
 const VERSION: u32 = 2;
@@ -73,8 +74,8 @@ impl Part {
     }
 
     /// Opens the folder; removes its content unless that was made with these settings, or always if `fresh`.
-    pub fn open(&self, fresh: bool) -> Result<State> {
-        let place = || format!("folder '{}'", self.folder.display());
+    pub fn open(&self, fresh: bool, watch: Watch<'_>) -> Result<State> {
+        let place = || Error::file("folder", &self.folder);
         if let Some(stamp) = self.stamp().filter(|_| !fresh) {
             if !stamp.is_finished {
                 return Ok(State::Begun);
@@ -82,13 +83,12 @@ impl Part {
             let Some(damaged) = self.damaged(&stamp) else {
                 return Ok(State::Finished);
             };
-            let damaged = self.folder.join(damaged);
-            note!("'{}' is gone or was changed: made again", damaged.display());
+            watch.tell(Event::Damaged(&self.folder.join(damaged)));
         }
         if self.folder.exists() {
-            fs::remove_dir_all(&self.folder).with_context(place)?;
+            fs::remove_dir_all(&self.folder).map_err(place())?;
         }
-        fs::create_dir_all(&self.folder).with_context(place)?;
+        fs::create_dir_all(&self.folder).map_err(place())?;
         self.write(false)?;
         Ok(State::New)
     }
@@ -112,8 +112,8 @@ impl Part {
     fn write(&self, is_finished: bool) -> Result<()> {
         let mut files = BTreeMap::new();
         if is_finished {
-            let place = || format!("folder '{}'", self.folder.display());
-            files_below(&self.folder, Path::new(""), &mut files).with_context(place)?;
+            files_below(&self.folder, Path::new(""), &mut files)
+                .map_err(Error::file("folder", &self.folder))?;
         }
         write_json(
             &self.folder.join(FILE),
@@ -152,71 +152,47 @@ fn files_below(root: &Path, folder: &Path, files: &mut BTreeMap<PathBuf, u64>) -
 
 /// SHA-256 of JSON with its keys in order, in hexadecimal digits.
 fn hash(settings: &Value) -> String {
-    hex(Sha256::new_with_prefix(format!("{VERSION} {settings}")))
-}
-
-/// SHA-256 of all bytes, in hexadecimal digits.
-pub fn digest(mut bytes: impl io::Read) -> io::Result<String> {
-    let mut digest = Sha256::new();
-    let mut block = vec![0; 1 << 16];
-    loop {
-        match bytes.read(&mut block)? {
-            0 => return Ok(hex(digest)),
-            read => digest.update(&block[..read]),
-        }
-    }
-}
-
-fn hex(digest: Sha256) -> String {
-    let bytes = digest.finalize();
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Writes a value as JSON, whole or not at all.
-pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
-    let text = serde_json::to_string_pretty(value)? + "\n";
-    Ok(aps_data::replace_file(path, text.as_bytes())?)
-}
-
-/// Reads a value from JSON.
-pub fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T> {
-    let place = || format!("'{}'", path.display());
-    let text = fs::read_to_string(path).with_context(place)?;
-    serde_json::from_str(&text).with_context(place)
+    let digest = digest(format!("{VERSION} {settings}").as_bytes());
+    digest.expect("bytes in memory can be read")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use serde_json::json;
+
+    use super::*;
+
+    fn open(part: &Part, fresh: bool) -> State {
+        part.open(fresh, Watch::default()).unwrap()
+    }
 
     #[test]
     fn part_is_reused_with_the_same_settings_alone() {
         let root = tempfile::tempdir().unwrap();
         let part = |settings| Part::new(root.path().join("part"), settings);
         let one = part(json!({ "seed": 1, "epochs": 2 }));
-        assert_eq!(one.open(false).unwrap(), State::New);
+        assert_eq!(open(&one, false), State::New);
         fs::write(one.folder().join("file"), "kept").unwrap();
-        assert_eq!(one.open(false).unwrap(), State::Begun);
+        assert_eq!(open(&one, false), State::Begun);
         one.finish().unwrap();
         let same = part(json!({ "epochs": 2, "seed": 1 }));
-        assert_eq!(same.open(false).unwrap(), State::Finished);
+        assert_eq!(open(&same, false), State::Finished);
         assert!(same.folder().join("file").is_file());
         // A file that is cut short is not what was made.
         fs::write(one.folder().join("file"), "kep").unwrap();
-        assert_eq!(same.open(false).unwrap(), State::New);
+        assert_eq!(open(&same, false), State::New);
         // One that is gone neither, but for what nothing reads again.
         for name in ["file", "last.safetensors"] {
             fs::write(one.folder().join(name), "kept").unwrap();
         }
         one.finish().unwrap();
         fs::remove_file(one.folder().join("last.safetensors")).unwrap();
-        assert_eq!(same.open(false).unwrap(), State::Finished);
+        assert_eq!(open(&same, false), State::Finished);
         fs::remove_file(one.folder().join("file")).unwrap();
-        assert_eq!(same.open(false).unwrap(), State::New);
+        assert_eq!(open(&same, false), State::New);
         one.finish().unwrap();
         let other = part(json!({ "seed": 2, "epochs": 2 }));
-        assert_eq!(other.open(false).unwrap(), State::New);
+        assert_eq!(open(&other, false), State::New);
         assert!(!other.folder().join("file").exists());
     }
 
@@ -224,9 +200,9 @@ mod tests {
     fn fresh_part_forgets_what_was_finished() {
         let root = tempfile::tempdir().unwrap();
         let part = Part::new(root.path().join("part"), json!(1));
-        part.open(false).unwrap();
+        open(&part, false);
         part.finish().unwrap();
-        assert_eq!(part.open(true).unwrap(), State::New);
-        assert_eq!(part.open(false).unwrap(), State::Begun);
+        assert_eq!(open(&part, true), State::New);
+        assert_eq!(open(&part, false), State::Begun);
     }
 }

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
 use aps_metrics::Metric;
 use aps_model::ANGLE_BINS;
 use aps_report::benchmark::{Entry, Example, Prediction, ScoreTable};
 use map2aps::DatasetPlan;
 
-use super::answer;
-use super::test_set::TestSet;
+use crate::answer;
+use crate::error::{Error, Result};
+use crate::test_set::TestSet;
 
 /// Names of the shares of the links that are predicted worse.
 const RANKS: [(&str, f64); 3] = [("best", 1.0), ("median", 0.5), ("worst", 0.0)];
@@ -29,15 +29,15 @@ pub fn choose(
         of.map(|(entry, cosine)| (entry.kind.is_learned(), cosine.iter().sum::<f64>()))
     };
     for entry in entries {
-        let scores = entry.scores.first().context("an entry has no scores")?;
+        let scores = entry.scores.first().ok_or(Error::NothingScored)?;
         let table = ScoreTable::read(root, scores, test.len())?;
-        let cosine = table.column(Metric::Cosine).context("cosine is scored")?;
+        let cosine = table.column(Metric::Cosine).ok_or(Error::NothingScored)?;
         let this = Some((entry, cosine.to_vec()));
         if value(&this) > value(&best) {
             best = this;
         }
     }
-    let (entry, cosine) = best.context("nothing was scored")?;
+    let (entry, cosine) = best.ok_or(Error::NothingScored)?;
     let mut order: Vec<usize> = (0..test.len()).collect();
     order.sort_by(|&a, &b| cosine[a].total_cmp(&cosine[b]));
     let predictions = answer::predictions(&folder_of(&entry.name))?;

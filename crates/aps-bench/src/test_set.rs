@@ -1,6 +1,5 @@
 //! The links everything is scored on.
 
-use anyhow::{Result, bail, ensure};
 use aps_data::{Dataset, Part};
 use aps_label::{Normalization, Protocol};
 use aps_metrics::{Metric, ScoredSample, spectrum_peaks};
@@ -9,6 +8,8 @@ use aps_report::benchmark::{ScoreTable, TestLink};
 use map2aps::targets;
 use map2aps::{Draw, Example, Examples};
 use rayon::prelude::*;
+
+use crate::error::{Error, Result};
 
 /// Both definitions of the metrics.
 pub const PROTOCOLS: [aps_metrics::Protocol; 2] = [
@@ -36,10 +37,9 @@ impl TestSet {
         let (protocol, train, target) = targets::learning_target(dataset)?;
         let draw = limit.map(|links| Draw { links, seed });
         let examples = Examples::of_maps(dataset, &maps, target, draw)?;
-        ensure!(
-            !examples.list().is_empty(),
-            "the maps {maps:?} have no link with a label"
-        );
+        if examples.list().is_empty() {
+            return Err(Error::NoLinks { of: "", maps });
+        }
         let labelled = targets::labelled_links(dataset, &maps);
         let entries = dataset.manifest().maps.iter();
         let of_test = entries.filter(|entry| maps.contains(&entry.id));
@@ -72,12 +72,13 @@ impl TestSet {
     /// The rows of predictions that were made for every labelled link of the test maps.
     pub fn choose(&self, dataset: &Dataset, predicted: Vec<f32>) -> Result<Vec<f32>> {
         let rows = predicted.len() / ANGLE_BINS;
-        ensure!(
-            rows == self.labelled,
-            "it holds {rows} spectra; the test maps {:?} have {} links with a label",
-            self.maps,
-            self.labelled
-        );
+        if rows != self.labelled {
+            return Err(Error::OtherLinks {
+                rows,
+                maps: self.maps.clone(),
+                links: self.labelled,
+            });
+        }
         if rows == self.len() {
             return Ok(predicted);
         }
@@ -100,8 +101,10 @@ impl TestSet {
     pub fn score(&self, predicted: &[f32], protocol: aps_metrics::Protocol) -> Result<ScoreTable> {
         let evaluation = self.examples.evaluate(predicted, protocol)?;
         if let Some(bad) = evaluation.rejected().first() {
-            let (link, defect) = (bad.sample, &bad.defect);
-            bail!("the prediction of link {link} cannot be scored: {defect}");
+            return Err(Error::Rejected {
+                link: bad.sample,
+                defect: bad.defect,
+            });
         }
         let range = evaluation.truth_range().expect("there is a scored link");
         let row = |sample: &ScoredSample| Metric::ALL.map(|m| m.of(&sample.scores, range));

@@ -2,25 +2,25 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Result};
 use aps_metrics::Metric;
 use aps_model::candle_core;
 use aps_model::condition::Link;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use aps_report::benchmark::{CurvePoint, Training};
+use map2aps::Dataset;
 use map2aps::maps::MapSource;
 use map2aps::training::{InitialWeights, RunFolder, Selection, Trained, Training as Plan};
-use map2aps::{Dataset, Error};
 use serde_json::{Value, json};
 
-use super::answer::Answer;
-use super::config::{Config, LatencyConfig};
-use super::latency;
-use super::stamp::{Part, State, read_json, write_json};
-use super::test_set::TestSet;
-use crate::run;
+use crate::answer::Answer;
+use crate::config::{Config, LatencyConfig};
+use crate::error::{Error, Result};
+use crate::files::{read_json, write_json};
+use crate::latency;
+use crate::part::{Part, State};
+use crate::test_set::TestSet;
+use crate::watch::{Event, Watch};
 
 /// Metric by which the weights of every model are chosen: the one that entries are ranked by.
 pub const CHOSEN_BY: Metric = Metric::Cosine;
@@ -29,7 +29,7 @@ pub const CHOSEN_BY: Metric = Metric::Cosine;
 const BATCH: usize = 64;
 
 /// The training of a model in a benchmark; `maps` are those that its data set is made from, for a model that is given the geometry.
-pub fn plan(config: &Config, kind: ModelKind, maps: Option<&MapSource>) -> Result<Plan> {
+pub fn plan(config: &Config, kind: ModelKind, maps: &MapSource) -> Result<Plan> {
     let preset = config.training.preset;
     let pretrained = match (kind, preset) {
         // Weights of full width do not fit narrower models.
@@ -46,7 +46,7 @@ pub fn plan(config: &Config, kind: ModelKind, maps: Option<&MapSource>) -> Resul
         selection: Selection::Metric(CHOSEN_BY),
         links: config.training.links,
         device: config.device,
-        maps: maps.cloned(),
+        maps: Some(maps.clone()),
         initial: pretrained.map_or(InitialWeights::Random, InitialWeights::Backbone),
         ..Plan::new(kind, preset)
     })
@@ -74,16 +74,21 @@ pub fn train(
     plan: &Plan,
     dataset: &Dataset,
     fresh: bool,
-    interrupted: &AtomicBool,
+    watch: Watch<'_>,
 ) -> Result<Training> {
     let result = part.folder().join("training.json");
-    let state = part.open(fresh)?;
+    let state = part.open(fresh, watch)?;
     if state == State::Finished {
         return read_json(&result);
     }
     let folder = RunFolder::create(part.folder())?;
     let is_begun = state == State::Begun && folder.checkpoint().is_file();
-    let run = run::train(plan, dataset, folder.clone(), is_begun, interrupted)?;
+    let mut run = plan.prepare(dataset, folder.clone(), is_begun)?;
+    watch.tell(Event::TrainingBegins(plan, &run));
+    let made = run.train(&watch.control());
+    let is_whole = made.is_ok();
+    watch.tell(Event::TrainingEnds { is_whole });
+    made?;
     let curve = curve(&folder)?;
     let training = Training {
         seconds: curve.last().map_or(0.0, |last| last.seconds),
@@ -103,11 +108,9 @@ pub fn train(
 /// The scores of the development links as the run's logs have them.
 fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
     let rows = |path: PathBuf| -> Result<Vec<HashMap<String, f64>>> {
-        let place = || format!("log '{}'", path.display());
-        let mut log = csv::Reader::from_path(&path).with_context(place)?;
-        log.deserialize()
-            .collect::<Result<_, _>>()
-            .with_context(place)
+        let mut log = csv::Reader::from_path(&path).map_err(Error::file("log", &path))?;
+        let rows: Result<_, csv::Error> = log.deserialize().collect();
+        rows.map_err(Error::file("log", &path))
     };
     let (scores, times) = (rows(folder.scores())?, rows(folder.times())?);
     let point = |(scores, times): (&HashMap<String, f64>, &HashMap<String, f64>)| {
@@ -135,8 +138,8 @@ pub struct Question<'a> {
     pub latency: &'a LatencyConfig,
     /// Device to compute on.
     pub device: &'a candle_core::Device,
-    /// Set by Ctrl-C.
-    pub interrupted: &'a AtomicBool,
+    /// Ends the work.
+    pub watch: Watch<'a>,
 }
 
 /// Predicts the test links with trained weights, and measures the time that takes.
@@ -145,8 +148,8 @@ pub fn ask(trained: &Trained, training: Option<Training>, asked: &Question<'_>) 
     let input = trained.input(examples, trained.images())?;
     let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
     trained.predict_batches(&*input, examples, BATCH, |spectra| {
-        if asked.interrupted.load(Ordering::Relaxed) {
-            return Err(Error::Cancelled);
+        if asked.watch.is_cancelled() {
+            return Err(map2aps::Error::Cancelled);
         }
         predictions.extend_from_slice(spectra);
         Ok(())

@@ -1,65 +1,24 @@
-//! Predictions that learn nothing of maps: the mean spectrum, the line of sight, the tracer with lower limits.
+//! The tracer as a baseline: some of the paths that the labels are made of.
 
 use std::collections::{BTreeMap, HashMap};
-use std::f64::consts::PI;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
 use aps_data::PathTable;
-use aps_label::{Label, Labeler, PathSample, Scratch, Status};
+use aps_label::Labeler;
 use aps_model::ANGLE_BINS;
-use aps_raytrace::{Link, PathRecord, SPEED_OF_LIGHT_M_PER_S, TraceConfig, Tracer};
+use aps_raytrace::{Link, PathRecord, TraceConfig, Tracer};
 use map2aps::{Control, DatasetPlan, Example, label_links};
 use rayon::prelude::*;
 
-use super::answer::Answer;
-use super::dataset::limited;
-use super::latency::{ms_per_link, of_times};
-use super::test_set::TestSet;
+use crate::answer::Answer;
+use crate::baselines::substitute;
+use crate::data::limited;
+use crate::error::Result;
+use crate::latency::{ms_per_link, of_times};
+use crate::test_set::TestSet;
 
 /// Links that a thread traces at a time.
 const LINKS_AT_ONCE: usize = 64;
-
-/// Predicts the mean spectrum for every link.
-pub fn mean(test: &TestSet, mean: &[f64]) -> Answer {
-    Answer {
-        predictions: as_f32(mean).collect::<Vec<_>>().repeat(test.len()),
-        ..Answer::default()
-    }
-}
-
-/// Predicts the label of a single straight path, also through buildings. Timed link by link on one thread.
-pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result<Answer> {
-    let labeler = Labeler::new(&plan.label)?;
-    let wavelength_m = SPEED_OF_LIGHT_M_PER_S / plan.trace.frequency_hz;
-    let (mut scratch, mut label) = (Scratch::default(), Label::default());
-    let mut times = Vec::with_capacity(test.len());
-    let mut answers = Vec::with_capacity(test.len());
-    for link in test.examples().list() {
-        let started = Instant::now();
-        let [dx, dy] = [0, 1].map(|axis| link.tx_m[axis] - link.rx_m[axis]);
-        let distance_m = dx.hypot(dy);
-        let path = PathSample {
-            delay_s: distance_m / SPEED_OF_LIGHT_M_PER_S,
-            arrival_azimuth_rad: dy.atan2(dx),
-            gain_db: 20.0 * (wavelength_m / (4.0 * PI * distance_m)).log10(),
-        };
-        let status = labeler.label_into(&[path], &mut scratch, &mut label)?;
-        let mut values = None;
-        if status == Status::Labelled {
-            let mut db: [f64; ANGLE_BINS] =
-                label.aps_db[..].try_into().context("bins of a label")?;
-            test.normalization().apply(&mut db)?;
-            values = Some(db);
-        }
-        times.push(ms_per_link(started.elapsed(), 1));
-        answers.push(values);
-    }
-    Ok(Answer {
-        latency: vec![of_times(1, times)],
-        ..substitute(answers, mean)
-    })
-}
 
 /// Paths that the tracer is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -72,7 +31,7 @@ pub enum Found {
 
 /// The test links traced and labelled again with some of their paths. Timed a map at a time on all threads, from its buildings to the labels;
 /// `batch` is what the time is listed under.
-pub fn tracer(
+pub fn answer(
     test: &TestSet,
     plan: &DatasetPlan,
     found: Found,
@@ -103,7 +62,7 @@ pub fn tracer(
         times.push(ms_per_link(started.elapsed(), of_map.len()));
         let rows = labels.aps_db.chunks_exact(ANGLE_BINS);
         for (row, is_labelled) in rows.zip(labels.is_labelled) {
-            let mut db: [f64; ANGLE_BINS] = row.try_into()?;
+            let mut db = row.to_vec();
             if is_labelled {
                 test.normalization().apply(&mut db)?;
             }
@@ -155,23 +114,6 @@ fn traced(tracer: &Tracer<'_>, links: &[Example], kept: Kept) -> Result<PathTabl
         (0..part.links()).for_each(|link| all.push_link(part, link));
     }
     Ok(all)
-}
-
-/// Fills in the mean spectrum where there is no answer, and keeps count.
-fn substitute(answers: Vec<Option<[f64; ANGLE_BINS]>>, mean: &[f64]) -> Answer {
-    let mut answer = Answer::default();
-    for (link, values) in answers.iter().enumerate() {
-        if values.is_none() {
-            answer.substituted.push(link);
-        }
-        let values = values.as_ref().map_or(mean, |values| &values[..]);
-        answer.predictions.extend(as_f32(values));
-    }
-    answer
-}
-
-fn as_f32(values: &[f64]) -> impl Iterator<Item = f32> {
-    values.iter().map(|&x| x as f32)
 }
 
 #[cfg(test)]

@@ -1,16 +1,18 @@
-//! The command line of `bench-models`, as settings over those of a file.
+//! `cargo xtask bench-models`: the command line, as settings over those of a file.
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use aps_bench::{Benchmark, Config, Error, Profile, Watch};
 use aps_model::ModelKind;
+use aps_report::benchmark::EntryKind;
 use map2aps::training::Device;
 use toml::{Table, Value};
 use xtask::interrupt::interrupt_flag;
+use xtask::{machine, note, say};
 
-use super::Bench;
-use super::config::{Config, Profile};
-use crate::choices::{devices, models};
+use crate::choices::{devices, models, profiles};
+use crate::watch::Printer;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -24,14 +26,14 @@ A part that was finished with the same settings is reused, an unfinished trainin
 On Ctrl-C everything finished is kept. What fails is recorded, and the others go on.
 
 A profile sets everything; --config names a TOML file that changes some of it, flags change both. The profiles' own files,
-xtask/models/profiles/*.toml, show all keys.";
+crates/aps-bench/profiles/*.toml, show all keys.";
 
 /// Train, score and time models against each other, baselines and the tracer, and report.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
     /// Sizes of everything.
-    #[arg(long, value_enum, default_value_t = Profile::Quick)]
+    #[arg(long, value_parser = profiles(), default_value = "quick")]
     profile: Profile,
     /// TOML file of settings that differ from the profile's.
     #[arg(long)]
@@ -91,21 +93,37 @@ impl Args {
     pub fn run(self) -> Result<()> {
         xtask::use_threads(self.threads)?;
         let config = Config::resolve(self.profile, self.config.as_deref(), self.flags()?)?;
-        let profile = config.profile_name(self.profile);
         let usual = || PathBuf::from(format!("data/bench-{}", self.profile.name()));
-        let interrupted = interrupt_flag()?;
-        let bench = Bench {
-            profile,
-            device: config.device.open()?,
-            config,
-            out: self.out.unwrap_or_else(usual),
-            fresh: self.fresh,
-            interrupted,
+        let out = self.out.clone().unwrap_or_else(usual);
+        let printer = Printer::default();
+        let watch = Watch {
+            observer: &printer,
+            cancel: &*interrupt_flag()?,
         };
-        match self.tune {
-            Some(share) => bench.tune(share, &self.profile.path()),
-            None => bench.run(),
+        let profile = config.profile_name(self.profile);
+        let bench = Benchmark::new(config, &out)?
+            .called(profile)
+            .fresh(self.fresh);
+        if let Some(share) = self.tune {
+            let file = self.profile.path();
+            bench.tune(share, &file, watch).map_err(advised)?;
+            note!("written into '{}'; the next build takes it", file.display());
+            return printer.printed();
         }
+        let results = bench.on(machine::describe()).run(watch).map_err(advised)?;
+        for failure in &results.failed {
+            say!("failed: {}: {}", failure.name, failure.message)?;
+        }
+        for reason in &results.left_out {
+            say!("left out: {}: {}", reason.name, reason.message)?;
+        }
+        say!("{}", out.join("report.html").display())?;
+        let mut entries = results.entries.iter();
+        ensure!(
+            results.failed.is_empty() || entries.any(|entry| entry.kind == EntryKind::Model),
+            "every model failed"
+        );
+        Ok(())
     }
 
     /// The flags that were given, as a file would say it.
@@ -165,4 +183,16 @@ fn put(table: &mut Table, key: &[&str], value: Value) -> Result<()> {
         rest,
         value,
     )
+}
+
+/// Names the option that helps against an error of the library, which does not know them.
+fn advised(error: Error) -> anyhow::Error {
+    match error {
+        Error::ForeignFolder(_) => anyhow!("{error}; give another --out"),
+        Error::NoBudget => anyhow!("--tune is for a profile with a budget"),
+        Error::Share { .. } => anyhow!(error).context("--tune"),
+        // Its advice is xtask's.
+        Error::Library(error) => error.into(),
+        error => error.into(),
+    }
 }

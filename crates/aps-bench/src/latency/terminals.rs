@@ -1,18 +1,12 @@
-//! Time a link.
+//! Time of what links of one transmitter, or of one receiver, share.
 
 use std::collections::HashSet;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use anyhow::Result;
-use aps_model::Model;
-use aps_model::candle_core::{Device, DeviceLocation};
 use aps_model::condition::{Link, ModelInput};
-use aps_report::benchmark::Latency;
 
-use super::config::LatencyConfig;
-
-/// Fewest and most repetitions of a measurement.
-const REPETITIONS: (usize, usize) = (3, 1000);
+use super::ms_per_link;
+use crate::error::Result;
 
 /// Links of a transmitter, and of a receiver, that share what is made for it: those of a map of the paper's size.
 const SHARED_BY: [f64; 2] = [500.0, 100.0];
@@ -20,71 +14,15 @@ const SHARED_BY: [f64; 2] = [500.0, 100.0];
 /// Most transmitters, and receivers, whose preparation is timed for a size of batch.
 const TERMINALS: usize = 256;
 
-/// Time of a model for each size of batch: images and spectra are timed apart, each until the device is done. The first
-/// pass is not counted.
-///
-/// Where links share what is made for their terminals, it is made before a pass, and its time is added: all of it to one link
-/// alone, a link's share of it to more of them. `fresh` makes an input that has prepared no terminal.
-pub fn of_model(
-    model: &dyn Model,
-    input: &dyn ModelInput,
-    fresh: &dyn Fn() -> Result<Box<dyn ModelInput>>,
-    links: &[Link],
-    config: &LatencyConfig,
-    device: &Device,
-) -> Result<Vec<Latency>> {
-    let is_shared = links.iter().any(|link| input.group(link).is_some());
-    let measure = |&batch: &usize| {
-        let shares_ms = match is_shared {
-            true => shares_ms(batch, terminals_ms(&*fresh()?, links, batch)?),
-            false => 0.0,
-        };
-        let mut links = links.iter().copied().cycle();
-        let mut pass = || -> Result<[Duration; 2]> {
-            let batch: Vec<Link> = links.by_ref().take(batch).collect();
-            input.prepare(&batch)?;
-            let started = Instant::now();
-            let images = input.batch(&batch)?;
-            device.synchronize()?;
-            let built = Instant::now();
-            model.forward_t(&images, false)?;
-            device.synchronize()?;
-            Ok([built - started, built.elapsed()])
-        };
-        pass()?;
-        let (mut inputs, mut passes) = (Vec::new(), Vec::new());
-        let started = Instant::now();
-        while passes.len() < REPETITIONS.0
-            || (passes.len() < REPETITIONS.1 && started.elapsed().as_secs_f64() < config.seconds)
-        {
-            let [input, pass] = pass()?;
-            inputs.push(ms_per_link(input, batch));
-            passes.push(ms_per_link(pass, batch));
-        }
-        Ok(Latency {
-            batch,
-            median_ms_per_link: quantile(&mut passes, 0.5),
-            p95_ms_per_link: quantile(&mut passes, 0.95),
-            input_ms_per_link: quantile(&mut inputs, 0.5) + shares_ms,
-            device: match device.location() {
-                DeviceLocation::Cpu => "cpu".into(),
-                DeviceLocation::Cuda { gpu_id } => format!("cuda:{gpu_id}"),
-                DeviceLocation::Metal { gpu_id } => format!("metal:{gpu_id}"),
-            },
-        })
-    };
-    config.batches.iter().map(measure).collect()
-}
-
 /// A link's part of the time for its transmitter and its receiver \[ms\].
-fn shares_ms(batch: usize, terminals_ms: [f64; 2]) -> f64 {
+pub fn shares_ms(batch: usize, terminals_ms: [f64; 2]) -> f64 {
     let shared_by = if batch == 1 { [1.0; 2] } else { SHARED_BY };
     let shares = terminals_ms.iter().zip(shared_by);
     shares.map(|(ms, links)| ms / links).sum()
 }
 
 /// Mean time to prepare a transmitter, and a receiver, of some links \[ms\], so many at a time; `fresh` has prepared none.
-fn terminals_ms(fresh: &dyn ModelInput, links: &[Link], at_once: usize) -> Result<[f64; 2]> {
+pub fn terminals_ms(fresh: &dyn ModelInput, links: &[Link], at_once: usize) -> Result<[f64; 2]> {
     let (of_transmitters, of_receivers) = one_new_end(links);
     // Every further link of a map shares its other end with these.
     let mut maps = HashSet::new();
@@ -134,37 +72,11 @@ fn exchanged(link: &Link) -> Link {
     }
 }
 
-/// Times a link \[ms\] on the processor, nothing to build before.
-pub fn of_times(batch: usize, mut ms_per_link: Vec<f64>) -> Latency {
-    Latency {
-        batch,
-        median_ms_per_link: quantile(&mut ms_per_link, 0.5),
-        p95_ms_per_link: quantile(&mut ms_per_link, 0.95),
-        input_ms_per_link: 0.0,
-        device: "cpu".into(),
-    }
-}
-
-/// A time of several links as that of one \[ms\].
-pub fn ms_per_link(time: Duration, links: usize) -> f64 {
-    time.as_secs_f64() * 1e3 / links as f64
-}
-
-/// The smallest value that a share of all does not exceed; sorts them.
-///
-/// # Panics
-/// When there is none.
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let rank = (share * values.len() as f64).ceil() as usize;
-    values[rank.clamp(1, values.len()) - 1]
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;
 
-    use aps_model::candle_core::Tensor;
+    use aps_model::candle_core::{Device, Tensor};
 
     use super::*;
 
@@ -235,13 +147,5 @@ mod tests {
     fn one_link_pays_for_its_terminals_and_more_for_their_shares() {
         assert_eq!(shares_ms(1, [3.0, 2.0]), 5.0);
         assert_eq!(shares_ms(256, [5.0, 2.0]), 5.0 / 500.0 + 2.0 / 100.0);
-    }
-
-    #[test]
-    fn quantiles_are_values_that_were_measured() {
-        let mut values: Vec<f64> = (1..=20).rev().map(f64::from).collect();
-        assert_eq!(quantile(&mut values, 0.5), 10.0);
-        assert_eq!(quantile(&mut values, 0.95), 19.0);
-        assert_eq!(quantile(&mut [3.0], 0.95), 3.0);
     }
 }

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
 use aps_data::npy;
 use aps_metrics::Shape;
 use aps_model::{ANGLE_BINS, ModelKind};
 use aps_report::benchmark::{Entry, EntryKind, Latency, Training};
 use map2aps::ArrayFile;
 
-use super::stamp::{read_json, write_json};
-use super::test_set::{PROTOCOLS, TestSet};
+use crate::error::{Error, Result};
+use crate::files::{read_json, write_json};
+use crate::test_set::{PROTOCOLS, TestSet};
 
 /// Predictions of all test links.
 #[derive(Debug, Default)]
@@ -45,7 +45,7 @@ pub fn keep(
     let place = root.join(folder);
     let shape = [test.len(), ANGLE_BINS];
     npy::write(place.join(PREDICTIONS), &shape, &answer.predictions)
-        .with_context(|| format!("cannot write into '{}'", place.display()))?;
+        .map_err(Error::file("cannot write into", &place))?;
     write_json(&place.join(SUBSTITUTED), &answer.substituted)?;
     let score = |protocol: aps_metrics::Protocol| {
         let file: PathBuf = folder.join(format!("{}.npy", protocol.name()));
@@ -85,11 +85,10 @@ pub fn predictions(folder: &Path) -> Result<Vec<f32>> {
 pub fn spectra(path: &Path) -> Result<Vec<f32>> {
     let mut file = ArrayFile::open_spectra(path)?;
     let (Shape { samples, bins }, mut values) = (file.shape(), Vec::new());
-    ensure!(
-        bins == ANGLE_BINS,
-        "predictions '{}' have {bins} bins, expected {ANGLE_BINS}",
-        path.display()
-    );
+    if bins != ANGLE_BINS {
+        let told = format!("there are {bins} bins, expected {ANGLE_BINS}");
+        return Err(Error::file("predictions", path)(told));
+    }
     file.read_rows(samples, &mut values)?;
     Ok(values.iter().map(|&x| x as f32).collect())
 }

@@ -1,30 +1,30 @@
 //! The data set of a benchmark.
 
-use std::path::PathBuf;
-use std::str::FromStr;
+use std::path::Path;
 
-use anyhow::{Result, anyhow, ensure};
 use aps_data::Split;
 use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
-use map2aps::maps::TileSettings;
-use map2aps::{Control, Dataset, DatasetPlan, training};
+use map2aps::maps::{NamedMaps, TileSettings};
+use map2aps::{Dataset, DatasetPlan, training};
 use serde_json::json;
-use xtask::MapsArg;
-use xtask::interrupt::interrupt_flag;
-use xtask::progress::Bar;
 
-use super::config::{Config, DataConfig};
-use super::stamp::{Part, State};
+use crate::config::{Config, DataConfig};
+use crate::error::{Error, Result};
+use crate::part::{Part, State};
+use crate::watch::{Event, Watch};
 
 /// Plans the data set, and splits its maps into maps for training, development and test.
 pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let data = &config.data;
-    let maps = MapsArg::from_str(&data.maps).map_err(|e| anyhow!("maps: {e}"))?;
-    ensure!(
-        !matches!(maps, MapsArg::City(_)),
-        "a city in GeoJSON cannot be benchmarked on directly: give a folder of maps, or synthetic"
-    );
+    let maps: NamedMaps = data
+        .maps
+        .parse()
+        .map_err(|e| Error::Setting(format!("maps: {e}")))?;
+    if let NamedMaps::City(_) = maps {
+        let told = "a city in GeoJSON cannot be benchmarked on directly: give a folder of maps, or synthetic";
+        return Err(Error::Setting(told.into()));
+    }
     let asked = data.train_maps + data.develop_maps + data.test_maps;
     let maps = maps.open(TileSettings::default(), asked as u32)?;
     let split = split(&maps.ids()?, data)?;
@@ -50,14 +50,15 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     Ok((plan, split))
 }
 
-/// Opens the data set of a part's folder; first makes the maps that it lacks, all of them if `fresh`, with a progress bar. Ctrl-C keeps
-/// whole maps.
+/// Opens the data set of a part's folder; first makes the maps that it lacks, all of them if `fresh`. Whole maps are kept when it is
+/// cancelled.
 pub fn open(
     config: &Config,
     plan: &DatasetPlan,
     split: &Split,
-    folder: PathBuf,
+    folder: &Path,
     fresh: bool,
+    watch: Watch<'_>,
 ) -> Result<(Part, Dataset)> {
     let settings = json!({
         "maps": config.data.maps,
@@ -65,19 +66,13 @@ pub fn open(
         "seed": plan.seed,
         "settings": plan.config().configuration,
     });
-    let part = Part::new(folder, settings);
-    let state = part.open(fresh)?;
+    let part = Part::new(folder.into(), settings);
+    let state = part.open(fresh, watch)?;
     // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
     let folder = part.folder().join("dataset");
     if state != State::Finished {
-        let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            cancel: &*interrupt_flag()?,
-            ..Control::default()
-        };
-        plan.make_split(&folder, split, &control)?;
-        bar.clear();
+        plan.make_split(&folder, split, &watch.control())?;
+        watch.tell(Event::DataReady);
         part.finish()?;
     }
     Ok((part, training::open(&folder)?))
@@ -114,11 +109,14 @@ fn split(available: &[u32], data: &DataConfig) -> Result<Split> {
         ("train_maps and data.develop_maps", used, pool.len()),
         ("test_maps", data.test_maps, test.len()),
     ] {
-        ensure!(
-            needed <= there,
-            "data.{keys} ask for {needed} maps, '{}' has {there} for them",
-            data.maps
-        );
+        if needed > there {
+            return Err(Error::TooFewMaps {
+                keys,
+                maps: data.maps.clone(),
+                needed,
+                there,
+            });
+        }
     }
     Ok(Split {
         train: pool[..data.train_maps].to_vec(),
@@ -129,8 +127,8 @@ fn split(available: &[u32], data: &DataConfig) -> Result<Split> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::config::Profile;
     use super::*;
+    use crate::config::Profile;
 
     fn data(maps: &str, counts: [usize; 3]) -> DataConfig {
         let config = Config::resolve(Profile::Smoke, None, toml::Table::new()).unwrap();
