@@ -93,8 +93,8 @@ pub fn limited(
     }
 }
 
-/// Test maps are the paper's, 46 to 50, where all maps are its maps, else the last ones; development maps are the last
-/// of the others that are used.
+/// Splits maps. If they are the paper's, test maps are taken from its own, 46 to 50, else from the end. Training maps are the first of the
+/// others, development maps the next ones.
 fn split(available: &[u32], data: &DataConfig) -> Result<Split> {
     let is_papers = available.iter().all(|&id| id <= 50)
         && available.iter().any(|&id| id <= 45)

@@ -18,7 +18,6 @@ use crate::benchmark::Benchmark;
 use crate::error::{Error, Result};
 use crate::files::digest;
 use crate::job::{Job, stem};
-use crate::model;
 use crate::part::{Part, State};
 use crate::test_bed::TestBed;
 use crate::tracer::{self, Found};
@@ -115,8 +114,10 @@ impl<'a> Context<'a> {
             (&Job::Shipped(kind), _) => self.ask(Trained::shipped(kind, &bed.device)?)?,
             (Job::Model(_), Some((plan, training))) => {
                 let made = bed.train(plan, training, self.watch)?;
-                let trained = model::trained(training, plan, &bed.device)?;
-                bed.ask(&trained, Some(made), &config.latency, self.watch)?
+                Answer {
+                    training: Some(made),
+                    ..bed.ask(&bed.trained(plan, training)?, &config.latency, self.watch)?
+                }
             }
             (Job::Model(_), None) => unreachable!("a model has a training"),
         };
@@ -140,7 +141,7 @@ impl<'a> Context<'a> {
         let trained = trained
             .with_maps(Some(bed.plan.maps.clone()))
             .for_targets(Target::Normalised(bed.test.normalization()));
-        bed.ask(&trained, None, &self.bench.config.latency, self.watch)
+        bed.ask(&trained, &self.bench.config.latency, self.watch)
     }
 }
 

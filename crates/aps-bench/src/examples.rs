@@ -1,4 +1,4 @@
-//! Links to look at: the best, the median and the worst of the best that was learnt.
+//! Links to look at: those that the best model predicts best, as the median, and worst.
 
 use std::path::{Path, PathBuf};
 
@@ -11,11 +11,11 @@ use crate::answer;
 use crate::error::{Error, Result};
 use crate::test_set::TestSet;
 
-/// Names of the shares of the links that are predicted worse.
+/// Name of each link to look at, and the share of all links that are predicted worse.
 const RANKS: [(&str, f64); 3] = [("best", 1.0), ("median", 0.5), ("worst", 0.0)];
 
-/// Links by the cosine similarity of the learnt entry that has the best mean, or of any if nothing was learnt. `folder_of`
-/// says where an entry's predictions lie.
+/// Chooses links by the cosine similarity of one entry: the model with the best mean, or the best entry if there is no model.
+/// `folder_of` says where an entry's predictions lie.
 pub fn choose(
     entries: &[Entry],
     test: &TestSet,

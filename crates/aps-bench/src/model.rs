@@ -1,14 +1,12 @@
 //! The models: trained, then asked for the test links.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use aps_metrics::Metric;
-use aps_model::candle_core;
 use aps_model::condition::Link;
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use aps_report::benchmark::{CurvePoint, Training};
-use map2aps::Dataset;
 use map2aps::maps::MapSource;
 use map2aps::training::{InitialWeights, RunFolder, Selection, Trained, Training as Plan};
 use serde_json::{Value, json};
@@ -19,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::files::{read_json, write_json};
 use crate::latency;
 use crate::part::{Part, State};
-use crate::test_set::TestSet;
+use crate::test_bed::TestBed;
 use crate::watch::{Event, Watch};
 
 /// Metric by which the weights of every model are chosen: the one that entries are ranked by.
@@ -29,7 +27,7 @@ pub const CHOSEN_BY: Metric = Metric::Cosine;
 const BATCH: usize = 64;
 
 /// The training of a model in a benchmark; `maps` are those that its data set is made from, for a model that is given the geometry.
-pub fn plan(config: &Config, kind: ModelKind, maps: &MapSource) -> Result<Plan> {
+fn plan(config: &Config, kind: ModelKind, maps: &MapSource) -> Result<Plan> {
     let preset = config.training.preset;
     let pretrained = match (kind, preset) {
         // Weights of full width do not fit narrower models.
@@ -53,7 +51,7 @@ pub fn plan(config: &Config, kind: ModelKind, maps: &MapSource) -> Result<Plan> 
 }
 
 /// Everything that decides a training; `data` is the hash of the data set's settings.
-pub fn settings(plan: &Plan, data: &str) -> Value {
+fn settings(plan: &Plan, data: &str) -> Value {
     json!({
         "data": data,
         "model": plan.model.name(),
@@ -68,41 +66,86 @@ pub fn settings(plan: &Plan, data: &str) -> Value {
     })
 }
 
-/// Trains a model into the part's folder, or continues the training that is there.
-pub fn train(
-    part: &Part,
-    plan: &Plan,
-    dataset: &Dataset,
-    fresh: bool,
-    watch: Watch<'_>,
-) -> Result<Training> {
-    let result = part.folder().join("training.json");
-    let state = part.open(fresh, watch)?;
-    if state == State::Finished {
-        return read_json(&result);
+impl TestBed {
+    /// The training of a model in a folder.
+    pub fn training(
+        &self,
+        config: &Config,
+        kind: ModelKind,
+        folder: &Path,
+    ) -> Result<(Plan, Part)> {
+        let plan = plan(config, kind, &self.plan.maps)?;
+        let settings = settings(&plan, self.data.hash());
+        Ok((plan, Part::new(folder.into(), settings)))
     }
-    let folder = RunFolder::create(part.folder())?;
-    let is_begun = state == State::Begun && folder.checkpoint().is_file();
-    let mut run = plan.prepare(dataset, folder.clone(), is_begun)?;
-    watch.tell(Event::TrainingBegins(plan, &run));
-    let made = run.train(&watch.control());
-    let is_whole = made.is_ok();
-    watch.tell(Event::TrainingEnds { is_whole });
-    made?;
-    let curve = curve(&folder)?;
-    let training = Training {
-        seconds: curve.last().map_or(0.0, |last| last.seconds),
-        epochs: run.trainer().steps_done() as f64 / run.trainer().steps_per_epoch() as f64,
-        best_steps: run.best_steps(),
-        links_seen: run.links_seen(),
-        batch: run.trainer().links_per_step(),
-        learning_rate: plan.config.learning_rate,
-        image_size: plan.image_size,
-        curve,
-    };
-    write_json(&result, &training)?;
-    part.finish()?;
-    Ok(training)
+
+    /// Makes all steps of a training, or those that are left; a finished one is read.
+    pub fn train(&self, plan: &Plan, part: &Part, watch: Watch<'_>) -> Result<Training> {
+        let result = part.folder().join("training.json");
+        let state = part.open(self.fresh, watch)?;
+        if state == State::Finished {
+            return read_json(&result);
+        }
+        let folder = RunFolder::create(part.folder())?;
+        let is_begun = state == State::Begun && folder.checkpoint().is_file();
+        let mut run = plan.prepare(&self.dataset, folder.clone(), is_begun)?;
+        watch.tell(Event::TrainingBegins(plan, &run));
+        let made = run.train(&watch.control());
+        let is_whole = made.is_ok();
+        watch.tell(Event::TrainingEnds { is_whole });
+        made?;
+        let (trainer, curve) = (run.trainer(), curve(&folder)?);
+        let training = Training {
+            seconds: curve.last().map_or(0.0, |last| last.seconds),
+            epochs: trainer.steps_done() as f64 / trainer.steps_per_epoch() as f64,
+            best_steps: run.best_steps(),
+            links_seen: run.links_seen(),
+            batch: trainer.links_per_step(),
+            learning_rate: plan.config.learning_rate,
+            image_size: plan.image_size,
+            curve,
+        };
+        write_json(&result, &training)?;
+        part.finish()?;
+        Ok(training)
+    }
+
+    /// Reads the best weights of a training.
+    pub fn trained(&self, plan: &Plan, part: &Part) -> Result<Trained> {
+        let weights = RunFolder::create(part.folder())?.best();
+        let (kind, preset) = (Some(plan.model), Some(plan.preset));
+        let trained = Trained::load(&weights, kind, preset, &self.device)?;
+        Ok(trained.with_maps(plan.maps.clone()))
+    }
+
+    /// Predicts the links with trained weights, and measures the time that takes.
+    pub fn ask(
+        &self,
+        trained: &Trained,
+        latency: &LatencyConfig,
+        watch: Watch<'_>,
+    ) -> Result<Answer> {
+        let examples = self.test.examples();
+        let input = trained.input(examples, trained.images())?;
+        let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
+        trained.predict_batches(&*input, examples, BATCH, |spectra| {
+            if watch.is_cancelled() {
+                return Err(map2aps::Error::Cancelled);
+            }
+            predictions.extend_from_slice(spectra);
+            Ok(())
+        })?;
+        let links: Vec<Link> = examples.links().collect();
+        let (model, device) = (trained.model(), &self.device);
+        let fresh = || Ok(trained.input(examples, trained.images())?);
+        Ok(Answer {
+            predictions,
+            model: Some(trained.label().kind),
+            parameters: Some(trained.parameters() as u64),
+            latency: latency::of_model(model, &*input, &fresh, &links, latency, device)?,
+            ..Answer::default()
+        })
+    }
 }
 
 /// The scores of the development links as the run's logs have them.
@@ -128,49 +171,4 @@ fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
         }
     };
     Ok(scores.iter().zip(&times).map(point).collect())
-}
-
-/// Test links, device and timing by which a trained model is measured.
-pub struct Question<'a> {
-    /// The test links.
-    pub test: &'a TestSet,
-    /// Settings of the measurement of run times.
-    pub latency: &'a LatencyConfig,
-    /// Device to compute on.
-    pub device: &'a candle_core::Device,
-    /// Ends the work.
-    pub watch: Watch<'a>,
-}
-
-/// Predicts the test links with trained weights, and measures the time that takes.
-pub fn ask(trained: &Trained, training: Option<Training>, asked: &Question<'_>) -> Result<Answer> {
-    let examples = asked.test.examples();
-    let input = trained.input(examples, trained.images())?;
-    let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
-    trained.predict_batches(&*input, examples, BATCH, |spectra| {
-        if asked.watch.is_cancelled() {
-            return Err(map2aps::Error::Cancelled);
-        }
-        predictions.extend_from_slice(spectra);
-        Ok(())
-    })?;
-    let links: Vec<Link> = examples.links().collect();
-    let (model, device) = (trained.model(), asked.device);
-    let fresh = || Ok(trained.input(examples, trained.images())?);
-    Ok(Answer {
-        predictions,
-        model: Some(trained.label().kind),
-        parameters: Some(trained.parameters() as u64),
-        training,
-        latency: latency::of_model(model, &*input, &fresh, &links, asked.latency, device)?,
-        ..Answer::default()
-    })
-}
-
-/// Reads the best weights of a training.
-pub fn trained(part: &Part, plan: &Plan, device: &candle_core::Device) -> Result<Trained> {
-    let weights = RunFolder::create(part.folder())?.best();
-    let (kind, preset) = (Some(plan.model), Some(plan.preset));
-    let trained = Trained::load(&weights, kind, preset, device)?;
-    Ok(trained.with_maps(plan.maps.clone()))
 }

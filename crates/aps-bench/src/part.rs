@@ -28,7 +28,7 @@ pub struct Part {
 /// State of the folder of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// Nothing that could be used: the folder is empty now.
+    /// Empty: what was there was made with other settings, or nothing was.
     New,
     /// A beginning made with the same settings.
     Begun,
@@ -41,7 +41,7 @@ struct Stamp {
     hash: String,
     is_finished: bool,
     settings: Value,
-    /// Sizes of the files of a finished part \[bytes\], by their names below its folder, but for those that nothing reads again.
+    /// Sizes of the files of a finished part \[bytes\], by their names in its folder: only of files that a later run reads.
     #[serde(default)]
     files: BTreeMap<PathBuf, u64>,
 }
@@ -66,7 +66,7 @@ impl Part {
         &self.hash
     }
 
-    /// The folder's stamp, if it is of these settings.
+    /// The stamp in the folder, if it was made with these settings.
     fn stamp(&self) -> Option<Stamp> {
         let text = fs::read_to_string(self.folder.join(FILE)).ok()?;
         let stamp: Stamp = serde_json::from_str(&text).ok()?;
@@ -127,7 +127,7 @@ impl Part {
     }
 }
 
-/// Files of a training that nothing reads when it is finished: whoever removes its checkpoint loses nothing.
+/// Tells if a later run reads a file. Of a finished training it reads no log and no checkpoint: these may be removed.
 fn is_read_again(name: &Path) -> bool {
     let is_log = name.extension().is_some_and(|ending| ending == "csv");
     !is_log
@@ -136,7 +136,7 @@ fn is_read_again(name: &Path) -> bool {
         && name != Path::new(FILE)
 }
 
-/// Collects the sizes of the files in a folder that are read again, by their names below `root`.
+/// Collects the sizes of the files in a folder that a later run reads, by their names below `root`.
 fn files_below(root: &Path, folder: &Path, files: &mut BTreeMap<PathBuf, u64>) -> io::Result<()> {
     for entry in fs::read_dir(root.join(folder))? {
         let entry = entry?;

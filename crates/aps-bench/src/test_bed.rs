@@ -7,15 +7,13 @@ use aps_model::ModelKind;
 use aps_model::candle_core::Device;
 use aps_report::benchmark::{Latency, ScoreTable, Training};
 use map2aps::DatasetPlan;
-use map2aps::training::{Trained, Training as TrainingPlan};
 
-use crate::answer::Answer;
-use crate::config::{Config, LatencyConfig};
+use crate::config::Config;
+use crate::data;
 use crate::error::Result;
 use crate::part::Part;
 use crate::test_set::TestSet;
 use crate::watch::Watch;
-use crate::{data, model};
 
 /// A data set and the links of it that models are measured on.
 ///
@@ -25,6 +23,7 @@ use crate::{data, model};
 /// let small = bed.measure(&config, ModelKind::MsMlp, folder.join("small"), Watch::default())?;
 /// println!("{:?}", small.scores.mean(Metric::Cosine));
 /// ```
+#[derive(Debug)]
 pub struct TestBed {
     pub(crate) plan: DatasetPlan,
     pub(crate) data: Part,
@@ -53,10 +52,8 @@ impl TestBed {
     /// Settings out of range, maps that cannot be used, and a cancelled making: whole maps are kept.
     pub fn open(config: &Config, folder: impl AsRef<Path>, watch: Watch<'_>) -> Result<Self> {
         config.check()?;
-        let (device, test) = (
-            config.device.open()?,
-            (SplitPart::Test, config.data.test_links),
-        );
+        let device = config.device.open()?;
+        let test = (SplitPart::Test, config.data.test_links);
         Self::with_links(config, device, folder.as_ref(), test, false, watch)
     }
 
@@ -100,51 +97,12 @@ impl TestBed {
     ) -> Result<Measured> {
         let (plan, part) = self.training(config, kind, folder.as_ref())?;
         let training = self.train(&plan, &part, watch)?;
-        let trained = model::trained(&part, &plan, &self.device)?;
-        let answer = self.ask(&trained, None, &config.latency, watch)?;
+        let answer = self.ask(&self.trained(&plan, &part)?, &config.latency, watch)?;
         let paper = aps_metrics::Protocol::Paper;
         Ok(Measured {
             training,
             latency: answer.latency,
             scores: self.test.score(&answer.predictions, paper)?,
         })
-    }
-
-    /// The training of a model in a folder.
-    pub(crate) fn training(
-        &self,
-        config: &Config,
-        kind: ModelKind,
-        folder: &Path,
-    ) -> Result<(TrainingPlan, Part)> {
-        let plan = model::plan(config, kind, &self.plan.maps)?;
-        let settings = model::settings(&plan, self.data.hash());
-        Ok((plan, Part::new(folder.into(), settings)))
-    }
-
-    pub(crate) fn train(
-        &self,
-        plan: &TrainingPlan,
-        part: &Part,
-        watch: Watch<'_>,
-    ) -> Result<Training> {
-        model::train(part, plan, &self.dataset, self.fresh, watch)
-    }
-
-    /// Asks a model for the links.
-    pub(crate) fn ask(
-        &self,
-        trained: &Trained,
-        training: Option<Training>,
-        latency: &LatencyConfig,
-        watch: Watch<'_>,
-    ) -> Result<Answer> {
-        let question = model::Question {
-            test: &self.test,
-            latency,
-            device: &self.device,
-            watch,
-        };
-        model::ask(trained, training, &question)
     }
 }

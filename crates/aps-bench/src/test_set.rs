@@ -18,13 +18,14 @@ pub const PROTOCOLS: [aps_metrics::Protocol; 2] = [
 ];
 
 /// Labelled links of the test maps, or of the maps of another part.
+#[derive(Debug)]
 pub struct TestSet {
     examples: Examples,
     maps: Vec<u32>,
     normalization: Normalization,
     /// Definition of the labels.
     pub protocol: Protocol,
-    /// Labelled links of the test maps, of which the scored ones are drawn.
+    /// Number of labelled links of these maps, from which the scored ones are drawn.
     labelled: usize,
     /// Links of the test maps without a label.
     pub invalid: u64,
@@ -69,7 +70,7 @@ impl TestSet {
         self.normalization
     }
 
-    /// The rows of predictions that were made for every labelled link of the test maps.
+    /// Chooses the rows of the scored links from predictions for all labelled links of the test maps.
     pub fn choose(&self, dataset: &Dataset, predicted: Vec<f32>) -> Result<Vec<f32>> {
         let rows = predicted.len() / ANGLE_BINS;
         if rows != self.labelled {

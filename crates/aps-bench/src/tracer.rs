@@ -1,4 +1,4 @@
-//! The tracer as a baseline: some of the paths that the labels are made of.
+//! The tracer as a baseline, with some of the paths that the labels are made of.
 
 use std::collections::{BTreeMap, HashMap};
 use std::time::Instant;
@@ -23,14 +23,14 @@ const LINKS_AT_ONCE: usize = 64;
 /// Paths that the tracer is asked for.
 #[derive(Debug, Clone, Copy)]
 pub enum Found {
-    /// Paths of at most so many interactions, without the further diffractions that links without a path go on with.
+    /// Paths of at most so many interactions. Links without one get none: there are no further diffractions as in the labels.
     Within(usize),
-    /// The strongest of a link, of all that the labels are made of.
+    /// Of all paths of a link its strongest.
     Strongest,
 }
 
-/// The test links traced and labelled again with some of their paths. Timed a map at a time on all threads, from its buildings to the labels;
-/// `batch` is what the time is listed under.
+/// Traces the test links again, and labels them by some of their paths. The time is that of a map, from its buildings to its labels, on all
+/// threads, divided by its links; it is listed as that of batches of `batch` links.
 pub fn answer(
     test: &TestSet,
     plan: &DatasetPlan,

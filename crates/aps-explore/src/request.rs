@@ -136,12 +136,9 @@ impl TraceChoice {
         let max_reflections = limit("reflections", self.reflections, REFLECTIONS)?;
         let max_diffractions = limit("diffractions", self.diffractions, DIFFRACTIONS)?;
         let config = TraceConfig {
-            max_reflections,
-            max_diffractions,
-            max_interactions: max_reflections + max_diffractions,
             slope_diffraction: self.slope_diffraction,
             dynamic_range_db: self.dynamic_range_db,
-            ..self.under(TraceConfig::default())?
+            ..self.under(TraceConfig::within(max_reflections, max_diffractions))?
         };
         config.validate().map_err(Fault::of)?;
         let range_db = config.dynamic_range_db.unwrap_or(f64::INFINITY);

@@ -105,6 +105,8 @@ impl Args {
             .called(profile)
             .fresh(self.fresh);
         if let Some(share) = self.tune {
+            let is_share = share > 0.0 && share.is_finite();
+            ensure!(is_share, "--tune is {share}: must be positive");
             let file = self.profile.path();
             bench.tune(share, &file, watch).map_err(advised)?;
             note!("written into '{}'; the next build takes it", file.display());
@@ -190,7 +192,9 @@ fn advised(error: Error) -> anyhow::Error {
     match error {
         Error::ForeignFolder(_) => anyhow!("{error}; give another --out"),
         Error::NoBudget => anyhow!("--tune is for a profile with a budget"),
-        Error::Share { .. } => anyhow!(error).context("--tune"),
+        Error::Share { share, budget_s } => {
+            anyhow!("--tune {share} leaves a training less than a millisecond of {budget_s} s")
+        }
         // Its advice is xtask's.
         Error::Library(error) => error.into(),
         error => error.into(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Subcommand;
 use map2aps::maps::NamedMaps;
-use map2aps::{Control, ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource};
+use map2aps::{ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource};
 
 use crate::args::{self, LabelArgs, Store, TileArgs};
 use crate::command_line;
@@ -103,11 +103,8 @@ impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            command: &command_line::own_without(&["--out"]),
-            ..Control::default()
-        };
+        let command = command_line::own_without(&["--out"]);
+        let control = bar.control(&command);
         let (out, imported) = match self.from {
             From::Propbin(args) => {
                 let stored = args::stored(&args.store);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use aps_data::Dataset;
 use map2aps::maps::NamedMaps;
-use map2aps::{Control, MapSource, SettingsError, Verify};
+use map2aps::{MapSource, SettingsError, Verify};
 
 use crate::args::TileArgs;
 use crate::progress::{self, Bar};
@@ -53,10 +53,7 @@ impl Args {
             seed: self.seed,
         };
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            ..Control::default()
-        };
+        let control = bar.control(&[]);
         let mut printed = Ok(());
         let verified = verify.run(&dataset, &control, &mut |finding| {
             let said = bar.suspend(|| say!("{finding}"));

@@ -1,4 +1,4 @@
-//! Settings that are there: the profiles.
+//! Profiles: complete settings that come with the program.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -105,7 +105,7 @@ impl FromStr for Profile {
 }
 
 impl Config {
-    /// The name of the profile whose sizes these are, whatever the maps, the seed and the choice of models; else `custom`.
+    /// The name of a profile if these are its settings, but for maps, seed, device, models and what comes from elsewhere; else `custom`.
     pub fn profile_name(&self, profile: Profile) -> &'static str {
         let own = profile.config();
         let same = Config {

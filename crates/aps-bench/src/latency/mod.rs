@@ -16,11 +16,12 @@ use terminals::{shares_ms, terminals_ms};
 /// Fewest and most repetitions of a measurement.
 const REPETITIONS: (usize, usize) = (3, 1000);
 
-/// Time of a model for each size of batch: images and spectra are timed apart, each until the device is done. The first
-/// pass is not counted.
+/// Time of a model a link, for each size of batch. The making of its input and the making of spectra are timed apart, each until the
+/// device is done; the first pass warms up and is not counted.
 ///
-/// Where links share what is made for their terminals, it is made before a pass, and its time is added: all of it to one link
-/// alone, a link's share of it to more of them. `fresh` makes an input that has prepared no terminal.
+/// An input may prepare each terminal once, for all links that have it. Then terminals are prepared before a pass, and timed apart on
+/// an input that knows none, which `fresh` makes. To a link that is asked for alone all of that time is added, else its share
+/// ([`terminals`]).
 pub fn of_model(
     model: &dyn Model,
     input: &dyn ModelInput,
@@ -72,7 +73,7 @@ pub fn of_model(
     config.batches.iter().map(measure).collect()
 }
 
-/// Times a link \[ms\] on the processor, nothing to build before.
+/// Run times from measured times a link \[ms\], of something that needs no input and runs on the processor.
 pub fn of_times(batch: usize, mut ms_per_link: Vec<f64>) -> Latency {
     Latency {
         batch,
@@ -83,12 +84,12 @@ pub fn of_times(batch: usize, mut ms_per_link: Vec<f64>) -> Latency {
     }
 }
 
-/// A time of several links as that of one \[ms\].
+/// The time of some links, divided by their number \[ms\].
 pub fn ms_per_link(time: Duration, links: usize) -> f64 {
     time.as_secs_f64() * 1e3 / links as f64
 }
 
-/// The smallest value that a share of all does not exceed; sorts them.
+/// The smallest of the values that is at least as large as `share` of them; sorts them.
 ///
 /// # Panics
 /// When there is none.

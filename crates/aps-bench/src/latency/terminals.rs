@@ -1,4 +1,4 @@
-//! Time of what links of one transmitter, or of one receiver, share.
+//! Time of preparing terminals, which all links of a terminal share.
 
 use std::collections::HashSet;
 use std::time::Instant;
@@ -8,20 +8,21 @@ use aps_model::condition::{Link, ModelInput};
 use super::ms_per_link;
 use crate::error::Result;
 
-/// Links of a transmitter, and of a receiver, that share what is made for it: those of a map of the paper's size.
+/// Number of links of a transmitter, and of a receiver, on a map of the paper's size: so many share its preparation.
 const SHARED_BY: [f64; 2] = [500.0, 100.0];
 
 /// Most transmitters, and receivers, whose preparation is timed for a size of batch.
 const TERMINALS: usize = 256;
 
-/// A link's part of the time for its transmitter and its receiver \[ms\].
+/// A link's share of the time for its transmitter and its receiver \[ms\]: all of it where links are asked for one by one.
 pub fn shares_ms(batch: usize, terminals_ms: [f64; 2]) -> f64 {
     let shared_by = if batch == 1 { [1.0; 2] } else { SHARED_BY };
     let shares = terminals_ms.iter().zip(shared_by);
     shares.map(|(ms, links)| ms / links).sum()
 }
 
-/// Mean time to prepare a transmitter, and a receiver, of some links \[ms\], so many at a time; `fresh` has prepared none.
+/// Mean time to prepare one transmitter, and one receiver, of some links \[ms\], when so many are prepared at once. The input `fresh`
+/// must not have prepared any.
 pub fn terminals_ms(fresh: &dyn ModelInput, links: &[Link], at_once: usize) -> Result<[f64; 2]> {
     let (of_transmitters, of_receivers) = one_new_end(links);
     // Every further link of a map shares its other end with these.
@@ -39,8 +40,8 @@ pub fn terminals_ms(fresh: &dyn ModelInput, links: &[Link], at_once: usize) -> R
     Ok([time(&of_transmitters)?, time(&of_receivers)?])
 }
 
-/// Links of which only the transmitter is new, and links of which only the receiver is, to an input that has seen the first link of each
-/// map with its ends exchanged: at most [`TERMINALS`] each, no terminal twice.
+/// Links by which single terminals can be timed, at most [`TERMINALS`] of each kind. The first have a new transmitter each, and the
+/// others a new receiver; their other end is one that an input knows which has seen the first link of each map with its ends exchanged.
 fn one_new_end(links: &[Link]) -> (Vec<Link>, Vec<Link>) {
     let firsts = |link: &Link| links.iter().find(|first| first.map == link.map);
     let place = |map: u32, end_m: [f64; 2]| (map, end_m.map(f64::to_bits));

@@ -28,13 +28,13 @@ fn times(rate: Option<f64>, factor: f64) -> Option<f64> {
     format!("{:.1e}", rate? * factor).parse().ok()
 }
 
-/// Factors of the rate that the grid found, tried again with more time: a few steps forgive a rate that a whole training does not.
+/// Factors of the rate that the grid found, tried with more time: a rate may be the best for a few steps and too high for many.
 const RATES_AGAIN: [f64; 3] = [1.0, 1.0 / 3.0, 0.1];
 
-/// Share of the budget of the second stage, in shares of the first.
+/// The second stage's share of the budget over the first one's.
 const LONGER: f64 = 5.0;
 
-/// Share of the budget of the second stage, the whole of it at most; none where the first has as much.
+/// The second stage's share of the budget, at most all of it. There is no second stage where the first has as much.
 pub fn longer(share: f64) -> Option<f64> {
     let longer = (share * LONGER).min(1.0);
     (longer > share).then_some(longer)

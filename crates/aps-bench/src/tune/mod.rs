@@ -16,7 +16,6 @@ use crate::benchmark::Benchmark;
 use crate::config::ModelConfig;
 use crate::error::{Error, Result};
 use crate::files::{claim_folder, read_json, write_json};
-use crate::model;
 use crate::summary::source;
 use crate::test_bed::TestBed;
 use crate::watch::{Event, Watch};
@@ -192,8 +191,7 @@ impl Search<'_> {
         if kept.is_file() {
             return Ok((read_json(&kept)?, steps));
         }
-        let trained = model::trained(&part, &plan, &bed.device)?;
-        let predicted = trained.predict(links.examples())?;
+        let predicted = bed.trained(&plan, &part)?.predict(links.examples())?;
         let table = links.score(&predicted, links.protocol.into())?;
         let cosine = table.mean(Metric::Cosine).ok_or(Error::NothingScored)?;
         write_json(&kept, &cosine)?;

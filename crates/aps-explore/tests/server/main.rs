@@ -222,11 +222,9 @@ fn slopes_are_those_of_the_tracer_and_of_the_command_line() {
     let with = post(port, "/api/link", &question).json();
     assert_ne!(with["link"], without["link"]);
     let config = TraceConfig {
-        max_diffractions: 2,
-        max_interactions: 4,
         dynamic_range_db: None,
         slope_diffraction: true,
-        ..TraceConfig::default()
+        ..TraceConfig::within(2, 2)
     };
     assert_eq!(with["link"], traced_with(&question, config));
     let words = command(port, &question).text();

@@ -1,8 +1,6 @@
 //! Size of the images: the same model, trained alike on images of another size.
 
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use aps_bench::{Config, Profile as Sizes, TestBed, Watch};
@@ -11,6 +9,7 @@ use aps_model::ModelKind;
 use aps_report::numbers::three_digits;
 use aps_report::trade::{Marked, Trade};
 use serde::Serialize;
+use xtask::interrupt::interrupt_flag;
 use xtask::note;
 use xtask_studies::{Profile, Study};
 
@@ -18,20 +17,6 @@ use crate::watch::Printer;
 
 /// The model under study: the simplest.
 const MODEL: ModelKind = ModelKind::ResnetMlp;
-
-/// Settings of the study.
-pub struct Setup {
-    /// Amount of measurement.
-    pub profile: Profile,
-    /// Maps to learn from.
-    pub maps: String,
-    /// Seed of everything drawn.
-    pub seed: u64,
-    /// Folder of data and weights.
-    pub work: PathBuf,
-    /// Set by Ctrl-C.
-    pub interrupted: Arc<AtomicBool>,
-}
 
 #[derive(Debug, Serialize)]
 struct Row {
@@ -45,13 +30,18 @@ struct Row {
     mse: f64,
 }
 
-/// Measures.
-pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
-    let profile = setup.profile;
+/// Measures, on models that learn of `maps`; the data set and the trained models are kept in `work`.
+pub fn study(
+    profile: Profile,
+    seed: u64,
+    maps: &str,
+    work: &Path,
+    study: &mut Study,
+) -> Result<()> {
     let sizes: &[usize] = profile.choose(&[32, 64], &[32, 64, 128, 256]);
     let mut config = profile.choose(Sizes::Smoke, Sizes::Quick).config();
-    config.seed = setup.seed;
-    config.data.maps.clone_from(&setup.maps);
+    config.seed = seed;
+    config.data.maps = maps.into();
     config.model.clear();
     config.data.train_maps = profile.choose(2, 10);
     config.training.links = Some(profile.choose(64, 1500));
@@ -64,14 +54,14 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let printer = Printer::default();
     let watch = Watch {
         observer: &printer,
-        cancel: &setup.interrupted,
+        cancel: &*interrupt_flag()?,
     };
-    let bed = TestBed::open(&config, setup.work.join("data"), watch)?;
+    let bed = TestBed::open(&config, work.join("data"), watch)?;
     let mut rows = Vec::new();
     for &pixels in sizes {
         config.training.all.image_size = Some(pixels);
         note!("{MODEL} on images of {pixels} x {pixels}");
-        let folder = setup.work.join(format!("{MODEL}-{pixels}"));
+        let folder = work.join(format!("{MODEL}-{pixels}"));
         let measured = bed.measure(&config, MODEL, folder, watch)?;
         let latency = measured.latency.first().context("a time was taken")?;
         let mean = |metric| measured.scores.mean(metric).context("it was scored");
