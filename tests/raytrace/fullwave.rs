@@ -9,12 +9,9 @@ const FLOOR: f64 = 1e-4;
 
 fn limits(reflections: usize, diffractions: usize, slope_diffraction: bool) -> TraceConfig {
     TraceConfig {
-        max_reflections: reflections,
-        max_diffractions: diffractions,
-        max_interactions: reflections + diffractions,
         slope_diffraction,
         dynamic_range_db: None,
-        ..TraceConfig::default()
+        ..TraceConfig::within(reflections, diffractions)
     }
 }
 

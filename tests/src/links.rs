@@ -96,11 +96,8 @@ pub fn with_chains() -> TraceConfig {
 pub fn one_of_each(material: Material) -> TraceConfig {
     TraceConfig {
         material,
-        max_reflections: 1,
-        max_diffractions: 1,
-        max_interactions: 2,
         dynamic_range_db: None,
         max_fallback_diffractions: 0,
-        ..TraceConfig::default()
+        ..TraceConfig::within(1, 1)
     }
 }

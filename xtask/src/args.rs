@@ -1,104 +1,21 @@
 //! Arguments that several commands share, and how their values are read.
 
-use std::fmt;
-use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::error::Error;
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::Result;
 use aps_data::{Access, Part, Stored};
-use aps_label::{Array, LabelConfig, Protocol};
+use aps_label::{ArrayForm, HEADINGS_DEG, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, Scene, TraceConfig};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, ValueEnum};
-use map2aps::maps::{self, TileSettings};
+use map2aps::maps::{self, NamedMaps, TileSettings};
 use map2aps::{MapSource, SceneSettings};
-use serde::Deserialize;
 use serde_json::Value;
 
 use crate::note;
-
-/// A value of `--maps`.
-#[derive(Debug, Clone)]
-pub enum MapsArg {
-    /// `DIR`: RadioMapSeer files.
-    Folder(PathBuf),
-    /// A file that is there, or has the name of one (`.geojson`): a city.
-    City(PathBuf),
-    /// `synthetic` or `synthetic:N`.
-    Synthetic {
-        /// Number of maps, if one is asked for.
-        count: Option<u32>,
-    },
-}
-
-impl FromStr for MapsArg {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let is_geojson = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("geojson");
-        let path = Path::new(text);
-        match text.split_once(':') {
-            None if text == "synthetic" => Ok(Self::Synthetic { count: None }),
-            Some(("synthetic", count)) => match count.parse() {
-                Ok(count) if count > 0 => Ok(Self::Synthetic { count: Some(count) }),
-                _ => Err(format!(
-                    "'{count}' is not a number of maps; try synthetic:10"
-                )),
-            },
-            _ if path.is_file() || path.extension().is_some_and(is_geojson) => {
-                Ok(Self::City(path.into()))
-            }
-            _ => Ok(Self::Folder(path.into())),
-        }
-    }
-}
-
-impl fmt::Display for MapsArg {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Folder(path) | Self::City(path) => write!(f, "{}", path.display()),
-            Self::Synthetic { .. } => write!(f, "synthetic city"),
-        }
-    }
-}
-
-impl MapsArg {
-    /// Opens the maps, of synthetic cities so many unless a number is asked for; a city is read, cut into tiles and
-    /// described.
-    ///
-    /// # Errors
-    /// A city that cannot be read or holds no map.
-    pub fn open(&self, tiles: TileSettings, synthetic: u32) -> Result<MapSource> {
-        Ok(match self {
-            Self::Folder(folder) => MapSource::Folder(folder.clone()),
-            Self::City(file) => {
-                let maps = MapSource::geojson(file, tiles)?;
-                if let MapSource::City(city) = &maps {
-                    note!("{city}");
-                }
-                maps
-            }
-            Self::Synthetic { count } => MapSource::Synthetic {
-                count: count.unwrap_or(synthetic),
-            },
-        })
-    }
-
-    /// Opens the maps that a data set was made of; a city is cut by the settings in its `configuration`.
-    ///
-    /// # Errors
-    /// As [`MapsArg::open`], and a city of another data set.
-    pub fn open_for(&self, configuration: &Value, tiles: &TileArgs) -> Result<MapSource> {
-        let maps = self.open(tiles.over(TileSettings::of_dataset(configuration)), 0)?;
-        // Maps of other sources are compared by their buildings, map by map.
-        if let Self::City(_) = self {
-            maps.must_be_of(configuration)
-                .map_err(map2aps::Error::from)?;
-        }
-        Ok(maps)
-    }
-}
 
 /// Settings by which a city in GeoJSON becomes maps.
 #[derive(Debug, Clone, Args)]
@@ -129,6 +46,30 @@ impl TileArgs {
         self.over(TileSettings::default())
     }
 
+    /// Opens maps of one's own, of synthetic cities so many unless a number is asked for; a city is described.
+    ///
+    /// # Errors
+    /// A city that cannot be read or holds no map.
+    pub fn open(&self, maps: &NamedMaps, synthetic: u32) -> Result<MapSource> {
+        described(maps.open(self.settings(), synthetic)?)
+    }
+
+    /// Opens the maps that a data set was made of; a city is cut by the settings in its `configuration`.
+    ///
+    /// # Errors
+    /// As [`TileArgs::open`], and a city of another data set.
+    pub fn open_for(&self, maps: &NamedMaps, configuration: &Value) -> Result<MapSource> {
+        let tiles = self.over(TileSettings::of_dataset(configuration));
+        let source = described(maps.open(tiles, 0)?)?;
+        // Maps of other sources are compared by their buildings, map by map.
+        if let MapSource::City(_) = source {
+            source
+                .must_be_of(configuration)
+                .map_err(map2aps::Error::from)?;
+        }
+        Ok(source)
+    }
+
     /// The settings given, and others where none are.
     fn over(&self, others: TileSettings) -> TileSettings {
         TileSettings {
@@ -139,6 +80,14 @@ impl TileArgs {
             corner: self.corner.map(DVec2::into).or(others.corner),
         }
     }
+}
+
+/// Tells what a city was cut into.
+fn described(maps: MapSource) -> Result<MapSource> {
+    if let MapSource::City(city) = &maps {
+        note!("{city}");
+    }
+    Ok(maps)
 }
 
 /// Settings of the scenes made from maps.
@@ -310,7 +259,7 @@ pub struct TraceArgs {
     pub frequency_hz: f64,
     /// Walls: concrete (ITU-R P.2040), pec (perfect conductor), or EPS,SIGMA
     /// (relative permittivity, conductivity in S/m).
-    #[arg(long, default_value = "concrete", value_parser = parse_material)]
+    #[arg(long, default_value = "concrete")]
     pub material: Material,
 }
 
@@ -357,55 +306,31 @@ pub fn stored(named: &[Store]) -> Stored {
     }
 }
 
-/// Forms of the receiving array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ArrayForm {
-    /// Uniform and linear: sees a direction and its mirror image alike.
-    Ula,
-    /// Uniform and circular: sees every direction for itself.
-    Uca,
+/// Parser of `--array`.
+fn forms() -> impl TypedValueParser<Value = ArrayForm> {
+    named(ArrayForm::ALL.map(|form| {
+        PossibleValue::new(form.name()).help(match form {
+            ArrayForm::Ula => "Uniform and linear: sees a direction and its mirror image alike",
+            ArrayForm::Uca => "Uniform and circular: sees every direction for itself",
+        })
+    }))
 }
 
-impl ArrayForm {
-    /// The array of this form; neighbours on a circle are `spacing_wavelengths` apart along its arc.
-    pub fn array(self, elements: usize, spacing_wavelengths: f64) -> Array {
-        match self {
-            Self::Ula => Array::UniformLinear {
-                elements,
-                spacing_wavelengths,
-            },
-            Self::Uca => Array::UniformCircular {
-                elements,
-                radius_wavelengths: elements as f64 * spacing_wavelengths / std::f64::consts::TAU,
-            },
-        }
-    }
-
-    /// Form, elements and spacing \[wavelengths\] of an array.
-    fn of(array: Array) -> (Self, usize, f64) {
-        match array {
-            Array::UniformCircular {
-                elements,
-                radius_wavelengths,
-            } => {
-                let spacing = std::f64::consts::TAU * radius_wavelengths / elements as f64;
-                (Self::Uca, elements, spacing)
-            }
-            Array::UniformLinear {
-                elements,
-                spacing_wavelengths,
-            } => (Self::Ula, elements, spacing_wavelengths),
-            _ => (Self::Ula, 16, 0.5),
-        }
-    }
+/// Parser of a value that has one of some names.
+pub fn named<T>(
+    names: impl IntoIterator<Item = impl Into<PossibleValue>>,
+) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err: Into<Box<dyn Error + Send + Sync>>> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
 }
 
 /// Array and bandwidth of labels; what is not given stays as it is.
 #[derive(Debug, Clone, Args)]
 pub struct ArrayArgs {
     /// Form of the array [default: that of the data set, or ula].
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = forms())]
     array: Option<ArrayForm>,
     /// Elements of the array [default: those of the data set, or 16].
     #[arg(long, alias = "kernel-n")]
@@ -422,7 +347,7 @@ impl ArrayArgs {
     /// The settings given, and others where none are.
     pub fn over(&self, own: &LabelConfig) -> LabelConfig {
         let is_asked = self.array.is_some() || self.elements.is_some() || self.spacing.is_some();
-        let (form, elements, spacing) = ArrayForm::of(own.array);
+        let (form, elements, spacing) = own.array.parts();
         let form = self.array.unwrap_or(form);
         let asked = form.array(
             self.elements.unwrap_or(elements),
@@ -459,18 +384,12 @@ impl LabelArgs {
 
 /// Reads `X,Y` in metres.
 pub fn parse_point(text: &str) -> Result<DVec2, String> {
-    parse_pair(text).map(|(x, y)| DVec2::new(x, y))
+    let number = |text: &str| text.trim().parse().ok();
+    let point = text
+        .split_once(',')
+        .and_then(|(x, y)| Some(DVec2::new(number(x)?, number(y)?)));
+    point.ok_or_else(|| format!("'{text}' is not a pair of numbers like 12.5,40"))
 }
-
-fn parse_pair(text: &str) -> Result<(f64, f64), String> {
-    let wrong = || format!("'{text}' is not a pair of numbers like 12.5,40");
-    let (x, y) = text.split_once(',').ok_or_else(wrong)?;
-    let number = |s: &str| s.trim().parse::<f64>().map_err(|_| wrong());
-    Ok((number(x)?, number(y)?))
-}
-
-/// Headings of an array that are taken \[deg\].
-pub const HEADINGS_DEG: RangeInclusive<f64> = -360.0..=360.0;
 
 /// Reads a heading in degrees.
 pub fn parse_heading(text: &str) -> Result<f64, String> {
@@ -478,25 +397,4 @@ pub fn parse_heading(text: &str) -> Result<f64, String> {
     let heading_deg = text.parse::<f64>().ok();
     let heading_deg = heading_deg.filter(|deg| HEADINGS_DEG.contains(deg));
     heading_deg.ok_or_else(|| format!("'{text}' is no heading in degrees, from {least} to {most}"))
-}
-
-/// Reads `concrete`, `pec` or `EPS,SIGMA`, as `--material` does.
-///
-/// # Errors
-/// Another text, and values that no material has.
-pub fn parse_material(text: &str) -> Result<Material, String> {
-    match text {
-        "concrete" => Ok(Material::Concrete),
-        "pec" => Ok(Material::PerfectConductor),
-        _ => {
-            let (relative_permittivity, conductivity_s_per_m) = parse_pair(text)
-                .map_err(|_| format!("'{text}' is none of concrete, pec, EPS,SIGMA"))?;
-            Material::Dielectric {
-                relative_permittivity,
-                conductivity_s_per_m,
-            }
-            .validate()
-            .map_err(|e| e.to_string())
-        }
-    }
 }

@@ -1,7 +1,7 @@
 //! The runner behind `cargo xtask`: its command line and what it prints. The work is done by `map2aps`.
 //!
-//! A library, so that the programs that are built only when they are asked for (packages `xtask-models` and
-//! `xtask-studies`) print and read arguments alike.
+//! A library, so that the programs that are built only when they are asked for (packages `xtask-models`,
+//! `xtask-studies` and `xtask-explore`) print and read arguments alike.
 
 // Both panic when the reader has gone away: see [`output`].
 #![warn(clippy::print_stdout, clippy::print_stderr)]
@@ -21,7 +21,5 @@ pub mod progress;
 mod source;
 mod summary;
 
-pub use args::{
-    ArrayForm, HEADINGS_DEG, IdList, MapsArg, PartName, SceneArgs, TileArgs, parse_material,
-};
+pub use args::{IdList, PartName, SceneArgs, TileArgs, named};
 pub use progress::use_threads;

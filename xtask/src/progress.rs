@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use map2aps::{Progress, Work};
+use map2aps::{Control, Progress, Work};
 
 use crate::note;
 
@@ -30,6 +30,15 @@ pub fn bar_of(count: u64, template: &str) -> ProgressBar {
 pub struct Bar(OnceLock<ProgressBar>);
 
 impl Bar {
+    /// Control of an operation that shows this bar, and that `command` continues.
+    pub fn control<'a>(&'a self, command: &'a [String]) -> Control<'a> {
+        Control {
+            progress: self,
+            command,
+            ..Control::default()
+        }
+    }
+
     /// Removes the bar.
     pub fn clear(&self) {
         if let Some(bar) = self.0.get() {

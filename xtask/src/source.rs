@@ -8,10 +8,11 @@ use aps_label::LabelConfig;
 use aps_raytrace::glam::DVec2;
 use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
+use map2aps::maps::NamedMaps;
 use map2aps::{LinkMap, LinkSource, settings};
 use serde_json::Value;
 
-use crate::args::{MapsArg, TileArgs};
+use crate::args::TileArgs;
 
 /// A data set, and the maps it was made from where they are at hand.
 pub struct Source {
@@ -27,7 +28,7 @@ pub struct SourceMap {
 
 impl Source {
     /// Opens a data set. Without `maps` its own are used if they were synthetic; a city is cut as it was.
-    pub fn open(folder: &Path, maps: Option<&MapsArg>, tiles: &TileArgs) -> Result<Self> {
+    pub fn open(folder: &Path, maps: Option<&NamedMaps>, tiles: &TileArgs) -> Result<Self> {
         let place = || format!("data set '{}'", folder.display());
         let dataset = Dataset::open(folder).with_context(place)?;
         let configuration = &dataset.manifest().configuration;
@@ -36,7 +37,7 @@ impl Source {
             true => settings::label_of(configuration).with_context(place)?,
             false => LabelConfig::default(),
         };
-        let maps = maps.map(|maps| maps.open_for(configuration, tiles));
+        let maps = maps.map(|maps| tiles.open_for(maps, configuration));
         let maps = maps.transpose().with_context(place)?;
         let links = LinkSource::new(dataset, maps).with_context(place)?;
         Ok(Self { links, label })

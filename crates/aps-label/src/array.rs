@@ -1,5 +1,8 @@
 //! Receiving arrays and their response to one plane wave.
 
+use std::f64::consts::TAU;
+use std::str::FromStr;
+
 use crate::ConfigError;
 use crate::config::{MAX_ELEMENTS, MAX_WAVELENGTHS};
 use crate::trig::{cos_pi, sin_pi};
@@ -74,13 +77,30 @@ impl Array {
                 let n = elements as f64;
                 let (mut re, mut im) = (0.0, 0.0);
                 for m in 0..elements {
-                    let phi = std::f64::consts::TAU * m as f64 / n;
+                    let phi = TAU * m as f64 / n;
                     let half_turns =
                         -4.0 * radius_wavelengths * libm::sin(half_sum - phi) * half_difference;
                     re += cos_pi(half_turns);
                     im += sin_pi(half_turns);
                 }
                 (re * re + im * im) / (n * n)
+            }
+        }
+    }
+
+    /// Form, elements and spacing \[wavelengths\], as [`ArrayForm::array`] takes them.
+    pub fn parts(&self) -> (ArrayForm, usize, f64) {
+        match *self {
+            Self::UniformLinear {
+                elements,
+                spacing_wavelengths,
+            } => (ArrayForm::Ula, elements, spacing_wavelengths),
+            Self::UniformCircular {
+                elements,
+                radius_wavelengths,
+            } => {
+                let spacing_wavelengths = TAU * radius_wavelengths / elements as f64;
+                (ArrayForm::Uca, elements, spacing_wavelengths)
             }
         }
     }
@@ -103,6 +123,64 @@ impl Array {
             return Err(ConfigError::Wavelengths { field, value });
         }
         Ok(())
+    }
+}
+
+/// Form of an array, for settings that tell it apart from elements and spacing.
+///
+/// ```
+/// use aps_label::{Array, ArrayForm};
+///
+/// let form: ArrayForm = "ula".parse()?;
+/// let array = form.array(16, 0.5);
+/// assert_eq!(array, Array::UniformLinear { elements: 16, spacing_wavelengths: 0.5 });
+/// assert_eq!(array.parts(), (ArrayForm::Ula, 16, 0.5));
+/// # Ok::<(), aps_label::ConfigError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+pub enum ArrayForm {
+    /// Uniform and linear: sees a direction and its mirror image alike.
+    Ula,
+    /// Uniform and circular: sees every direction for itself.
+    Uca,
+}
+
+impl ArrayForm {
+    /// Both forms.
+    pub const ALL: [Self; 2] = [Self::Ula, Self::Uca];
+
+    /// `ula` or `uca`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ula => "ula",
+            Self::Uca => "uca",
+        }
+    }
+
+    /// The array of this form; neighbours on a circle are `spacing_wavelengths` apart along its arc.
+    pub fn array(self, elements: usize, spacing_wavelengths: f64) -> Array {
+        match self {
+            Self::Ula => Array::UniformLinear {
+                elements,
+                spacing_wavelengths,
+            },
+            Self::Uca => Array::UniformCircular {
+                elements,
+                radius_wavelengths: elements as f64 * spacing_wavelengths / TAU,
+            },
+        }
+    }
+}
+
+impl FromStr for ArrayForm {
+    type Err = ConfigError;
+
+    /// Reads `ula` or `uca`.
+    fn from_str(name: &str) -> Result<Self, ConfigError> {
+        let found = Self::ALL.into_iter().find(|form| form.name() == name);
+        found.ok_or_else(|| ConfigError::ArrayForm(name.into()))
     }
 }
 

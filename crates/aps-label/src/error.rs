@@ -20,6 +20,9 @@ pub enum ConfigError {
         /// The number given.
         elements: usize,
     },
+    /// A name of no form of array.
+    #[error("'{0}' is no form of an array; ula and uca are")]
+    ArrayForm(String),
     /// The spacing or the radius of the array is not a usable length.
     #[error(
         "{field} = {value}: must be positive and at most {max} wavelengths",

@@ -92,14 +92,14 @@ mod response;
 mod select;
 mod trig;
 
-pub use array::Array;
+pub use array::{Array, ArrayForm};
 pub use axis::Axis;
 pub use config::{DelayAxis, LabelConfig};
 pub use error::{ConfigError, PathError};
 pub use label::{Label, Labeler, Scratch, Status};
 pub use moments::{MeanStd, Moments};
 pub use normalize::{Normalization, NormalizationError, SAMPLE_EPSILON, relative_power};
-pub use paths::PathSample;
+pub use paths::{HEADINGS_DEG, PathSample};
 pub use protocol::{ParseProtocolError, Protocol};
 
 /// Number of angle bins of an APS, in both protocols.

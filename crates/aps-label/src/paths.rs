@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 use std::f64::consts::{PI, TAU};
+use std::ops::RangeInclusive;
 
 use crate::protocol::Protocol;
 use crate::{MAX_DELAY_S, NEGLIGIBLE_DB, PathError};
@@ -18,6 +19,9 @@ pub struct PathSample {
     /// 20 log10|a| \[dB\], the negative of the path loss.
     pub gain_db: f64,
 }
+
+/// Headings of an array that settings may ask for \[deg\]: a turn to either side says everything.
+pub const HEADINGS_DEG: RangeInclusive<f64> = -360.0..=360.0;
 
 impl PathSample {
     /// The path as an array turned by `heading_rad`, counter-clockwise, sees it: its azimuth counted from that direction, from

@@ -13,6 +13,7 @@
 //!   overall and for each map;
 //! - [`Scorer`] gives the [`SampleScores`] of a single pair of spectra;
 //! - [`Bootstrap`] tells how far a mean over links of few maps can be trusted;
+//! - [`LevelDistance`] compares two spectra in decibels;
 //! - [`PeakFinder`] finds peaks as `scipy.signal.find_peaks` does, and on a ring;
 //!   [`spectrum_peaks`] tells the dominant ones.
 //!
@@ -64,6 +65,7 @@ mod distribution;
 mod dominant;
 mod error;
 mod evaluation;
+mod level;
 mod metric;
 mod peaks;
 mod pointwise;
@@ -78,6 +80,7 @@ pub use distribution::Distribution;
 pub use dominant::{SpectrumPeaks, spectrum_peaks};
 pub use error::{Defect, Error, Shape, Side};
 pub use evaluation::{Evaluation, RejectedSample, ScoredSample};
+pub use level::{LEVEL_FLOOR_DB, LevelDistance};
 pub use metric::{Better, Metric};
 pub use peaks::{Peak, PeakFinder, Topology};
 pub use protocol::{

@@ -78,16 +78,24 @@ impl Default for TraceConfig {
 }
 
 impl TraceConfig {
+    /// The default with other limits on the reflections and on the diffractions of a path, and none on their sum.
+    #[must_use]
+    pub fn within(max_reflections: usize, max_diffractions: usize) -> Self {
+        Self {
+            max_reflections,
+            max_diffractions,
+            max_interactions: max_reflections.saturating_add(max_diffractions),
+            ..Self::default()
+        }
+    }
+
     /// Five reflections, two diffractions, paths within 30 dB of the strongest: labels that more orders and weaker paths change
     /// by less than 1 dB in the mean, on maps of the paper (`cargo xtask report --study tracer`).
     #[must_use]
     pub fn converged() -> Self {
         Self {
-            max_reflections: 5,
-            max_diffractions: 2,
-            max_interactions: 7,
             dynamic_range_db: Some(30.0),
-            ..Self::default()
+            ..Self::within(5, 2)
         }
     }
 
@@ -95,12 +103,9 @@ impl TraceConfig {
     #[must_use]
     pub fn reflections_only(max_reflections: usize) -> Self {
         Self {
-            max_reflections,
-            max_diffractions: 0,
-            max_interactions: max_reflections,
             dynamic_range_db: None,
             max_fallback_diffractions: 0,
-            ..Self::default()
+            ..Self::within(max_reflections, 0)
         }
     }
 

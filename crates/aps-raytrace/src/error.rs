@@ -100,6 +100,9 @@ pub enum ConfigError {
         /// Conductivity \[S/m\].
         conductivity_s_per_m: f64,
     },
+    /// Text that names no material.
+    #[error("'{0}' is none of concrete, pec, EPS,SIGMA")]
+    UnknownMaterial(String),
     /// An interaction limit beyond the number that records hold.
     #[error("{name} = {value} is above the limit of {limit}")]
     TooManyInteractions {

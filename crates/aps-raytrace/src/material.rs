@@ -1,6 +1,7 @@
 //! Materials of walls, and their effect on a reflected wave.
 
 use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 use num_complex::Complex64;
 
@@ -114,6 +115,39 @@ impl Material {
         let loss = sigma / (omega * VACUUM_PERMITTIVITY_F_PER_M);
         Reflector {
             permittivity: Some(Complex64::new(eps, -loss)),
+        }
+    }
+}
+
+impl FromStr for Material {
+    type Err = ConfigError;
+
+    /// Reads `concrete`, `pec` (perfect conductor) or `EPS,SIGMA`: relative permittivity and conductivity \[S/m\].
+    ///
+    /// ```
+    /// use aps_raytrace::Material;
+    ///
+    /// assert_eq!("pec".parse(), Ok(Material::PerfectConductor));
+    /// let brick = Material::Dielectric { relative_permittivity: 3.91, conductivity_s_per_m: 0.0238 };
+    /// assert_eq!("3.91,0.0238".parse(), Ok(brick));
+    /// assert!("gold".parse::<Material>().is_err() && "NaN,1".parse::<Material>().is_err());
+    /// ```
+    fn from_str(text: &str) -> Result<Self, ConfigError> {
+        let number = |text: &str| text.trim().parse().ok();
+        match text {
+            "concrete" => Ok(Self::Concrete),
+            "pec" => Ok(Self::PerfectConductor),
+            _ => text
+                .split_once(',')
+                .and_then(|(eps, sigma)| number(eps).zip(number(sigma)))
+                .ok_or_else(|| ConfigError::UnknownMaterial(text.into()))
+                .and_then(|(relative_permittivity, conductivity_s_per_m)| {
+                    let values = Self::Dielectric {
+                        relative_permittivity,
+                        conductivity_s_per_m,
+                    };
+                    values.validate()
+                }),
         }
     }
 }

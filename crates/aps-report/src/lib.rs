@@ -6,13 +6,15 @@
 //! - [`document`]: sections, tables, figures and verdicts, written as HTML or as Markdown;
 //! - [`explain`]: a page that tells which path makes which lobe of a spectrum;
 //! - [`gallery`]: links of a data set to look at, and statistics over many;
-//! - [`benchmark`]: results of models, and the document made of them.
+//! - [`benchmark`]: results of models, and the document made of them;
+//! - [`command_line`]: commands of the runner as one would type them.
 //!
 //! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas and paths, of the data set its
 //! table of paths, of the labels their formula and angles; it knows no map file and no model.
 
 pub mod benchmark;
 pub mod chart;
+pub mod command_line;
 pub mod document;
 pub mod drawing;
 mod error;

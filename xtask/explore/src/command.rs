@@ -1,11 +1,9 @@
 //! The command line.
 
-use anyhow::{Context, Result};
-use map2aps::MapSource;
-use xtask::{MapsArg, SceneArgs, TileArgs, say};
-
-use crate::stock::Maps;
-use crate::{App, Server, Stock};
+use anyhow::Result;
+use aps_explore::{Maps, Server};
+use map2aps::maps::NamedMaps;
+use xtask::{SceneArgs, TileArgs, say};
 
 /// Synthetic cities in the list unless a number is asked for.
 const CITIES: u32 = 10;
@@ -17,7 +15,7 @@ const CITIES: u32 = 10;
 pub struct Args {
     /// A folder of RadioMapSeer files, a city in a GeoJSON file, or synthetic[:N].
     #[arg(long, default_value = "synthetic")]
-    maps: MapsArg,
+    maps: NamedMaps,
     /// Port of the page; 0 takes a free one.
     #[arg(long, default_value_t = 0)]
     port: u16,
@@ -36,12 +34,10 @@ impl Args {
     /// # Errors
     /// Maps that cannot be read, and a port that is taken.
     pub fn run(self) -> Result<()> {
-        let source: MapSource = self.maps.open(self.tiles.settings(), CITIES)?;
+        let source = self.tiles.open(&self.maps, CITIES)?;
         let maps = Maps::new(source, self.seed, self.scene.settings())?;
-        let server = Server::bind(App::new(Stock::new(maps)?)?, self.port);
-        let server = server.with_context(|| format!("cannot listen on port {}", self.port))?;
+        let server = Server::bind(maps, self.port)?;
         say!("http://{}/", server.address())?;
-        server.serve()?;
-        Ok(())
+        Ok(server.serve()?)
     }
 }

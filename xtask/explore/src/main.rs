@@ -1,9 +1,15 @@
 //! The command `explore` of `cargo xtask`. The runner builds and starts this program when it is asked for.
 
+// Brackets in the comments of arguments are units in the help that clap makes of them.
+#![allow(rustdoc::broken_intra_doc_links)]
+// Both panic when the reader has gone away: see `xtask::output`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+mod command;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use xtask_explore::command;
 
 /// Links live in a browser.
 #[derive(Debug, Parser)]

@@ -1,45 +1,45 @@
 //! Devices and models on the command line.
 
+use aps_bench::Profile;
 use aps_model::ModelKind;
 use aps_model::condition::Frame;
 use aps_model::train::Precision;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, TypedValueParser};
 use map2aps::training::Device;
+use xtask::named;
 
 /// Parser of `--device`.
 pub fn devices() -> impl TypedValueParser<Value = Device> {
-    let value = |device: Device| {
+    named(Device::ALL.map(|device| {
         PossibleValue::new(device.name()).help(match device {
             Device::Cpu => "The processor",
             Device::Cuda => "The first NVIDIA GPU",
             Device::Metal => "The first Apple GPU",
         })
-    };
-    let parser = PossibleValuesParser::new(Device::ALL.map(value));
-    parser.try_map(|name| name.parse::<Device>())
+    }))
 }
 
 /// Parser of a model's name.
 pub fn models() -> impl TypedValueParser<Value = ModelKind> {
-    let value = |kind: ModelKind| PossibleValue::new(kind.name()).help(kind.title());
-    let parser = PossibleValuesParser::new(ModelKind::ALL.map(value));
-    parser.try_map(|name| name.parse::<ModelKind>())
+    named(ModelKind::ALL.map(|kind| PossibleValue::new(kind.name()).help(kind.title())))
+}
+
+/// Parser of `--profile`.
+pub fn profiles() -> impl TypedValueParser<Value = Profile> {
+    named(Profile::ALL.map(|profile| PossibleValue::new(profile.name()).help(profile.purpose())))
 }
 
 /// Parser of `--precision`.
 pub fn precisions() -> impl TypedValueParser<Value = Precision> {
-    let value = |precision: Precision| {
+    named(Precision::ALL.map(|precision| {
         PossibleValue::new(precision.name()).help(match precision {
             Precision::Full => "Everything in f32",
             Precision::Mixed => "Activations and factors of products in bf16, all else in f32",
         })
-    };
-    let parser = PossibleValuesParser::new(Precision::ALL.map(value));
-    parser.try_map(|name| name.parse::<Precision>())
+    }))
 }
 
 /// Parser of `--frame`.
 pub fn frames() -> impl TypedValueParser<Value = Frame> {
-    let parser = PossibleValuesParser::new(Frame::ALL.map(Frame::name));
-    parser.try_map(|name| name.parse::<Frame>())
+    named(Frame::ALL.map(Frame::name))
 }

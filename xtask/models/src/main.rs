@@ -12,6 +12,7 @@ mod predict;
 mod run;
 mod study;
 mod train;
+mod watch;
 
 use std::process::ExitCode;
 

@@ -12,12 +12,13 @@ use aps_data::{Part, PartialFile};
 use aps_model::condition::{ConditionConfig, InputKind};
 use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::ProgressBar;
+use map2aps::maps::NamedMaps;
 use map2aps::targets::{self, Target};
 use map2aps::training::{self, Device, Trained, TrainingError};
 use map2aps::{Examples, MapError};
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::bar_of;
-use xtask::{MapsArg, PartName, TileArgs, note};
+use xtask::{PartName, TileArgs, note};
 
 use crate::choices::devices;
 
@@ -55,7 +56,7 @@ pub struct Args {
     /// Maps that the data set was made from, for polar_reg: a folder of RadioMapSeer files, or a city in GeoJSON. Synthetic
     /// cities need not be given.
     #[arg(long, conflicts_with = "input")]
-    maps: Option<MapsArg>,
+    maps: Option<NamedMaps>,
     #[command(flatten)]
     tiles: TileArgs,
     /// Condition images: .npy file.
@@ -117,7 +118,7 @@ impl Args {
     fn of_dataset(&self, root: &Path, trained: Trained) -> Result<()> {
         let dataset = training::open(root)?;
         let configuration = &dataset.manifest().configuration;
-        let open = |maps: &MapsArg| maps.open_for(configuration, &self.tiles);
+        let open = |maps: &NamedMaps| self.tiles.open_for(maps, configuration);
         let trained = trained.with_maps(self.maps.as_ref().map(open).transpose()?);
         let (.., target) = targets::learning_target(&dataset)?;
         let trained = &trained.for_targets(target);

@@ -24,6 +24,20 @@ pub fn train(
     cancel: &AtomicBool,
 ) -> Result<Run> {
     let mut run = plan.prepare(dataset, folder, resume)?;
+    let bar = Bar::begin(plan, &run);
+    let control = Control {
+        progress: &bar,
+        cancel,
+        ..Control::default()
+    };
+    let made = run.train(&control);
+    bar.end(made.is_ok());
+    made?;
+    Ok(run)
+}
+
+/// Tells what begins.
+fn announce(plan: &Training, run: &Run) {
     let (settings, trainer) = (run.settings(), run.trainer());
     if let Some(report) = run.initial_weights() {
         note!("initial weights: {}: {report}", plan.initial);
@@ -62,20 +76,6 @@ pub fn train(
         };
         note!("targets: {}{ways}", place(held.targets));
     }
-    let bar = Bar::new(&run);
-    let control = Control {
-        progress: &bar,
-        cancel,
-        ..Control::default()
-    };
-    match run.train(&control) {
-        Ok(()) => bar.0.finish_and_clear(),
-        Err(error) => {
-            bar.0.abandon();
-            return Err(error.into());
-        }
-    }
-    Ok(run)
 }
 
 /// Prints the scores of the best weights beside those of the mean training spectrum.
@@ -99,18 +99,28 @@ pub fn print_scores(run: &Run, folder: &RunFolder) -> Result<()> {
 }
 
 /// Shows the share of the budget that is spent.
-struct Bar(ProgressBar);
+pub struct Bar(ProgressBar);
 
 /// Parts of a budget that a bar counts.
 const PARTS: f64 = 1e4;
 
 impl Bar {
-    fn new(run: &Run) -> Self {
+    /// The bar of a training, which is announced.
+    pub fn begin(plan: &Training, run: &Run) -> Self {
+        announce(plan, run);
         let bar = bar_of(PARTS as u64, "[{bar:30}] {percent} %, {eta} left, {msg}");
         // What an earlier run did does not count for the speed.
         bar.set_position((run.trainer().share() * PARTS) as u64);
         bar.reset_eta();
         Self(bar)
+    }
+
+    /// Removes the bar, or leaves it where the training broke off.
+    pub fn end(&self, is_whole: bool) {
+        match is_whole {
+            true => self.0.finish_and_clear(),
+            false => self.0.abandon(),
+        }
     }
 }
 

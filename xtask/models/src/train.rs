@@ -11,12 +11,13 @@ use aps_model::condition::{Frame, InputKind};
 use aps_model::train::{Precision, TrainConfig};
 use aps_model::{ModelKind, Preset};
 use map2aps::MapError;
+use map2aps::maps::NamedMaps;
 use map2aps::training::{
     self, DevelopmentMaps, Device, InitialWeights, RunFolder, Selection, Training, TrainingError,
     usual_image_size,
 };
+use xtask::TileArgs;
 use xtask::interrupt::interrupt_flag;
-use xtask::{MapsArg, TileArgs};
 
 use crate::choices::{devices, frames, models, precisions};
 use crate::run;
@@ -50,7 +51,7 @@ pub struct Args {
     /// Maps that the data set was made from, for polar_reg, which is given outlines of buildings: a folder of RadioMapSeer files,
     /// or a city in GeoJSON. Synthetic cities need not be given.
     #[arg(long)]
-    maps: Option<MapsArg>,
+    maps: Option<NamedMaps>,
     #[command(flatten)]
     tiles: TileArgs,
     /// Sizes of the model: paper, or small for a CPU.
@@ -177,7 +178,7 @@ impl Args {
     fn plan(&self, dataset: &Dataset) -> Result<Training> {
         let usual = self.model.train_config(self.preset);
         let configuration = &dataset.manifest().configuration;
-        let open = |maps: &MapsArg| maps.open_for(configuration, &self.tiles);
+        let open = |maps: &NamedMaps| self.tiles.open_for(maps, configuration);
         Ok(Training {
             maps: self.maps.as_ref().map(open).transpose()?,
             model: self.model,

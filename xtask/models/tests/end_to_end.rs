@@ -408,17 +408,6 @@ fn what_does_not_fit_is_told() {
 }
 
 #[test]
-fn mirror_images_make_four_examples_of_a_link() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("run");
-    let more = "--epochs 1 --limit 20 --mirror";
-    succeed(&training("resnet_mlp", &out, more));
-    assert_eq!(lines(&out.join("steps.csv")), 1 + 4 * 20 / 10);
-    let config = fs::read_to_string(out.join("config.json")).unwrap();
-    assert!(config.contains("\"mirrored\": true"), "{config}");
-}
-
-#[test]
 fn a_run_begins_with_the_weights_of_another() {
     let folder = tempfile::tempdir().unwrap();
     let [first, second] = ["first", "second"].map(|name| folder.path().join(name));
@@ -432,14 +421,17 @@ fn a_run_begins_with_the_weights_of_another() {
     assert!(told.contains(text(&weights)), "{told}");
 }
 
+/// Mirror images make four examples of each link that is drawn.
 #[test]
-fn a_part_of_the_links_is_drawn_and_other_maps_can_be_held_out() {
+fn a_part_of_the_links_is_drawn_and_mirrored_and_other_maps_can_be_held_out() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
-    let more = "--epochs 1 --limit 12 --dev-maps 0 --dev-limit 7";
+    let more = "--epochs 1 --limit 20 --mirror --dev-maps 0 --dev-limit 7";
     succeed(&training("resnet_mlp", &out, more));
+    assert_eq!(lines(&out.join("steps.csv")), 1 + 4 * 20 / 10);
     let config = json(&out.join("config.json"));
+    assert_eq!(config["mirrored"], true);
     assert_eq!(config["train_maps"], json!([1, 2]));
-    assert_eq!(config["train_links"], 12);
+    assert_eq!(config["train_links"], 20);
     assert_eq!(config["dev_links"], 7);
 }

@@ -6,10 +6,10 @@ use anyhow::Result;
 use aps_data::Access;
 use aps_label::{LabelConfig, Protocol};
 use clap::{Subcommand, ValueEnum};
-use map2aps::maps::{MAX_ORIENTATIONS, choose};
+use map2aps::maps::{MAX_ORIENTATIONS, NamedMaps, choose};
 use map2aps::{Control, DatasetPlan, Receivers, SceneSettings};
 
-use crate::args::{self, IdList, MapsArg, SceneArgs, Store, TileArgs, TraceArgs, parse_shard};
+use crate::args::{self, IdList, SceneArgs, Store, TileArgs, TraceArgs, parse_shard};
 use crate::cautions;
 use crate::command_line;
 use crate::interrupt::interrupt_flag;
@@ -53,7 +53,7 @@ pub struct Order {
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., a FILE with a city in GeoJSON, or
     /// synthetic[:N] for N made-up cities.
     #[arg(long, default_value = "synthetic")]
-    pub maps: MapsArg,
+    pub maps: NamedMaps,
     /// Maps to use, like 0-4,7 [default: by profile].
     #[arg(long)]
     map_ids: Option<IdList>,
@@ -149,11 +149,11 @@ impl Order {
             Profile::Quick => (10, 20, 100),
             Profile::Full => (51, 100, 500),
         };
-        let maps = self.maps.open(self.tiles.settings(), count)?;
+        let maps = self.tiles.open(&self.maps, count)?;
         let mut ids = maps.ids()?;
         match &self.map_ids {
             Some(chosen) => ids = choose(&ids, &chosen.0).map_err(map2aps::Error::from)?,
-            None if matches!(self.maps, MapsArg::Synthetic { .. }) => {}
+            None if matches!(self.maps, NamedMaps::Synthetic { .. }) => {}
             None if self.profile == Profile::Full => {}
             None => ids.truncate(count as usize),
         }

@@ -11,8 +11,9 @@ use aps_report::link::{LinkView, heading_words};
 use aps_report::picture::Outlines;
 
 use map2aps::is_near;
+use map2aps::maps::NamedMaps;
 
-use crate::args::{ArrayArgs, MapsArg, OneMapArgs, TraceArgs, parse_heading, parse_point};
+use crate::args::{ArrayArgs, OneMapArgs, TraceArgs, parse_heading, parse_point};
 use crate::cautions;
 use crate::say;
 use crate::source::{LinkId, Source};
@@ -29,7 +30,7 @@ pub struct Args {
     /// The maps the data set was made from, where it stores no paths: a folder of RadioMapSeer
     /// files, or the GeoJSON file of the city, which is cut as it was. Synthetic ones are found without.
     #[arg(long, requires = "dataset")]
-    maps: Option<MapsArg>,
+    maps: Option<NamedMaps>,
     /// Trace a link now: a RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, requires_all = ["tx", "rx"])]
     map: Option<PathBuf>,

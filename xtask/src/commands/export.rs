@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use aps_data::Dataset;
 use clap::ValueEnum;
-use map2aps::{Control, Export, ExportLayout};
+use map2aps::{Export, ExportLayout};
 
 use crate::args::{IdList, PartName};
 use crate::progress::{self, Bar};
@@ -72,10 +72,7 @@ impl Args {
             })
         };
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            ..Control::default()
-        };
+        let control = bar.control(&[]);
         let exported = export.run(&Dataset::open(&self.data)?, &self.out, &control)?;
         bar.clear();
         say!(

@@ -9,9 +9,10 @@ use aps_label::Labeler;
 use aps_report::document::{Block, Document, Section};
 use aps_report::gallery::{Exhibit, LEGEND, Statistics};
 use aps_report::link::{LinkView, Spectrum, dominant_peaks};
+use map2aps::maps::NamedMaps;
 use map2aps::sampling::draw_links;
 
-use crate::args::{MapsArg, TileArgs};
+use crate::args::TileArgs;
 use crate::progress;
 use crate::say;
 use crate::source::{LinkId, Source, SourceMap};
@@ -37,7 +38,7 @@ pub struct Args {
     /// the city, which is cut as it was. Gives paths where none are stored, and exact walls.
     /// Synthetic ones are found without.
     #[arg(long)]
-    maps: Option<MapsArg>,
+    maps: Option<NamedMaps>,
     /// Seed of the random choices.
     #[arg(long, default_value_t = 42)]
     seed: u64,

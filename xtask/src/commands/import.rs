@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Subcommand;
-use map2aps::{Control, ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource};
+use map2aps::maps::NamedMaps;
+use map2aps::{ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource};
 
-use crate::args::{self, LabelArgs, MapsArg, Store, TileArgs};
+use crate::args::{self, LabelArgs, Store, TileArgs};
 use crate::command_line;
 use crate::progress::Bar;
 use crate::say;
@@ -44,7 +45,7 @@ struct Target {
 struct Buildings {
     /// Buildings of the maps: a folder of 0.json, 1.json, ... [default: none, their images stay empty].
     #[arg(long)]
-    maps: Option<MapsArg>,
+    maps: Option<NamedMaps>,
     #[command(flatten)]
     tiles: TileArgs,
 }
@@ -52,8 +53,7 @@ struct Buildings {
 impl Buildings {
     fn open(&self) -> Result<Option<MapSource>> {
         let maps = self.maps.as_ref();
-        maps.map(|maps| maps.open(self.tiles.settings(), 0))
-            .transpose()
+        maps.map(|maps| self.tiles.open(maps, 0)).transpose()
     }
 }
 
@@ -103,11 +103,8 @@ impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            command: &command_line::own_without(&["--out"]),
-            ..Control::default()
-        };
+        let command = command_line::own_without(&["--out"]);
+        let control = bar.control(&command);
         let (out, imported) = match self.from {
             From::Propbin(args) => {
                 let stored = args::stored(&args.store);

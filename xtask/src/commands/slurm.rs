@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
-use map2aps::maps::ranges;
+use map2aps::maps::{NamedMaps, ranges};
 
 use super::dataset::Order;
-use crate::args::MapsArg;
 use crate::cautions;
 use crate::command_line;
 use crate::{note, say};
@@ -170,10 +169,10 @@ fn dataset_words(ids: &[u32]) -> Vec<String> {
 fn maps_words(order: &Order) -> Vec<String> {
     let (maps, tiles) = (&order.maps, order.tiles.settings());
     let mut words = Vec::new();
-    if !matches!(maps, MapsArg::Synthetic { .. }) {
+    if !matches!(maps, NamedMaps::Synthetic { .. }) {
         words.extend(["--maps".into(), maps.to_string()]);
     }
-    if matches!(maps, MapsArg::City { .. }) {
+    if matches!(maps, NamedMaps::City { .. }) {
         words.extend(["--tile".into(), tiles.tile_m.to_string()]);
         words.extend(["--min-buildings".into(), tiles.min_buildings.to_string()]);
         words.extend(tiles.metric.then(|| "--metric".into()));

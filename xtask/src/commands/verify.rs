@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use aps_data::Dataset;
-use map2aps::{Control, MapSource, SettingsError, Verify};
+use map2aps::maps::NamedMaps;
+use map2aps::{MapSource, SettingsError, Verify};
 
-use crate::args::{MapsArg, TileArgs};
+use crate::args::TileArgs;
 use crate::progress::{self, Bar};
 use crate::say;
 use crate::source::wanted_maps;
@@ -21,7 +22,7 @@ pub struct Args {
     /// The maps it was made of; a city in GeoJSON is cut as it was [default: synthetic cities are made anew; other maps
     /// are not looked at].
     #[arg(long)]
-    maps: Option<MapsArg>,
+    maps: Option<NamedMaps>,
     /// Compute so many random links anew and compare them with what is stored [default: 100 if the maps can be had].
     #[arg(long)]
     sample: Option<usize>,
@@ -43,7 +44,7 @@ impl Args {
         let manifest = dataset.manifest();
         let configuration = &manifest.configuration;
         let maps = match &self.maps {
-            Some(maps) => Some(maps.open_for(configuration, &self.tiles)?),
+            Some(maps) => Some(self.tiles.open_for(maps, configuration)?),
             None => MapSource::of_dataset(configuration),
         };
         let verify = Verify {
@@ -52,10 +53,7 @@ impl Args {
             seed: self.seed,
         };
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            ..Control::default()
-        };
+        let control = bar.control(&[]);
         let mut printed = Ok(());
         let verified = verify.run(&dataset, &control, &mut |finding| {
             let said = bar.suspend(|| say!("{finding}"));

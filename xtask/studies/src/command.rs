@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use map2aps::maps::ranges;
-use xtask::{IdList, MapsArg, command_line, machine, say};
+use map2aps::maps::{NamedMaps, ranges};
+use xtask::{IdList, command_line, machine, say};
 use xtask_launch::{child, hand_over};
 
 use crate::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
@@ -34,7 +34,7 @@ pub struct Args {
     profile: Profile,
     /// Maps for the studies of the tracer and of models: synthetic cities, or a folder of RadioMapSeer files.
     #[arg(long, default_value = "synthetic")]
-    maps: MapsArg,
+    maps: NamedMaps,
     /// Ids of maps in that folder for the tracer, such as 0,7,30-33 [default: five, from the fewest walls to the most].
     #[arg(long, alias = "map-ids")]
     ids: Option<IdList>,
@@ -92,7 +92,7 @@ impl Args {
         let mut args: Vec<OsString> = vec!["report".into(), "--profile".into()];
         args.extend([self.profile.name().into(), "--seed".into()]);
         args.extend([self.seed.to_string().into(), "--out".into(), out.into()]);
-        if let MapsArg::Folder(maps) = &self.maps {
+        if let NamedMaps::Folder(maps) = &self.maps {
             args.extend(["--maps".into(), maps.into()]);
         }
         if let Some(work) = &self.work {
@@ -104,7 +104,7 @@ impl Args {
     /// The command that measures a study again, as somebody else would type it.
     fn command(&self, study: StudyName) -> String {
         let mut words = vec!["report".to_owned(), "--study".into(), study.name()];
-        if let (StudyName::Tracer, MapsArg::Folder(_)) = (study, &self.maps) {
+        if let (StudyName::Tracer, NamedMaps::Folder(_)) = (study, &self.maps) {
             words.extend(["--maps".into(), "path/to/maps".into()]);
             if let Some(ids) = &self.ids {
                 words.extend(["--ids".into(), ranges(&ids.0)]);

@@ -2,44 +2,7 @@
 
 use anyhow::Result;
 use aps_label::{MeanStd, Moments, Normalization, relative_power};
-use aps_metrics::{Protocol, Scorer};
-
-/// Spectra are compared down to this far below the reference's maximum \[dB\].
-pub const FLOOR_DB: f64 = 40.0;
-
-/// Error of one link's spectrum. One that is missing counts as empty.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct SpectrumError {
-    /// Mean over the bins in which either spectrum is above the floor \[dB\].
-    pub mean_db: f64,
-    /// The largest of them \[dB\].
-    pub worst_db: f64,
-}
-
-impl SpectrumError {
-    /// Compares in dB. What is below the floor counts as if it were there: nothing is off by more than
-    /// [`FLOOR_DB`] on its side.
-    pub fn of(truth_db: &[f64], found_db: Option<&[f64]>) -> Self {
-        let Some(found_db) = found_db else {
-            return Self {
-                mean_db: FLOOR_DB,
-                worst_db: FLOOR_DB,
-            };
-        };
-        let floor = truth_db.iter().copied().fold(f64::NEG_INFINITY, f64::max) - FLOOR_DB;
-        let (mut sum, mut count, mut worst) = (0.0, 0_u32, 0.0_f64);
-        for (&truth, &found) in truth_db.iter().zip(found_db) {
-            if truth.max(found) >= floor {
-                let error = (truth.max(floor) - found.max(floor)).abs();
-                (sum, count, worst) = (sum + error, count + 1, worst.max(error));
-            }
-        }
-        Self {
-            mean_db: sum / f64::from(count.max(1)),
-            worst_db: worst,
-        }
-    }
-}
+use aps_metrics::{LevelDistance, Protocol, Scorer};
 
 /// Scores of one setting over all links.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -96,7 +59,7 @@ impl Judge {
         for (truth, found) in self.truth.iter().zip(found) {
             let Some(truth) = truth else { continue };
             scores.links += 1;
-            let error = SpectrumError::of(truth, found.as_deref());
+            let error = LevelDistance::of(truth, found.as_deref());
             errors.push(error.mean_db);
             scores.worst_db = scores.worst_db.max(error.worst_db);
             let Some(found) = found else {
@@ -128,16 +91,6 @@ impl Judge {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_lies_below_the_floor_in_both_does_not_count() {
-        let truth = [0.0, -10.0, -60.0, -90.0];
-        let found = [-1.0, -10.0, -80.0, -20.0];
-        let error = SpectrumError::of(&truth, Some(&found));
-        assert_eq!(error.worst_db, 20.0);
-        assert!((error.mean_db - 21.0 / 3.0).abs() < 1e-12);
-        assert_eq!(SpectrumError::of(&truth, None).mean_db, FLOOR_DB);
-    }
 
     #[test]
     fn the_reference_itself_has_no_error_and_a_missing_link_has_all_of_it() {

@@ -49,7 +49,6 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 pub use conditions::Conditions;
-pub use errors::{FLOOR_DB, SpectrumError};
 pub use join::{join, publish, studies_folder};
 pub use scenes::{MapChoice, NamedScene};
 pub use stopwatch::{Stopwatch, Timing, on_one_thread};

@@ -6,8 +6,8 @@ use aps_raytrace::scene::CityConfig;
 use aps_raytrace::{Area, Scene};
 use aps_tests::shapes::{block, rectangle, ring};
 use map2aps::SceneSettings;
-use map2aps::maps::{TileSettings, choose};
-use xtask::{IdList, MapsArg};
+use map2aps::maps::{NamedMaps, TileSettings, choose};
+use xtask::IdList;
 
 use crate::Profile;
 
@@ -38,7 +38,7 @@ const CHOSEN: usize = 5;
 /// The maps of the study of the tracer.
 #[derive(Debug, Clone)]
 pub struct MapChoice {
-    source: MapsArg,
+    source: NamedMaps,
     ids: Option<IdList>,
 }
 
@@ -47,13 +47,13 @@ impl MapChoice {
     ///
     /// # Errors
     /// A city in GeoJSON, and ids of synthetic cities.
-    pub fn new(source: MapsArg, ids: Option<IdList>) -> Result<Self> {
+    pub fn new(source: NamedMaps, ids: Option<IdList>) -> Result<Self> {
         match source {
-            MapsArg::Folder(_) => {}
-            MapsArg::City(_) => bail!(
+            NamedMaps::Folder(_) => {}
+            NamedMaps::City(_) => bail!(
                 "--maps {source}: the study of the tracer takes a folder of RadioMapSeer files, or synthetic"
             ),
-            MapsArg::Synthetic { .. } => ensure!(
+            NamedMaps::Synthetic { .. } => ensure!(
                 ids.is_none(),
                 "--ids names maps of a folder; give one with --maps"
             ),
@@ -67,7 +67,7 @@ impl MapChoice {
     /// Maps that are not there or cannot be read.
     pub fn scenes(&self, profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
         let mut scenes = match self.source {
-            MapsArg::Synthetic { .. } => cities(profile, seed)?,
+            NamedMaps::Synthetic { .. } => cities(profile, seed)?,
             _ => self.maps(profile, seed)?,
         };
         scenes.sort_by_key(|s| (s.scene.walls().len(), s.id));
@@ -185,7 +185,7 @@ mod tests {
             let text = format!("[{}]", houses.join(","));
             std::fs::write(folder.path().join(format!("{id}.json")), text).unwrap();
         }
-        let source = MapsArg::Folder(folder.path().into());
+        let source = NamedMaps::Folder(folder.path().into());
         let ids = |ids: Option<IdList>| -> Vec<u32> {
             let maps = MapChoice::new(source.clone(), ids).unwrap();
             let scenes = maps.scenes(Profile::Full, 1).unwrap();

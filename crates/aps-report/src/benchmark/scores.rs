@@ -103,6 +103,12 @@ impl ScoreTable {
         Some(&column.1)
     }
 
+    /// Mean over the links; none for a metric that was not scored.
+    pub fn mean(&self, metric: Metric) -> Option<f64> {
+        let column = self.column(metric)?;
+        Some(column.iter().sum::<f64>() / column.len() as f64)
+    }
+
     fn check(&self) -> Result<(), ReportError> {
         for (metric, values) in &self.columns {
             if let Some(link) = values.iter().position(|v| !v.is_finite()) {

@@ -14,6 +14,9 @@ pub enum MapError {
     /// Text that is no list of ids.
     #[error("'{0}' is not a map id or a range like 0-4")]
     IdList(String),
+    /// A number of synthetic cities that is none.
+    #[error("'{0}' is not a number of maps; try synthetic:10")]
+    Count(String),
     /// Maps that are not there.
     #[error("maps {missing:?} are not there; available are {}", ranges(available))]
     Missing {

@@ -4,6 +4,8 @@
 mod city;
 mod error;
 mod ids;
+#[cfg(feature = "geojson")]
+mod named;
 mod orientation;
 mod radiomapseer;
 
@@ -25,6 +27,8 @@ use crate::error::{At, Place, Result};
 pub use city::{City, TileSettings, load_bytes, load_file};
 pub use error::MapError;
 pub use ids::{choose, parse_ids, ranges};
+#[cfg(feature = "geojson")]
+pub use named::NamedMaps;
 pub use orientation::{COPY_STRIDE, MAX_ORIENTATIONS, Orientation, split, with_copies};
 pub use radiomapseer::file_of;
 

@@ -6,7 +6,6 @@ mod resolution;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use xtask::interrupt::interrupt_flag;
 use xtask::say;
 use xtask_studies::{Conditions, Profile, Study, publish, studies_folder};
 
@@ -50,16 +49,8 @@ impl Args {
         ));
         precision::study(self.profile, self.seed, &mut study)?;
         let work = self.work.clone();
-        resolution::study(
-            &resolution::Setup {
-                profile: self.profile,
-                maps: self.maps.clone(),
-                seed: self.seed,
-                work: work.unwrap_or_else(|| "data/report-models".into()),
-                interrupted: interrupt_flag()?,
-            },
-            &mut study,
-        )?;
+        let work = work.unwrap_or_else(|| "data/report-models".into());
+        resolution::study(self.profile, self.seed, &self.maps, &work, &mut study)?;
         study.write(&studies_folder(&out), conditions.ended())?;
         say!("report '{}'", publish(&out)?.display())?;
         Ok(())

@@ -1,40 +1,22 @@
 //! Size of the images: the same model, trained alike on images of another size.
 
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::path::Path;
 
 use anyhow::{Context, Result};
-use aps_data::Part;
-use aps_metrics::{Metric, Protocol};
-use aps_model::{ModelKind, candle_core};
+use aps_bench::{Config, Profile as Sizes, TestBed, Watch};
+use aps_metrics::Metric;
+use aps_model::ModelKind;
 use aps_report::numbers::three_digits;
 use aps_report::trade::{Marked, Trade};
 use serde::Serialize;
+use xtask::interrupt::interrupt_flag;
 use xtask::note;
 use xtask_studies::{Profile, Study};
 
-use crate::bench::config::{self, Config};
-use crate::bench::stamp;
-use crate::bench::test_set::TestSet;
-use crate::bench::{dataset, model};
+use crate::watch::Printer;
 
 /// The model under study: the simplest.
 const MODEL: ModelKind = ModelKind::ResnetMlp;
-
-/// Settings of the study.
-pub struct Setup {
-    /// Amount of measurement.
-    pub profile: Profile,
-    /// Maps to learn from.
-    pub maps: String,
-    /// Seed of everything drawn.
-    pub seed: u64,
-    /// Folder of data and weights.
-    pub work: PathBuf,
-    /// Set by Ctrl-C.
-    pub interrupted: Arc<AtomicBool>,
-}
 
 #[derive(Debug, Serialize)]
 struct Row {
@@ -48,81 +30,53 @@ struct Row {
     mse: f64,
 }
 
-/// Measures.
-pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
-    let sizes: &[usize] = setup.profile.choose(&[32, 64], &[32, 64, 128, 256]);
-    let mut config = Config::resolve(
-        setup
-            .profile
-            .choose(config::Profile::Smoke, config::Profile::Quick),
-        None,
-        toml::Table::new(),
-    )?;
-    config.seed = setup.seed;
-    config.data.maps.clone_from(&setup.maps);
+/// Measures, on models that learn of `maps`; the data set and the trained models are kept in `work`.
+pub fn study(
+    profile: Profile,
+    seed: u64,
+    maps: &str,
+    work: &Path,
+    study: &mut Study,
+) -> Result<()> {
+    let sizes: &[usize] = profile.choose(&[32, 64], &[32, 64, 128, 256]);
+    let mut config = profile.choose(Sizes::Smoke, Sizes::Quick).config();
+    config.seed = seed;
+    config.data.maps = maps.into();
     config.model.clear();
-    config.data.train_maps = setup.profile.choose(2, 10);
-    config.training.links = Some(setup.profile.choose(64, 1500));
+    config.data.train_maps = profile.choose(2, 10);
+    config.training.links = Some(profile.choose(64, 1500));
     config.training.budget = None;
-    config.training.epochs = Some(setup.profile.choose(1, 2));
-    config.training.all.batch = Some(setup.profile.choose(16, 64));
-    config.data.test_links = Some(setup.profile.choose(40, 1000));
-    config.latency.batches = vec![setup.profile.choose(8, 64)];
+    config.training.epochs = Some(profile.choose(1, 2));
+    config.training.all.batch = Some(profile.choose(16, 64));
+    config.data.test_links = Some(profile.choose(40, 1000));
+    config.latency.batches = vec![profile.choose(8, 64)];
 
-    let (plan, split) = dataset::plan(&config)?;
-    let folder = setup.work.join("data");
-    let (part, dataset) = dataset::open(&config, &plan, &split, folder, false)?;
-    let limit = config.data.test_links;
-    let test = TestSet::load(&dataset, Part::Test, limit, setup.seed)?;
-    let device = config.device.open()?;
+    let printer = Printer::default();
+    let watch = Watch {
+        observer: &printer,
+        cancel: &*interrupt_flag()?,
+    };
+    let bed = TestBed::open(&config, work.join("data"), watch)?;
     let mut rows = Vec::new();
     for &pixels in sizes {
         config.training.all.image_size = Some(pixels);
         note!("{MODEL} on images of {pixels} x {pixels}");
-        rows.push(row(
-            setup, &config, pixels, &part, &dataset, &test, &device,
-        )?);
+        let folder = work.join(format!("{MODEL}-{pixels}"));
+        let measured = bed.measure(&config, MODEL, folder, watch)?;
+        let latency = measured.latency.first().context("a time was taken")?;
+        let mean = |metric| measured.scores.mean(metric).context("it was scored");
+        rows.push(Row {
+            pixels,
+            metres_per_pixel: 256.0 / pixels as f64,
+            train_s: measured.training.seconds,
+            ms_per_link: latency.median_ms_per_link,
+            cosine: mean(Metric::Cosine)?,
+            ple_deg: mean(Metric::PleDeg)?,
+            recall_4deg: mean(Metric::Recall4Deg)?,
+            mse: mean(Metric::Mse)?,
+        });
     }
-    describe(&config, test.len(), &rows, study)
-}
-
-fn row(
-    setup: &Setup,
-    config: &Config,
-    pixels: usize,
-    data: &stamp::Part,
-    dataset: &aps_data::Dataset,
-    test: &TestSet,
-    device: &candle_core::Device,
-) -> Result<Row> {
-    let plan = model::plan(config, MODEL, None)?;
-    let settings = model::settings(&plan, data.hash());
-    let part = stamp::Part::new(setup.work.join(format!("{MODEL}-{pixels}")), settings);
-    let training = model::train(&part, &plan, dataset, false, &setup.interrupted)?;
-    let train_s = training.seconds;
-    let asked = model::Question {
-        test,
-        latency: &config.latency,
-        device,
-        interrupted: &setup.interrupted,
-    };
-    let answer = model::ask(&model::trained(&part, &plan, device)?, None, &asked)?;
-    let latency = answer.latency.first().context("a time was taken")?;
-    let scores = test.score(&answer.predictions, Protocol::Paper)?;
-    let mean = |metric: Metric| -> Result<f64> {
-        let column = scores.column(metric).context("the metric was scored")?;
-        Ok(column.iter().sum::<f64>() / column.len() as f64)
-    };
-    Ok(Row {
-        pixels,
-        metres_per_pixel: 256.0 / pixels as f64,
-        train_s,
-        ms_per_link: latency.median_ms_per_link,
-        cosine: mean(Metric::Cosine)?,
-        ple_deg: mean(Metric::PleDeg)?,
-        recall_4deg: mean(Metric::Recall4Deg)?,
-        mse: mean(Metric::Mse)?,
-    })
+    describe(&config, bed.links(), &rows, study)
 }
 
 fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> Result<()> {

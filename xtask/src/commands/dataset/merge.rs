@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use map2aps::{Control, merge};
+use map2aps::merge;
 
 use crate::command_line;
 use crate::progress::Bar;
@@ -25,11 +25,8 @@ impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            command: &command_line::own_without(&["--out"]),
-            ..Control::default()
-        };
+        let command = command_line::own_without(&["--out"]);
+        let control = bar.control(&command);
         let totals = merge(&self.folders, &self.out, &control)?;
         bar.clear();
         say!(

@@ -25,12 +25,9 @@ impl Setting {
         Self {
             name: format!("R{r} D{d}, {range_db} dB{slopes}"),
             config: TraceConfig {
-                max_reflections: r,
-                max_diffractions: d,
-                max_interactions: r + d,
                 dynamic_range_db: Some(range_db),
                 slope_diffraction,
-                ..TraceConfig::default()
+                ..TraceConfig::within(r, d)
             },
         }
     }

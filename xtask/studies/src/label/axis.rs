@@ -2,13 +2,13 @@
 
 use anyhow::Result;
 use aps_label::{Array, DelayAxis, Label, LabelConfig, Labeler, PathSample, Scratch};
+use aps_metrics::LevelDistance;
 use aps_report::document::Verdict;
 use aps_report::numbers::{small, three_digits};
 use aps_report::trade::{Marked, Trade};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::errors::SpectrumError;
 use crate::{Setup, Stopwatch, Study, on_one_thread};
 
 /// Points of the axis from 0 to 1000 ns; the first is the published one.
@@ -110,7 +110,7 @@ fn errors(labeler: &Labeler, links: &[Vec<PathSample>], truth: &[Vec<f64>]) -> R
     let (mut mean, mut worst) = (0.0, 0.0_f64);
     for (paths, truth) in links.iter().zip(truth) {
         let label = labeler.label(paths)?.unwrap_or_default();
-        let error = SpectrumError::of(truth, Some(&label.aps_db));
+        let error = LevelDistance::of(truth, Some(&label.aps_db));
         mean += error.mean_db / links.len() as f64;
         worst = worst.max(error.worst_db);
     }

@@ -116,11 +116,7 @@ fn config(mechanisms: &str) -> TraceConfig {
             max_fallback_diffractions: 0,
             ..default
         },
-        "R2 D2" => TraceConfig {
-            max_diffractions: 2,
-            max_interactions: 4,
-            ..default
-        },
+        "R2 D2" => TraceConfig::within(2, 2),
         _ => default,
     }
 }

@@ -54,11 +54,8 @@ fn omissions() -> [Omission; 4] {
         ..default.clone()
     };
     let far = TraceConfig {
-        max_reflections: 4,
-        max_diffractions: 2,
-        max_interactions: 6,
         dynamic_range_db: None,
-        ..default.clone()
+        ..TraceConfig::within(4, 2)
     };
     [
         Omission {

@@ -1,13 +1,13 @@
 //! Tables and figures of the measurements.
 
 use anyhow::Result;
+use aps_metrics::LEVEL_FLOOR_DB;
 use aps_report::document::Verdict;
 use aps_report::numbers::{count, duration, small, three_digits};
 use aps_report::trade::{Marked, Trade};
 
 use super::settings::{self, DEFAULT};
 use super::{ReferenceRow, Row};
-use crate::errors::FLOOR_DB;
 use crate::links::REST_DB;
 use crate::{Setup, Study, StudyName};
 
@@ -65,7 +65,7 @@ pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result
     let limits = settings::reference(setup.profile);
     study.section.text(format!(
         "Rn Dm: limits of n reflections and m diffractions. Reference: R{} D{}, without omissions, down to {REST_DB} dB below the \
-         strongest path. Errors down to {FLOOR_DB} dB below the reference's maximum.",
+         strongest path. Errors down to {LEVEL_FLOOR_DB} dB below the reference's maximum.",
         limits.max_reflections, limits.max_diffractions,
     ));
     maps(&mut study, references);

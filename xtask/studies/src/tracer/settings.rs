@@ -38,11 +38,11 @@ impl Setting {
                 sweep.push(Self {
                     group,
                     name: format!("R{reflections} D{diffractions}"),
-                    config: limits(reflections, diffractions),
+                    config: TraceConfig::within(reflections, diffractions),
                 });
             }
         }
-        let of_default = limits(2, 1);
+        let of_default = TraceConfig::within(2, 1);
         for range_db in [20.0, 30.0, 40.0, 50.0, 80.0] {
             sweep.push(Self {
                 group: RANGES,
@@ -68,7 +68,7 @@ impl Setting {
                 name: format!("{FAR_LIMITS}, {FAR_RANGE_DB} dB"),
                 config: TraceConfig {
                     dynamic_range_db: Some(FAR_RANGE_DB),
-                    ..limits(reflections, diffractions)
+                    ..TraceConfig::within(reflections, diffractions)
                 },
             });
         }
@@ -76,21 +76,11 @@ impl Setting {
     }
 }
 
-/// As the commands have it: limits of their own for each kind, and none for the sum.
-fn limits(max_reflections: usize, max_diffractions: usize) -> TraceConfig {
-    TraceConfig {
-        max_reflections,
-        max_diffractions,
-        max_interactions: max_reflections + max_diffractions,
-        ..TraceConfig::default()
-    }
-}
-
 /// Nothing left out, as far as it can be paid.
 pub fn reference(profile: Profile) -> TraceConfig {
     TraceConfig {
         dynamic_range_db: None,
-        ..profile.choose(limits(3, 1), limits(6, 2))
+        ..profile.choose(TraceConfig::within(3, 1), TraceConfig::within(6, 2))
     }
 }
 

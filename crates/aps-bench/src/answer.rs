@@ -1,0 +1,94 @@
+//! Predictions of the test links, and the files that keep them.
+
+use std::path::{Path, PathBuf};
+
+use aps_data::npy;
+use aps_metrics::Shape;
+use aps_model::{ANGLE_BINS, ModelKind};
+use aps_report::benchmark::{Entry, EntryKind, Latency, Training};
+use map2aps::ArrayFile;
+
+use crate::error::{Error, Result};
+use crate::files::{read_json, write_json};
+use crate::test_set::{PROTOCOLS, TestSet};
+
+/// Predictions of all test links.
+#[derive(Debug, Default)]
+pub struct Answer {
+    /// Normalised spectra, shape (links, bins).
+    pub predictions: Vec<f32>,
+    /// Links without an answer of its own, for which the mean spectrum stands.
+    pub substituted: Vec<usize>,
+    /// The model that made them.
+    pub model: Option<ModelKind>,
+    /// Number of parameters.
+    pub parameters: Option<u64>,
+    /// Training of the model, for trained ones.
+    pub training: Option<Training>,
+    /// Measured run times.
+    pub latency: Vec<Latency>,
+}
+
+/// Files of an answer in its folder.
+const PREDICTIONS: &str = "prediction.npy";
+const SUBSTITUTED: &str = "substituted.json";
+const ENTRY: &str = "entry.json";
+
+/// Scores an answer and writes everything about it into `root`/`folder`.
+pub fn keep(
+    answer: Answer,
+    (name, kind): (&str, EntryKind),
+    test: &TestSet,
+    root: &Path,
+    folder: &Path,
+) -> Result<Entry> {
+    let place = root.join(folder);
+    let shape = [test.len(), ANGLE_BINS];
+    npy::write(place.join(PREDICTIONS), &shape, &answer.predictions)
+        .map_err(Error::file("cannot write into", &place))?;
+    write_json(&place.join(SUBSTITUTED), &answer.substituted)?;
+    let score = |protocol: aps_metrics::Protocol| {
+        let file: PathBuf = folder.join(format!("{}.npy", protocol.name()));
+        let table = test.score(&answer.predictions, protocol)?;
+        Ok(table.write(root, &file, protocol.name())?)
+    };
+    let entry = Entry {
+        name: name.into(),
+        kind,
+        model: answer.model.map(|model| model.title().into()),
+        parameters: answer.parameters,
+        training: answer.training,
+        latency: answer.latency,
+        scores: PROTOCOLS.into_iter().map(score).collect::<Result<_>>()?,
+        substituted_links: answer.substituted.len() as u64,
+    };
+    write_json(&place.join(ENTRY), &entry)?;
+    Ok(entry)
+}
+
+/// Reads the entry that [`keep`] made of an answer.
+pub fn entry(folder: &Path) -> Result<Entry> {
+    read_json(&folder.join(ENTRY))
+}
+
+/// Links without an answer of its own.
+pub fn substituted(folder: &Path) -> Result<Vec<usize>> {
+    read_json(&folder.join(SUBSTITUTED))
+}
+
+/// The predictions, shape (links, bins).
+pub fn predictions(folder: &Path) -> Result<Vec<f32>> {
+    spectra(&folder.join(PREDICTIONS))
+}
+
+/// Spectra of a file: `.npy`, shape (links, 180), float16, float32 or float64.
+pub fn spectra(path: &Path) -> Result<Vec<f32>> {
+    let mut file = ArrayFile::open_spectra(path)?;
+    let (Shape { samples, bins }, mut values) = (file.shape(), Vec::new());
+    if bins != ANGLE_BINS {
+        let told = format!("there are {bins} bins, expected {ANGLE_BINS}");
+        return Err(Error::file("predictions", path)(told));
+    }
+    file.read_rows(samples, &mut values)?;
+    Ok(values.iter().map(|&x| x as f32).collect())
+}

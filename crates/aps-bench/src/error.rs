@@ -1,0 +1,159 @@
+//! The errors of this crate.
+
+use std::error::Error as StdError;
+use std::path::{Path, PathBuf};
+
+use aps_model::ModelKind;
+use map2aps::Error as Library;
+use map2aps::training::TrainingError;
+
+/// Result of a function of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Why a benchmark, or a part of it, could not be made. The message does not repeat its cause, which is its source.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or folder that cannot be read or written, or holds something else.
+    #[error("{what} '{}'", path.display())]
+    File {
+        /// What it is, or what was tried.
+        what: &'static str,
+        /// Its path.
+        path: PathBuf,
+        /// The reason.
+        source: Box<dyn StdError + Send + Sync>,
+    },
+    /// A setting with a value that it cannot have, or a key that is none; both are named.
+    #[error("{0}")]
+    Setting(String),
+    /// A folder with other files than a benchmark's: nothing in it was touched.
+    #[error("'{}' holds other files than a benchmark's", .0.display())]
+    ForeignFolder(PathBuf),
+    /// Weights or predictions from elsewhere with the name of another entry.
+    #[error("'{0}' is the name of another entry; choose another")]
+    TakenName(String),
+    /// Fewer maps than the settings ask for.
+    #[error("data.{keys} ask for {needed} maps, '{maps}' has {there} for them")]
+    TooFewMaps {
+        /// The settings.
+        keys: &'static str,
+        /// The maps as they are named.
+        maps: String,
+        /// Maps asked for.
+        needed: usize,
+        /// Maps that are there.
+        there: usize,
+    },
+    /// Maps without a link to learn from or to score.
+    #[error("the {of}maps {maps:?} have no link with a label")]
+    NoLinks {
+        /// `training ` or nothing.
+        of: &'static str,
+        /// The maps.
+        maps: Vec<u32>,
+    },
+    /// Predictions of other links than the test maps'.
+    #[error("it holds {rows} spectra; the test maps {maps:?} have {links} links with a label")]
+    OtherLinks {
+        /// Spectra in the file.
+        rows: usize,
+        /// The test maps.
+        maps: Vec<u32>,
+        /// Their links with a label.
+        links: usize,
+    },
+    /// A prediction that cannot be scored.
+    #[error("the prediction of link {link} cannot be scored: {defect}")]
+    Rejected {
+        /// The link, by its place among the scored ones.
+        link: usize,
+        /// The reason.
+        defect: aps_metrics::Defect,
+    },
+    /// Nothing was left to be reported.
+    #[error("nothing could be scored")]
+    NothingScored,
+    /// A choice of settings by trainings that are no share of a budget.
+    #[error("settings are chosen for a budget: training.budget is not given")]
+    NoBudget,
+    /// A share of the budget without a training in it.
+    #[error("{share} of the budget of {budget_s} s leaves no training of a millisecond")]
+    Share {
+        /// The share.
+        share: f64,
+        /// The budget \[s\].
+        budget_s: f64,
+    },
+    /// No training was long enough to choose settings by.
+    #[error("no training of {0} made a step: nothing is written; give a larger share")]
+    NoStep(ModelKind),
+    /// The work was ended from outside.
+    #[error("what is finished is kept, the same command continues")]
+    Interrupted(#[source] Box<Error>),
+    /// A data set, a training, a model, a trace or a label.
+    #[error(transparent)]
+    Library(#[from] Library),
+    /// Scores or the report.
+    #[error(transparent)]
+    Report(#[from] aps_report::ReportError),
+    /// Settings that TOML cannot hold.
+    #[error(transparent)]
+    Toml(#[from] toml::ser::Error),
+}
+
+/// Errors of the crates that `map2aps` joins are its own.
+macro_rules! of_the_library {
+    ($($error:ty),* $(,)?) => {
+        $(impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                Self::Library(error.into())
+            }
+        })*
+    };
+}
+
+of_the_library!(
+    aps_data::Error,
+    aps_label::ConfigError,
+    aps_label::NormalizationError,
+    aps_label::PathError,
+    aps_metrics::Error,
+    aps_model::Error,
+    aps_raytrace::ConfigError,
+    aps_raytrace::TerminalError,
+    aps_raytrace::TraceError,
+    serde_json::Error,
+);
+
+impl From<aps_model::candle_core::Error> for Error {
+    fn from(error: aps_model::candle_core::Error) -> Self {
+        aps_model::Error::from(error).into()
+    }
+}
+
+impl Error {
+    /// Makes errors of a file or folder.
+    pub(crate) fn file<E: Into<Box<dyn StdError + Send + Sync>>>(
+        what: &'static str,
+        path: &Path,
+    ) -> impl FnOnce(E) -> Self {
+        let path = path.to_owned();
+        move |source| Self::File {
+            what,
+            path,
+            source: source.into(),
+        }
+    }
+
+    /// Returns true when something was not scored because it predicts labels of another meaning, which is no failure.
+    pub(crate) fn is_of_other_labels(&self) -> bool {
+        let Self::Library(error) = self else {
+            return false;
+        };
+        matches!(
+            error.cause(),
+            Library::Training(TrainingError::OtherLabels { .. })
+        )
+    }
+}

@@ -1,0 +1,152 @@
+//! The tracer as a baseline, with some of the paths that the labels are made of.
+
+use std::collections::{BTreeMap, HashMap};
+use std::time::Instant;
+
+use aps_data::PathTable;
+use aps_label::Labeler;
+use aps_model::ANGLE_BINS;
+use aps_raytrace::{Link, PathRecord, TraceConfig, Tracer};
+use map2aps::{Control, DatasetPlan, Example, label_links};
+use rayon::prelude::*;
+
+use crate::answer::Answer;
+use crate::baselines::substitute;
+use crate::data::limited;
+use crate::error::Result;
+use crate::latency::{ms_per_link, of_times};
+use crate::test_set::TestSet;
+
+/// Links that a thread traces at a time.
+const LINKS_AT_ONCE: usize = 64;
+
+/// Paths that the tracer is asked for.
+#[derive(Debug, Clone, Copy)]
+pub enum Found {
+    /// Paths of at most so many interactions. Links without one get none: there are no further diffractions as in the labels.
+    Within(usize),
+    /// Of all paths of a link its strongest.
+    Strongest,
+}
+
+/// Traces the test links again, and labels them by some of their paths. The time is that of a map, from its buildings to its labels, on all
+/// threads, divided by its links; it is listed as that of batches of `batch` links.
+pub fn answer(
+    test: &TestSet,
+    plan: &DatasetPlan,
+    found: Found,
+    mean: &[f64],
+    batch: usize,
+) -> Result<Answer> {
+    let whole = &plan.trace;
+    let (trace, kept): (_, Kept) = match found {
+        Found::Strongest => (whole.clone(), strongest),
+        Found::Within(interactions) => {
+            let most = interactions.min(whole.max_interactions);
+            let [reflections, diffractions] =
+                [whole.max_reflections, whole.max_diffractions].map(|limit| limit.min(most));
+            let lower = TraceConfig {
+                max_fallback_diffractions: 0,
+                ..limited(whole, reflections, diffractions, most)
+            };
+            (lower, |paths| paths)
+        }
+    };
+    let labeler = Labeler::new(&plan.label)?;
+    let (mut answers, mut times) = (Vec::with_capacity(test.len()), Vec::new());
+    for of_map in test.examples().list().chunk_by(|p, q| p.map == q.map) {
+        let started = Instant::now();
+        let scene = plan.maps.load(of_map[0].map, plan.seed, plan.scene)?;
+        let paths = traced(&Tracer::new(&scene, trace.clone())?, of_map, kept)?;
+        let labels = label_links(&labeler, &paths, &Control::default())?;
+        times.push(ms_per_link(started.elapsed(), of_map.len()));
+        let rows = labels.aps_db.chunks_exact(ANGLE_BINS);
+        for (row, is_labelled) in rows.zip(labels.is_labelled) {
+            let mut db = row.to_vec();
+            if is_labelled {
+                test.normalization().apply(&mut db)?;
+            }
+            answers.push(is_labelled.then_some(db));
+        }
+    }
+    Ok(Answer {
+        latency: vec![of_times(batch, times)],
+        ..substitute(answers, mean)
+    })
+}
+
+/// A choice of the paths of a link.
+type Kept = fn(&[PathRecord]) -> &[PathRecord];
+
+/// The path of the most power, the first of equals.
+fn strongest(paths: &[PathRecord]) -> &[PathRecord] {
+    let mut best = 0;
+    for (i, path) in paths.iter().enumerate() {
+        if path.power() > paths[best].power() {
+            best = i;
+        }
+    }
+    &paths[best..paths.len().min(best + 1)]
+}
+
+/// Some of the paths of links of one map, whose terminals are prepared once each.
+fn traced(tracer: &Tracer<'_>, links: &[Example], kept: Kept) -> Result<PathTable> {
+    let prepared = |ends: BTreeMap<u32, [f64; 2]>| ends.into_par_iter();
+    let tx = prepared(links.iter().map(|link| (link.tx, link.tx_m)).collect())
+        .map(|(row, at)| Ok((row, tracer.transmitter(at.into())?)))
+        .collect::<Result<HashMap<_, _>>>()?;
+    let rx = prepared(links.iter().map(|link| (link.rx, link.rx_m)).collect())
+        .map(|(row, at)| Ok((row, tracer.receiver(at.into())?)))
+        .collect::<Result<HashMap<_, _>>>()?;
+    let some = |buffer: &mut Link, links: &[Example]| {
+        let mut paths = PathTable::default();
+        for link in links {
+            tracer.link(&tx[&link.tx], &rx[&link.rx], buffer)?;
+            paths.push_records(kept(&buffer.paths));
+        }
+        Ok(paths)
+    };
+    let parts = links
+        .par_chunks(LINKS_AT_ONCE)
+        .map_init(Link::default, some);
+    let mut all = PathTable::default();
+    for part in &parts.collect::<Result<Vec<_>>>()? {
+        (0..part.links()).for_each(|link| all.push_link(part, link));
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use aps_raytrace::Scene;
+    use aps_raytrace::scene::CityConfig;
+
+    use super::*;
+
+    #[test]
+    fn the_strongest_path_is_the_one_that_no_other_exceeds() {
+        let scene = Scene::synthetic(&CityConfig::default()).unwrap();
+        let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+        let places = (0..).map(|i: u32| [f64::from(i * 37 % 250), f64::from(i * 91 % 250)]);
+        let ends: Vec<_> = places
+            .filter_map(|at| Some((tracer.transmitter(at.into()).ok()?, at)))
+            .take(8)
+            .collect();
+        let (mut link, mut several) = (Link::default(), 0);
+        for (tx, at) in &ends {
+            for (_, other) in ends.iter().filter(|(_, other)| other != at) {
+                let rx = tracer.receiver((*other).into()).unwrap();
+                tracer.link(tx, &rx, &mut link).unwrap();
+                let most = link.paths.iter().map(PathRecord::power).fold(0.0, f64::max);
+                let kept: Vec<f64> = strongest(&link.paths)
+                    .iter()
+                    .map(PathRecord::power)
+                    .collect();
+                assert_eq!(kept, vec![most; link.paths.len().min(1)]);
+                several += usize::from(link.paths.first().is_some_and(|p| p.power() < most));
+            }
+        }
+        assert!(several > 0, "the strongest is not always the first");
+        assert!(strongest(&[]).is_empty());
+    }
+}
