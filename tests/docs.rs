@@ -80,6 +80,28 @@ fn every_page_is_in_the_book() {
     }
 }
 
+/// A comment with the path of a file stands above a block that shows it, all of it or from a line on.
+#[test]
+fn blocks_that_show_a_file_are_its_text() {
+    let mut shown = 0;
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        for block in blocks(&text) {
+            let above = block.line.checked_sub(2).map_or("", |line| lines[line]);
+            let path = above
+                .strip_prefix("<!-- ")
+                .and_then(|path| path.strip_suffix(" -->"));
+            let Some(path) = path else { continue };
+            let file = fs::read_to_string(repository().join(path)).unwrap();
+            let is_shown = file.ends_with(&block.text) && block.text.lines().count() > 5;
+            assert!(is_shown, "{}:{} is not {path}", page.display(), block.line);
+            shown += 1;
+        }
+    }
+    assert!(shown >= 7, "{shown} blocks");
+}
+
 #[test]
 fn blocks_are_taken_as_they_stand() {
     let found = blocks("a\n```sh test\none\n  two\n```\n\n```text\nthree\n```\n");

@@ -12,9 +12,10 @@ is "released" by default.
 
 Who holds Python's lock, and what Ctrl-C does:
 
-- `Tracer.trace`, `label`, `pdp`, `make_dataset` and `PolarView.input` work without the lock; Ctrl-C ends them.
+- `Tracer.trace`, `label`, `pdp`, `make_dataset` and `PolarView.ways` work without the lock; Ctrl-C ends them, and batches of ways of
+  ``map2aps.torch.ApsDataset``.
 - Making a `Scene`, `Tracer` or `PolarView`, opening a `Dataset` and `metrics` work without the lock; Ctrl-C leaves them, and they are
-  done unheard. The same holds for ``map2aps.torch.ApsDataset`` and its batches.
+  done unheard. The same holds for ``map2aps.torch.ApsDataset`` and its batches of images.
 - `Scene.raster` and `explain` work without the lock, and meet Ctrl-C when they are done.
 - All else holds the lock: `Scene.is_outdoor` and the attributes of a scene, the arrays of `Paths` and what is made of them, arrays on
   their way in and out.

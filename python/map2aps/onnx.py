@@ -68,6 +68,8 @@ class OnnxModel:
             self.preset: str = facts["preset"]
             size = facts.get("image_size")
             self.image_size: int | None = None if size is None else int(size)
+            # Numbers of rays and kinds of ways that the last two numbers of a way are below.
+            self._counts = [int(facts[fact]) for fact in ("directions", "kinds") if fact in facts]
             self.settings: dict[str, Any] = {fact: facts[fact] for fact in ("protocol", "frame") if fact in facts}
             self.settings.update({fact: json.loads(facts[fact]) for fact in ("sigma_px", "training_statistics", "label") if fact in facts})
         except Exception as error:
@@ -96,7 +98,7 @@ class OnnxModel:
         Raises
         ------
         ValueError
-            For conditions of another shape or type, numbers that are not finite, and power of a model that does not tell how.
+            For conditions of another shape or type, numbers that are not finite, ways of no ray or kind, and power of a model that does not tell how.
         """
         if domain not in ("normalised", "linear"):
             raise ValueError(f"domain: '{domain}' is neither 'normalised' nor 'linear'")
@@ -122,6 +124,10 @@ class OnnxModel:
             given = array.astype(np.float32, copy=False)
         if not np.isfinite(given).all():
             raise ValueError("conditions: a number is not finite")
+        if self._counts:
+            numbers = given[..., -2:]
+            if (numbers < 0).any() or (numbers >= self._counts).any() or (numbers % 1 != 0).any():
+                raise ValueError(f"conditions: rays and kinds of ways are whole numbers from 0 to below {self._counts[0]} and {self._counts[1]}")
         spectra: npt.NDArray[np.float32]
         (spectra,) = self._session.run(None, {takes.name: given})
         if not np.isfinite(spectra).all():

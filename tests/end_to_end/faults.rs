@@ -96,6 +96,31 @@ fn run_killed_at_five_moments_and_resumed_equals_an_undisturbed_one() {
     killed_and_resumed_equals_undisturbed(5);
 }
 
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_run_with_the_status_of_shells() {
+    let (folder, maps) = Folder::with_maps(5);
+    let child = Command::new(PROGRAM)
+        .args(words(&dataset(&maps, &folder.arg("stopped"))))
+        .args(["--threads", "1"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while progress(&folder.path("stopped")) == 0 {
+        std::thread::yield_now();
+    }
+    let id = child.id().to_string();
+    let sent = Command::new("sh")
+        .args(["-c", "kill -INT $0", &id])
+        .status();
+    assert!(sent.unwrap().success());
+    let ended = child.wait_with_output().unwrap();
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{told}");
+    assert!(told.contains("error: interrupted"), "{told}");
+}
+
 #[test]
 #[ignore = "long: fifty kills"]
 fn run_killed_at_fifty_moments_and_resumed_equals_an_undisturbed_one() {

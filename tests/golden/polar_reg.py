@@ -7,7 +7,7 @@ those of models.py do, so none is stored.
 
 # The model
 
-A link is some ways, each of 14 features, one of 180 directions around the receiver and one of 15 kinds (5, after 0 to 2 bounces;
+A link is some ways, each of 14 features, one of 720 directions around the receiver and one of 15 kinds (5, after 0 to 2 bounces;
 aps_raytrace::polar). A perceptron, given the features of a way and a unit vector for its kind, makes the logarithm of the way's
 strength. The strengths of a direction's ways are added, each times the share of the ray that the way arrives along; the sum over that
 of all directions is the share of the power that arrives from each. The array's response, a matrix that is not learnt, makes a

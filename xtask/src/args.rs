@@ -164,25 +164,15 @@ impl FromStr for IdList {
     }
 }
 
-/// A part of a data set's split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PartName {
-    /// Maps to fit a model's weights on.
-    Train,
-    /// Maps to choose a model by.
-    Develop,
-    /// Maps for the figures that are reported.
-    Test,
-}
-
-impl From<PartName> for Part {
-    fn from(name: PartName) -> Self {
-        match name {
-            PartName::Train => Self::Train,
-            PartName::Develop => Self::Develop,
-            PartName::Test => Self::Test,
-        }
-    }
+/// Parser of a part of a data set's split.
+pub fn parts() -> impl TypedValueParser<Value = Part> {
+    named(Part::ALL.map(|part| {
+        PossibleValue::new(part.name()).help(match part {
+            Part::Train => "Maps to fit a model's weights on",
+            Part::Develop => "Maps to choose a model by",
+            Part::Test => "Maps for the figures that are reported",
+        })
+    }))
 }
 
 /// Reads the maps that a shard may write, `I/N`, counted from 1.

@@ -6,6 +6,7 @@ use clap::Parser;
 
 use crate::advice::advice;
 use crate::commands;
+use crate::interrupt;
 use crate::note;
 use crate::output;
 
@@ -83,13 +84,16 @@ pub fn run() -> ExitCode {
     exit_code(result)
 }
 
-/// Prints the error, if any, in one line.
+/// Prints the error, if any, in one line. After Ctrl-C the status is 130.
 pub fn exit_code(result: anyhow::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             note!("error: {}{}", output::told(error.as_ref()), advice(&error));
-            ExitCode::FAILURE
+            match interrupt::was_interrupted() {
+                true => ExitCode::from(interrupt::STATUS),
+                false => ExitCode::FAILURE,
+            }
         }
     }
 }

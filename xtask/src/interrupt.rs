@@ -5,6 +5,9 @@ use std::sync::{Arc, Mutex};
 
 use anyhow::Result;
 
+/// Status of a program that Ctrl-C ended, as shells give it.
+pub(crate) const STATUS: u8 = 130;
+
 /// The flag of this process, once somebody asked for it: a process has one handler.
 static FLAG: Mutex<Option<Arc<AtomicBool>>> = Mutex::new(None);
 
@@ -18,9 +21,17 @@ pub fn interrupt_flag() -> Result<Arc<AtomicBool>> {
     let raised = Arc::clone(&flag);
     ctrlc::set_handler(move || {
         if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
+            std::process::exit(STATUS.into());
         }
     })?;
     *known = Some(Arc::clone(&flag));
     Ok(flag)
+}
+
+/// Tells if Ctrl-C was pressed, in a process that takes it as a request.
+pub(crate) fn was_interrupted() -> bool {
+    let known = FLAG.lock().unwrap_or_else(|e| e.into_inner());
+    known
+        .as_ref()
+        .is_some_and(|flag| flag.load(Ordering::Relaxed))
 }

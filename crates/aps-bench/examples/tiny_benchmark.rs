@@ -1,4 +1,4 @@
-//! Trains two models for a second each on a few synthetic links, and tells how they do beside the baselines.
+//! Trains two models once on a few synthetic links, and tells how they do beside the baselines.
 
 use aps_bench::{Benchmark, Profile, Watch};
 use aps_metrics::Metric;
@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::path::Path::new("data/tiny-benchmark");
     let mut config = Profile::Smoke.config();
     config.models = vec![ModelKind::MsMlp, ModelKind::PolarReg];
-    config.training.budget = Some("1s".into());
+    config.training.epochs = Some(1);
     let results = Benchmark::new(config, folder)?.run(Watch::default())?;
     for entry in &results.entries {
         let scores = ScoreTable::read(folder, &entry.scores[0], results.links.len())?;

@@ -24,7 +24,7 @@ pub struct Benchmark {
 }
 
 impl Benchmark {
-    /// A benchmark whose parts lie in the folder `out`; those of an earlier one with the same settings are used again.
+    /// Makes a benchmark whose parts lie in the folder `out`; those of an earlier one with the same settings are used again.
     ///
     /// # Errors
     /// Settings out of range.
@@ -39,20 +39,20 @@ impl Benchmark {
         })
     }
 
-    /// The same that makes everything anew, if `fresh`.
+    /// Makes everything anew, if `fresh`.
     #[must_use]
     pub fn fresh(self, fresh: bool) -> Self {
         Self { fresh, ..self }
     }
 
-    /// The same under a name in the report, instead of `custom`.
+    /// Names the settings in the report, instead of `custom`.
     #[must_use]
     pub fn called(self, profile: impl Into<String>) -> Self {
         let profile = profile.into();
         Self { profile, ..self }
     }
 
-    /// The same whose report tells the machine and the build, which this crate does not find out.
+    /// Tells the report the machine and the build, which this crate does not find out.
     #[must_use]
     pub fn on(self, machine: Machine) -> Self {
         Self { machine, ..self }
@@ -67,6 +67,10 @@ impl Benchmark {
     /// A folder of something else, data that cannot be made, files that cannot be written, and [`Error::Interrupted`]: what is finished by
     /// then is kept, and the same benchmark goes on from there.
     pub fn run(&self, watch: Watch<'_>) -> Result<Results> {
+        watch.ended(self.results(watch))
+    }
+
+    fn results(&self, watch: Watch<'_>) -> Result<Results> {
         let started = Instant::now();
         let device = self.config.device.open()?;
         let _lock = claim_folder(&self.out, &self.config)?;
@@ -93,7 +97,7 @@ impl Benchmark {
                 Err(error) => error,
             };
             if watch.is_cancelled() {
-                return Err(Error::Interrupted(Box::new(error)));
+                return Err(error);
             }
             let message = chain(&error);
             let failure = Failure { name, message };

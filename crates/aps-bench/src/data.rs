@@ -20,7 +20,7 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let maps: NamedMaps = data
         .maps
         .parse()
-        .map_err(|e| Error::Setting(format!("maps: {e}")))?;
+        .map_err(|e| Error::Setting(format!("data.maps: {e}")))?;
     if let NamedMaps::City(_) = maps {
         let told = "a city in GeoJSON cannot be benchmarked on directly: give a folder of maps, or synthetic";
         return Err(Error::Setting(told.into()));
@@ -93,13 +93,18 @@ pub fn limited(
     }
 }
 
+/// Tells if these are the name of synthetic cities.
+pub fn is_synthetic(maps: &str) -> bool {
+    matches!(maps.parse(), Ok(NamedMaps::Synthetic { .. }))
+}
+
 /// Splits maps. If they are the paper's, test maps are taken from its own, 46 to 50, else from the end. Training maps are the first of the
 /// others, development maps the next ones.
 fn split(available: &[u32], data: &DataConfig) -> Result<Split> {
     let is_papers = available.iter().all(|&id| id <= 50)
         && available.iter().any(|&id| id <= 45)
         && available.iter().any(|&id| id > 45);
-    let cut = match is_papers && !data.maps.starts_with("synthetic") {
+    let cut = match is_papers && !is_synthetic(&data.maps) {
         true => available.partition_point(|&id| id <= 45),
         false => available.len().saturating_sub(data.test_maps),
     };

@@ -45,9 +45,10 @@ impl<'a> Context<'a> {
         let maps = &bed.dataset.manifest().split.train;
         let train = Examples::of_maps(&bed.dataset, maps, target, draw)?;
         if train.list().is_empty() {
+            let maps = maps.clone();
             return Err(Error::NoLinks {
-                of: "training ",
-                maps: maps.clone(),
+                part: "training",
+                maps,
             });
         }
         Ok(Self {

@@ -46,10 +46,10 @@ pub enum Error {
         there: usize,
     },
     /// Maps without a link to learn from or to score.
-    #[error("the {of}maps {maps:?} have no link with a label")]
+    #[error("the {part} maps {maps:?} have no link with a label")]
     NoLinks {
-        /// `training ` or nothing.
-        of: &'static str,
+        /// `training`, or `chosen` for those that are scored.
+        part: &'static str,
         /// The maps.
         maps: Vec<u32>,
     },
@@ -85,11 +85,16 @@ pub enum Error {
         /// The budget \[s\].
         budget_s: f64,
     },
-    /// No training was long enough to choose settings by.
-    #[error("no training of {0} made a step: nothing is written; give a larger share")]
-    NoStep(ModelKind),
+    /// Every training of a model failed, so that there is nothing to choose settings by.
+    #[error("every training of {model} failed, nothing is written for it; the last one")]
+    NoTraining {
+        /// The model.
+        model: ModelKind,
+        /// Error of the last training.
+        source: Option<Box<Error>>,
+    },
     /// The work was ended from outside.
-    #[error("what is finished is kept, the same command continues")]
+    #[error("what is finished is kept, and the same benchmark goes on from there")]
     Interrupted(#[source] Box<Error>),
     /// A data set, a training, a model, a trace or a label.
     #[error(transparent)]

@@ -12,7 +12,7 @@ use crate::files::{digest, write_json};
 use crate::watch::{Event, Watch};
 
 /// Raised when a part made by an earlier version can no longer be used.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Name of the file in the folder of a part.
 const FILE: &str = "stamp.json";

@@ -7,6 +7,7 @@ use aps_report::benchmark::{DataSummary, Entry, FORMAT, Results};
 use map2aps::targets::labelled_links;
 
 use crate::config::Config;
+use crate::data::is_synthetic;
 use crate::entry::Context;
 use crate::error::Result;
 use crate::job::{Job, SIGHT, stem};
@@ -56,7 +57,7 @@ impl Context<'_> {
 
 /// Origin of the maps, in words.
 pub fn source(config: &Config) -> String {
-    match config.data.maps.starts_with("synthetic") {
+    match is_synthetic(&config.data.maps) {
         true => format!("synthetic city, seed {}", config.seed),
         false => {
             let path = Path::new(&config.data.maps);

@@ -83,11 +83,11 @@ impl TestBed {
         self.test.len()
     }
 
-    /// Trains a model in a folder by `config`, or takes the training that is there with the same settings, and measures its best
-    /// weights.
+    /// Trains a model in a folder, or takes the training that is there with the same settings, and measures its best weights. Of
+    /// `config` the training, the models' settings and the latency count.
     ///
     /// # Errors
-    /// A training that fails or is cancelled; it is continued the next time.
+    /// Settings out of range, a training that fails or is cancelled; it is continued the next time.
     pub fn measure(
         &self,
         config: &Config,
@@ -95,6 +95,7 @@ impl TestBed {
         folder: impl AsRef<Path>,
         watch: Watch<'_>,
     ) -> Result<Measured> {
+        config.check()?;
         let (plan, part) = self.training(config, kind, folder.as_ref())?;
         let training = self.train(&plan, &part, watch)?;
         let answer = self.ask(&self.trained(&plan, &part)?, &config.latency, watch)?;

@@ -39,7 +39,10 @@ impl TestSet {
         let draw = limit.map(|links| Draw { links, seed });
         let examples = Examples::of_maps(dataset, &maps, target, draw)?;
         if examples.list().is_empty() {
-            return Err(Error::NoLinks { of: "", maps });
+            return Err(Error::NoLinks {
+                part: "chosen",
+                maps,
+            });
         }
         let labelled = targets::labelled_links(dataset, &maps);
         let entries = dataset.manifest().maps.iter();

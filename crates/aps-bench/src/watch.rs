@@ -9,6 +9,7 @@ use aps_report::benchmark::Failure;
 use map2aps::training::{Run, Training};
 use map2aps::{Control, Difference, Progress};
 
+use crate::error::{Error, Result};
 use crate::tune::Trial;
 
 /// Follows a benchmark. Its [`Progress`] counts the links of a data set that is made and the steps of a training.
@@ -23,7 +24,7 @@ pub trait Observer: Progress {
 impl Observer for () {}
 
 /// Something that a person who waits may want to know.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// A stage begins: the data set, then an entry each.
@@ -101,6 +102,14 @@ impl<'a> Watch<'a> {
 
     pub(crate) fn tell(&self, event: Event<'_>) {
         self.observer.event(event);
+    }
+
+    /// Tells of an error, after the work was ended from outside, that it was.
+    pub(crate) fn ended<T>(&self, result: Result<T>) -> Result<T> {
+        result.map_err(|error| match self.is_cancelled() {
+            true => Error::Interrupted(Box::new(error)),
+            false => error,
+        })
     }
 
     pub(crate) fn is_cancelled(&self) -> bool {

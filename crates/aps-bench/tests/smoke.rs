@@ -2,11 +2,13 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use aps_bench::{Benchmark, Config, Error, Profile, Watch};
+use aps_bench::{Benchmark, Config, Error, Event, Observer, Profile, Watch};
 use aps_data::npy;
 use aps_model::ModelKind;
 use aps_report::benchmark::{Entry, EntryKind, Results, ScoreTable};
+use map2aps::Progress;
 use tempfile::TempDir;
 
 /// The entries of the weights that come with the program.
@@ -97,7 +99,7 @@ fn is_whole(results: &Results, out: &Path) {
         let model = entry(results, kind.title());
         let training = model.training.as_ref().unwrap();
         let times: Vec<f64> = training.curve.iter().map(|p| p.seconds).collect();
-        assert!(!times.is_empty() && times.len() <= 7 && times.is_sorted());
+        assert!(times.len() == 2 && times.is_sorted());
         assert!(training.seconds > 0.0, "{times:?}");
         assert!(training.links_seen > 0);
         // Weights are chosen by the metric that entries are ranked by; of equals the first.
@@ -132,6 +134,55 @@ fn is_whole(results: &Results, out: &Path) {
     assert_eq!(direct.substituted_links, data.test_links - in_sight);
     for file in ["report.html", "report.md", "configuration.json"] {
         assert!(out.join(file).is_file(), "{file}");
+    }
+}
+
+/// Ends the work when the second training begins.
+#[derive(Default)]
+struct Impatient {
+    trainings: AtomicUsize,
+    cancel: AtomicBool,
+}
+
+impl Progress for Impatient {}
+
+impl Observer for Impatient {
+    fn event(&self, event: Event<'_>) {
+        if matches!(event, Event::TrainingBegins(..)) {
+            let is_second = self.trainings.fetch_add(1, Ordering::Relaxed) == 1;
+            self.cancel.store(is_second, Ordering::Relaxed);
+        }
+    }
+}
+
+#[test]
+fn an_interrupted_benchmark_goes_on_from_there() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("bench");
+    let mut config = Profile::Smoke.config();
+    config.models = vec![ModelKind::PolarReg, ModelKind::ResnetMlp];
+    let bench = Benchmark::new(config, &out).unwrap();
+    let impatient = Impatient::default();
+    let watch = Watch {
+        observer: &impatient,
+        cancel: &impatient.cancel,
+    };
+    let ended = bench.run(watch).unwrap_err();
+    assert!(matches!(ended, Error::Interrupted(_)), "{ended:?}");
+    let again = Impatient::default();
+    let watch = Watch {
+        observer: &again,
+        ..Watch::default()
+    };
+    let results = bench.run(watch).unwrap();
+    assert!(results.failed.is_empty(), "{:?}", results.failed);
+    // The first model was finished, the second is continued.
+    assert_eq!(again.trainings.into_inner(), 1);
+    for name in ["Polar-Reg", "ResNet-MLP"] {
+        assert_eq!(
+            entry(&results, name).training.as_ref().unwrap().curve.len(),
+            2
+        );
     }
 }
 

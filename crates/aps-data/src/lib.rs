@@ -120,7 +120,7 @@ pub use raster::{Raster, RasterError, RasterGrid};
 pub use reader::Dataset;
 #[cfg(feature = "raytrace")]
 pub use records::sample_of;
-pub use split::{Part, Split};
+pub use split::{Part, Split, UnknownPart};
 pub use status::LinkStatus;
 pub use survey::Survey;
 pub use writer::{Access, DatasetWriter};

@@ -3,6 +3,8 @@
 //! A map belongs to one part with all its links, so that a test is always on streets never seen in
 //! training.
 
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 /// One part of a [`Split`].
@@ -20,7 +22,31 @@ pub enum Part {
 impl Part {
     /// Every part of a split.
     pub const ALL: [Part; 3] = [Part::Train, Part::Develop, Part::Test];
+
+    /// Its name: `train`, `develop` or `test`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Develop => "develop",
+            Self::Test => "test",
+        }
+    }
 }
+
+impl FromStr for Part {
+    type Err = UnknownPart;
+
+    fn from_str(name: &str) -> Result<Self, UnknownPart> {
+        let found = Self::ALL.into_iter().find(|part| part.name() == name);
+        found.ok_or_else(|| UnknownPart(name.into()))
+    }
+}
+
+/// A text that is the name of no part of a split.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is none of 'train', 'develop' and 'test'")]
+pub struct UnknownPart(pub String);
 
 /// The maps of each part, in ascending order; every map of a data set is in exactly one.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]

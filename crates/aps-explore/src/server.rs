@@ -34,8 +34,8 @@ pub enum ServeError {
     /// Maps that cannot be read.
     #[error(transparent)]
     Maps(#[from] map2aps::Error),
-    /// A port that is taken or not allowed; 0 takes a free one.
-    #[error("cannot listen on port {port}")]
+    /// A port that is taken or not allowed.
+    #[error("cannot listen on port {port}; 0 takes a free one")]
     Port {
         /// The port asked for.
         port: u16,

@@ -23,8 +23,8 @@ pub struct LevelDistance {
 }
 
 impl LevelDistance {
-    /// Compares finite levels \[dB\] bin by bin. A level below the floor counts as if it were there, so that no bin is off by more
-    /// than [`LEVEL_FLOOR_DB`] on the side of the true spectrum; a spectrum that is missing is off by as much in every bin.
+    /// Compares finite levels \[dB\] bin by bin. A level below the floor counts as the floor. A spectrum that is missing is off by
+    /// [`LEVEL_FLOOR_DB`] in every bin.
     #[must_use]
     pub fn of(truth_db: &[f64], found_db: Option<&[f64]>) -> Self {
         let Some(found_db) = found_db else {

@@ -28,7 +28,7 @@ const SPECTRUM: &str = "spectrum";
 ///
 /// Its input is `condition` (batch, 3, `image_size`, `image_size`), or for ways along rays `ways` (batch, ways, numbers), any number of
 /// ways from 1, where `image_size` is of no use; its output is `spectrum` (batch, [`ANGLE_BINS`]). Each tells its shape and units. `batch` is any
-/// number from 1. `facts` go with model and preset into the metadata, in their order. The same arguments give the same bytes.
+/// number from 1. `facts` go with model, preset and the numbers of directions and kinds of ways into the metadata, in their order. The same arguments give the same bytes.
 ///
 /// # Errors
 /// [`Error::Candle`](crate::Error::Candle) for a shape or an image size that the model does not take, and for parameters that are
@@ -71,6 +71,10 @@ pub fn export(
 
     let (kind, preset) = (label.kind, label.preset);
     let mut metadata = vec![("model", kind.to_string()), ("preset", preset.to_string())];
+    if let InputShape::Polar(shape) = shape {
+        metadata.push(("directions", shape.directions.to_string()));
+        metadata.push(("kinds", shape.kinds.to_string()));
+    }
     metadata.extend_from_slice(facts);
     let fact = |(key, value): (&str, String)| StringStringEntryProto {
         key: key.into(),

@@ -47,15 +47,8 @@ impl Examples {
         split: Given<String>,
         settings: Settings,
     ) -> PyResult<Self> {
-        let part = match &*split.named("split")? {
-            "train" => Part::Train,
-            "develop" => Part::Develop,
-            "test" => Part::Test,
-            split => {
-                let text = format!("split: '{split}' is none of 'train', 'develop' and 'test'");
-                return Err(PyValueError::new_err(text));
-            }
-        };
+        let part = split.named("split")?.parse::<Part>();
+        let part = part.map_err(|error| PyValueError::new_err(format!("split: {error}")))?;
         let size = settings.size.named("size")?;
         if !(1..=MAX_SIZE).contains(&size) {
             let text = format!("size: {size} pixels; must be 1 to {MAX_SIZE}");

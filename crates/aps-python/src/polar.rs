@@ -41,7 +41,8 @@ pub fn all_ways<'py>(
 ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
     let found = run(py, None, |control| {
         let (mut all, mut most) = (Vec::new(), PER_WAY);
-        while all.len() < links && fits(links, most) {
+        // The lists are there beside the array.
+        while all.len() < links && fits(links, 2 * most) {
             if control.is_cancelled() {
                 return Err(Error::Cancelled);
             }
@@ -50,7 +51,7 @@ pub fn all_ways<'py>(
             all.extend(some.map_err(|error| behind(first, error))?);
             most = all[first..].iter().map(Vec::len).fold(most, usize::max);
         }
-        Ok(match fits(links, most) {
+        Ok(match fits(links, 2 * most) {
             true => Ok(padded(&all)),
             false => Err(most),
         })

@@ -1,6 +1,6 @@
 //! Benchmarks of the polar view: `cargo bench -p aps-raytrace --bench polar`.
 //!
-//! The default synthetic city, or the RadioMapSeer map that `POLAR_MAP` names; 180 directions, two bounces; one thread with
+//! The default synthetic city, or the RadioMapSeer map that `POLAR_MAP` names; 720 directions, two bounces; one thread with
 //! `RAYON_NUM_THREADS=1`.
 
 mod common;

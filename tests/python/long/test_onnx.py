@@ -123,7 +123,7 @@ def test_a_file_tells_what_its_tensors_are_and_what_the_weights_were_trained_on(
     assert "normalised as the labels" in graph.output[0].doc_string
     run("export-onnx", "--model", "polar_reg", "--out", tmp_path / "shipped.onnx")
     facts = {fact.key: fact.value for fact in onnx.load(tmp_path / "shipped.onnx").metadata_props}
-    assert list(facts) == ["model", "preset", "protocol", "training_statistics", "label"]
+    assert list(facts) == ["model", "preset", "directions", "kinds", "protocol", "training_statistics", "label"]
     assert "array" in json.loads(facts["label"]) and json.loads(facts["training_statistics"])["std"] > 0
 
 

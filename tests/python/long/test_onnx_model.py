@@ -54,6 +54,9 @@ def test_bad_conditions_are_told(polar: OnnxModel) -> None:
         (good[:, :0], "linear", r"got float32 of shape \(2, 0, 16\)"),
         (np.zeros((1, 3, 64, 64)), "linear", r"got float64 of shape \(1, 3, 64, 64\)"),
         (np.full_like(good, np.nan), "linear", "not finite"),
+        (good - 1, "linear", "below 720 and 15"),
+        (good + 15, "linear", "below 720 and 15"),
+        (good + 0.5, "linear", "whole numbers"),
         (np.full(good.shape, 1e300), "linear", "not finite"),
         (good, "db", "'db' is neither"),
         ([["a"]], "linear", r"got <U1 of shape \(1, 1\)"),
@@ -111,6 +114,7 @@ def test_models_that_predict_something_else_say_so(tmp_path: Path) -> None:
 
 def test_one_model_answers_threads(polar: OnnxModel) -> None:
     ways = np.random.default_rng(1).random((4, 30, 16), dtype=np.float32)
+    ways[..., 14:] = np.floor(ways[..., 14:] * (720, 15))
     expected = polar.predict(ways)
     with ThreadPoolExecutor(4) as threads:
         assert all(np.array_equal(found, expected) for found in threads.map(lambda _: polar.predict(ways), range(8)))

@@ -290,7 +290,7 @@ def test_shipped_weights_load_in_one_line(data: Path, tmp_path: Path) -> None:
     for name, tensor in model.state_dict().items():
         assert torch.equal(tensor, again[name]), name
     # Open ground all around: no way arrives, and the answer is a spectrum all the same.
-    spectrum = model(torch.zeros(1, models.POLAR_DIRECTIONS, models.POLAR_WAYS * models.POLAR_FEATURES))
+    spectrum = model(torch.zeros(1, 1, models.POLAR_FEATURES + 2))
     assert spectrum.shape == (1, 180) and torch.isfinite(spectrum).all()
     with pytest.raises(ValueError, match="protocol: paper in the training, released here"):
         models.check(model, data)

@@ -95,10 +95,11 @@ impl Args {
         let config = Config::resolve(self.profile, self.config.as_deref(), self.flags()?)?;
         let usual = || PathBuf::from(format!("data/bench-{}", self.profile.name()));
         let out = self.out.clone().unwrap_or_else(usual);
-        let printer = Printer::default();
+        let cancel = interrupt_flag()?;
+        let printer = Printer::new(cancel.clone());
         let watch = Watch {
             observer: &printer,
-            cancel: &*interrupt_flag()?,
+            cancel: &cancel,
         };
         let profile = config.profile_name(self.profile);
         let bench = Benchmark::new(config, &out)?
@@ -108,9 +109,11 @@ impl Args {
             let is_share = share > 0.0 && share.is_finite();
             ensure!(is_share, "--tune is {share}: must be positive");
             let file = self.profile.path();
-            bench.tune(share, &file, watch).map_err(advised)?;
+            let tuned = bench.tune(share, &file, watch);
+            printer.printed()?;
+            tuned.map_err(advised)?;
             note!("written into '{}'; the next build takes it", file.display());
-            return printer.printed();
+            return Ok(());
         }
         let results = bench.on(machine::describe()).run(watch).map_err(advised)?;
         for failure in &results.failed {

@@ -17,7 +17,7 @@ Input and output tell their shapes and units, and the metadata how images and la
 folder of a run. `batch` is any number of links:
 
   condition (batch, 3, size, size)  ->  spectrum (batch, 180), normalised
-  ways (batch, 180, values)         ->  the same, of polar_reg";
+  ways (batch, ways, 16)            ->  the same, of polar_reg";
 
 /// Write a trained model as a file of ONNX.
 #[derive(Debug, clap::Args)]

@@ -18,7 +18,7 @@ use map2aps::training::{self, Device, Trained, TrainingError};
 use map2aps::{Examples, MapError};
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::bar_of;
-use xtask::{PartName, TileArgs, note};
+use xtask::{TileArgs, note, parts};
 
 use crate::choices::devices;
 
@@ -51,8 +51,8 @@ pub struct Args {
     #[arg(long, required_unless_present = "input", conflicts_with = "input")]
     data: Option<PathBuf>,
     /// Part of the data set [default: test].
-    #[arg(long, value_enum, conflicts_with = "input")]
-    split: Option<PartName>,
+    #[arg(long, value_parser = parts(), conflicts_with = "input")]
+    split: Option<Part>,
     /// Maps that the data set was made from, for polar_reg: a folder of RadioMapSeer files, or a city in GeoJSON. Synthetic
     /// cities need not be given.
     #[arg(long, conflicts_with = "input")]
@@ -122,7 +122,7 @@ impl Args {
         let trained = trained.with_maps(self.maps.as_ref().map(open).transpose()?);
         let (.., target) = targets::learning_target(&dataset)?;
         let trained = &trained.for_targets(target);
-        let part = self.split.map_or(Part::Test, Part::from);
+        let part = self.split.unwrap_or(Part::Test);
         let maps = dataset.manifest().split.maps(part);
         ensure!(
             !maps.is_empty(),

@@ -1,6 +1,7 @@
 //! What a benchmark tells, printed for a person who waits.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Result;
 use aps_bench::{Event, Observer, Outcome, Trial};
@@ -17,6 +18,7 @@ use crate::run;
 pub struct Printer {
     maps: Bar,
     training: Mutex<Option<run::Bar>>,
+    cancel: Arc<AtomicBool>,
     /// The first line that could not be written to standard output.
     unwritten: Mutex<Option<anyhow::Error>>,
 }
@@ -26,28 +28,42 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Printer {
+    /// Prints until something cannot be written, which raises `cancel`.
+    pub fn new(cancel: Arc<AtomicBool>) -> Self {
+        Self {
+            cancel,
+            ..Self::default()
+        }
+    }
+
     /// Tells if everything could be written to standard output.
     ///
     /// # Errors
     /// The first failure.
     pub fn printed(self) -> Result<()> {
         let unwritten = self.unwritten.into_inner();
-        match unwritten.unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error),
-            None => Ok(()),
-        }
+        let unwritten = unwritten.unwrap_or_else(PoisonError::into_inner);
+        unwritten.map_or(Ok(()), Err)
+    }
+
+    /// Tells if a training is under way, whose bar counts its steps.
+    fn trains(&self) -> bool {
+        locked(&self.training).is_some()
     }
 
     fn line(&self, text: &str) {
         if let Err(error) = say!("{text}") {
             locked(&self.unwritten).get_or_insert(error);
+            self.cancel.store(true, Ordering::Relaxed);
         }
     }
 }
 
 impl Progress for Printer {
     fn begin(&self, work: Work) {
-        self.maps.begin(work);
+        if !self.trains() {
+            self.maps.begin(work);
+        }
     }
 
     fn map(&self, id: u32) {
@@ -55,19 +71,19 @@ impl Progress for Printer {
     }
 
     fn advance(&self, units: u64) {
-        self.maps.advance(units);
+        if !self.trains() {
+            self.maps.advance(units);
+        }
     }
 
     fn step(&self, report: &StepReport) {
-        if let Some(bar) = &*locked(&self.training) {
-            bar.step(report);
-        }
+        let training = locked(&self.training);
+        training.iter().for_each(|bar| bar.step(report));
     }
 
     fn scored(&self, scores: &DevelopmentScores) {
-        if let Some(bar) = &*locked(&self.training) {
-            bar.scored(scores);
-        }
+        let training = locked(&self.training);
+        training.iter().for_each(|bar| bar.scored(scores));
     }
 }
 

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use aps_data::Dataset;
+use aps_data::{Dataset, Part};
 use clap::ValueEnum;
 use map2aps::{Export, ExportLayout};
 
-use crate::args::{IdList, PartName};
+use crate::args::{IdList, parts};
 use crate::progress::{self, Bar};
 use crate::say;
 
@@ -35,8 +35,8 @@ pub struct Args {
     #[arg(long)]
     out: PathBuf,
     /// Only the maps of one part of the split.
-    #[arg(long, value_enum)]
-    part: Option<PartName>,
+    #[arg(long, value_parser = parts())]
+    part: Option<Part>,
     /// Only these maps, like 0-4,7.
     #[arg(long)]
     map_ids: Option<IdList>,
@@ -59,7 +59,7 @@ impl Args {
     pub fn run(self) -> Result<()> {
         progress::use_threads(self.threads)?;
         let export = Export {
-            part: self.part.map(Into::into),
+            part: self.part,
             maps: self.map_ids.map(|ids| ids.0),
             limit: self.limit,
             any_protocol: self.any_protocol,

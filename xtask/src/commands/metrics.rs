@@ -5,12 +5,13 @@ mod output;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
+use aps_data::Part;
 use aps_label::Protocol;
 use aps_metrics::DataRange;
 use clap::ValueEnum;
 use map2aps::{ArrayFile, Prediction, Scoring, Truth};
 
-use crate::args::PartName;
+use crate::args::parts;
 use crate::note;
 
 /// Form that a data set's labels are turned into before a prediction is compared with them.
@@ -68,8 +69,8 @@ pub struct Args {
     #[arg(long)]
     truth: PathBuf,
     /// Part of the data set to score on [default: test].
-    #[arg(long, value_enum)]
-    split: Option<PartName>,
+    #[arg(long, value_parser = parts())]
+    split: Option<Part>,
     /// Predicted spectra: .npy file.
     #[arg(long)]
     prediction: PathBuf,
@@ -129,7 +130,7 @@ impl Args {
                 self.map_ids.is_none(),
                 "--map-ids is for truth from a file; a data set knows its maps"
             );
-            let part = self.split.unwrap_or(PartName::Test).into();
+            let part = self.split.unwrap_or(Part::Test);
             let domain = self.domain.map(Into::into).unwrap_or_default();
             Ok(Truth::dataset(&self.truth, part, domain)?)
         } else {

@@ -51,7 +51,7 @@ use serde::{Deserialize, Serialize};
 pub use conditions::Conditions;
 pub use join::{join, publish, studies_folder};
 pub use scenes::{MapChoice, NamedScene};
-pub use stopwatch::{Stopwatch, Timing, on_one_thread};
+pub use stopwatch::{Stopwatch, on_one_thread};
 pub use study::{Column, FORMAT, Study};
 
 /// The amount of measurement.

@@ -172,20 +172,21 @@ impl<'s> Links<'s> {
         let label = stopwatch.compare_again(&began, &found, |found| {
             let _ = black_box(self.label(&found.samples));
         });
+        let us = |seconds: f64, count: usize| 1e6 * seconds / count as f64;
         let traced = found.into_iter().enumerate().map(|(i, found)| {
             // Chains beyond the limits are made when a link first asks for them.
             let first_s = match found.beyond {
                 0 => 0.0,
-                _ => (found.cold.as_secs_f64() - join[i].median_s).max(0.0),
+                _ => (found.cold.as_secs_f64() - join[i]).max(0.0),
             };
             let first_us = 1e6 * first_s / self.tx.len() as f64;
             Traced {
                 time: LinkTime {
-                    map_s: map[i].median_s,
-                    transmitter_us: transmitter[i].per(self.tx.len()).us() + first_us,
-                    receiver_us: receiver[i].per(self.rx.len()).us(),
-                    join_us: join[i].per(self.len()).us(),
-                    label_us: label[i].per(self.len()).us(),
+                    map_s: map[i],
+                    transmitter_us: us(transmitter[i], self.tx.len()) + first_us,
+                    receiver_us: us(receiver[i], self.rx.len()),
+                    join_us: us(join[i], self.len()),
+                    label_us: us(label[i], self.len()),
                 },
                 ..found.traced
             }

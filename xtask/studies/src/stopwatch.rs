@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 
 use crate::Profile;
 
-/// Measures how long something takes.
+/// Measures how long something takes, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stopwatch {
     /// Measured samples; their median counts.
@@ -16,13 +16,6 @@ pub struct Stopwatch {
     /// Samples stop once they have taken this long together. Work that takes longer than this at once is
     /// timed by its one run.
     pub most: Duration,
-}
-
-/// Time of one piece of work.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Timing {
-    /// Median [s].
-    pub median_s: f64,
 }
 
 impl Stopwatch {
@@ -36,7 +29,7 @@ impl Stopwatch {
     }
 
     /// Times `work`, which runs once for warming up and is then repeated.
-    pub fn time(&self, mut work: impl FnMut()) -> Timing {
+    pub fn time(&self, mut work: impl FnMut()) -> f64 {
         let started = Instant::now();
         work();
         self.time_again(&[started.elapsed()], &mut [&mut work])[0]
@@ -44,7 +37,7 @@ impl Stopwatch {
 
     /// Times the same work for several settings that are to be compared: their samples take turns, so that a machine that slows
     /// down for a while slows all of them.
-    pub fn compare<A>(&self, settings: &[A], work: impl Fn(&A)) -> Vec<Timing> {
+    pub fn compare<A>(&self, settings: &[A], work: impl Fn(&A)) -> Vec<f64> {
         let once = |setting: &A| {
             let started = Instant::now();
             work(setting);
@@ -63,7 +56,7 @@ impl Stopwatch {
         once: &[Duration],
         settings: &[A],
         work: impl Fn(&A),
-    ) -> Vec<Timing> {
+    ) -> Vec<f64> {
         let work = &work;
         let mut works: Vec<_> = settings
             .iter()
@@ -74,7 +67,7 @@ impl Stopwatch {
         self.time_again(once, &mut works)
     }
 
-    fn time_again(&self, once: &[Duration], works: &mut [&mut dyn FnMut()]) -> Vec<Timing> {
+    fn time_again(&self, once: &[Duration], works: &mut [&mut dyn FnMut()]) -> Vec<f64> {
         assert_eq!(once.len(), works.len(), "a time for every piece of work");
         let mut samples: Vec<Vec<f64>> = once.iter().map(|_| Vec::new()).collect();
         let mut spent = vec![Duration::ZERO; once.len()];
@@ -95,34 +88,11 @@ impl Stopwatch {
                 }
             }
         }
-        samples.into_iter().map(Timing::of).collect()
-    }
-}
-
-impl Timing {
-    fn of(mut samples: Vec<f64>) -> Self {
-        samples.sort_by(f64::total_cmp);
-        Self {
-            median_s: samples[(samples.len() - 1) / 2],
-        }
-    }
-
-    /// The same for each of `count` equal parts of the work.
-    #[must_use]
-    pub fn per(self, count: usize) -> Self {
-        Self {
-            median_s: self.median_s / count as f64,
-        }
-    }
-
-    /// Median [us].
-    pub fn us(self) -> f64 {
-        1e6 * self.median_s
-    }
-
-    /// Median [ns].
-    pub fn ns(self) -> f64 {
-        1e9 * self.median_s
+        let median = |mut samples: Vec<f64>| {
+            samples.sort_by(f64::total_cmp);
+            samples[(samples.len() - 1) / 2]
+        };
+        samples.into_iter().map(median).collect()
     }
 }
 
@@ -147,9 +117,8 @@ mod tests {
             most: Duration::from_secs(60),
         };
         let mut runs = 0;
-        let timing = stopwatch.time(|| runs += 1);
+        assert!(stopwatch.time(|| runs += 1) >= 0.0);
         assert_eq!(runs, 6);
-        assert_eq!(timing.per(4).median_s, timing.median_s / 4.0);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod grid;
 
+use std::cell::RefCell;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -49,14 +50,14 @@ pub struct Trial<'a> {
 /// What came of a training with some settings.
 #[derive(Debug, Clone, Copy)]
 pub enum Outcome<'a> {
-    /// A model.
+    /// A model was trained and scored.
     Scored {
         /// Its mean cosine similarity on development links.
         cosine: f64,
         /// Number of its steps, if they are too few to say much.
         few_steps: Option<u64>,
     },
-    /// None, for this reason.
+    /// The training failed.
     Failed(&'a Error),
 }
 
@@ -73,9 +74,13 @@ impl Benchmark {
     /// writes the best into a profile's file, behind what is there. No test map is looked at.
     ///
     /// # Errors
-    /// Settings without a budget, a share of it that is none, a file that is no profile's, a model of which no training made a step, and a
-    /// search that is cancelled: trainings that were made are used again.
+    /// Settings without a budget, a share of it that is none, a file that is no profile's, a model of which every training
+    /// failed, and [`Error::Interrupted`]: trainings that were made are used again.
     pub fn tune(&self, share: f64, file: &Path, watch: Watch<'_>) -> Result<()> {
+        watch.ended(self.choose_settings(share, file, watch))
+    }
+
+    fn choose_settings(&self, share: f64, file: &Path, watch: Watch<'_>) -> Result<()> {
         let budget_s = self.config.budget_s()?.ok_or(Error::NoBudget)?;
         if !(share.is_finite() && share * budget_s >= 1e-3) {
             return Err(Error::Share { share, budget_s });
@@ -134,10 +139,18 @@ impl Search<'_> {
             learning_rate: Some(papers.learning_rate),
             warmup_steps: Some(papers.warmup_steps),
         };
-        let mut score = |settings, share| self.score(model, settings, share);
+        let failed = RefCell::new(None);
+        let mut score = |settings, share| match self.score(model, settings, share)? {
+            Ok(cosine) => Ok(cosine),
+            Err(error) => {
+                failed.replace(Some(Box::new(error)));
+                Ok(f64::NEG_INFINITY)
+            }
+        };
         let (settings, cosine) = choose(usual, shares, &mut score)?;
         if !cosine.is_finite() {
-            return Err(Error::NoStep(model));
+            let source = failed.take();
+            return Err(Error::NoTraining { model, source });
         }
         Ok(Trial {
             model,
@@ -150,8 +163,8 @@ impl Search<'_> {
         })
     }
 
-    /// Mean cosine similarity on the development links of a model trained with some settings; a training that fails has none.
-    fn score(&self, model: ModelKind, settings: ModelConfig, share: f64) -> Result<f64> {
+    /// Mean cosine similarity on the development links of a model trained with some settings; the error of a training that fails.
+    fn score(&self, model: ModelKind, settings: ModelConfig, share: f64) -> Result<Result<f64>> {
         let tried = |outcome: Outcome<'_>| {
             self.watch.tell(Event::Tried(&Trial {
                 model,
@@ -160,22 +173,7 @@ impl Search<'_> {
                 outcome,
             }));
         };
-        match self.trained(model, settings, share * self.budget_s) {
-            Ok((cosine, steps)) => {
-                let few_steps = (steps < FEW_STEPS).then_some(steps);
-                tried(Outcome::Scored { cosine, few_steps });
-                Ok(cosine)
-            }
-            Err(error) if self.watch.is_cancelled() => Err(error),
-            Err(error) => {
-                tried(Outcome::Failed(&error));
-                Ok(f64::NEG_INFINITY)
-            }
-        }
-    }
-
-    /// Trains a model for some time; its score on the development links, and its steps.
-    fn trained(&self, model: ModelKind, settings: ModelConfig, seconds: f64) -> Result<(f64, u64)> {
+        let seconds = share * self.budget_s;
         let mut config = self.bench.config.clone();
         config.model.insert(model.name().into(), settings);
         config.training.budget = Some(format!("{}ms", (seconds * 1e3).round()));
@@ -185,23 +183,35 @@ impl Search<'_> {
         let folder = folder.join(folder_of(model, settings, seconds));
         let (bed, links) = (&self.bed, &self.bed.test);
         let (plan, part) = bed.training(&config, model, &folder)?;
-        let training = bed.train(&plan, &part, self.watch)?;
-        let steps = training.curve.last().map_or(0, |last| last.steps);
+        let training = match bed.train(&plan, &part, self.watch) {
+            Ok(training) => training,
+            Err(error) if self.watch.is_cancelled() => return Err(error),
+            Err(error) => {
+                tried(Outcome::Failed(&error));
+                return Ok(Err(error));
+            }
+        };
         let kept = part.folder().join("score.json");
-        if kept.is_file() {
-            return Ok((read_json(&kept)?, steps));
-        }
-        let predicted = bed.trained(&plan, &part)?.predict(links.examples())?;
-        let table = links.score(&predicted, links.protocol.into())?;
-        let cosine = table.mean(Metric::Cosine).ok_or(Error::NothingScored)?;
-        write_json(&kept, &cosine)?;
-        // There are many of them, and they are large.
-        let run = RunFolder::create(part.folder())?;
-        for weights in [run.best(), run.checkpoint()] {
-            std::fs::remove_file(&weights).map_err(Error::file("file", &weights))?;
-        }
-        part.finish()?;
-        Ok((cosine, steps))
+        let cosine = match kept.is_file() {
+            true => read_json(&kept)?,
+            false => {
+                let predicted = bed.trained(&plan, &part)?.predict(links.examples())?;
+                let table = links.score(&predicted, links.protocol.into())?;
+                let cosine = table.mean(Metric::Cosine).ok_or(Error::NothingScored)?;
+                write_json(&kept, &cosine)?;
+                // There are many of them, and they are large.
+                let run = RunFolder::create(part.folder())?;
+                for weights in [run.best(), run.checkpoint()] {
+                    std::fs::remove_file(&weights).map_err(Error::file("file", &weights))?;
+                }
+                part.finish()?;
+                cosine
+            }
+        };
+        let steps = training.curve.last().map_or(0, |last| last.steps);
+        let few_steps = (steps < FEW_STEPS).then_some(steps);
+        tried(Outcome::Scored { cosine, few_steps });
+        Ok(Ok(cosine))
     }
 }
 

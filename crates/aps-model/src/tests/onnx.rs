@@ -49,11 +49,10 @@ fn a_file_tells_its_model_and_takes_any_number_of_links() {
         let model = ModelProto::decode(&file[..]).unwrap();
         let facts = model.metadata_props.iter();
         let facts: Vec<_> = facts.map(|fact| (&*fact.key, &*fact.value)).collect();
-        let expected = [
-            ("model", kind.name()),
-            ("preset", "small"),
-            ("image_size", "64"),
-        ];
+        let of_ways = [("directions", "720"), ("kinds", "15")];
+        let of_ways = &of_ways[..if kind == ModelKind::PolarReg { 2 } else { 0 }];
+        let own = [("model", kind.name()), ("preset", "small")];
+        let expected = [&own, of_ways, &[("image_size", "64")]].concat();
         assert_eq!(facts, expected);
         let graph = model.graph.unwrap();
         let ([input], [output]) = (&graph.input[..], &graph.output[..]) else {

@@ -45,7 +45,7 @@ impl Fan {
         TAU / self.directions as f64
     }
 
-    /// Number of kinds of ways, told apart by bounces.
+    /// Number of kinds of ways along a ray: each kind with each number of bounces.
     #[must_use]
     pub fn way_kinds(&self) -> usize {
         KINDS.saturating_mul(self.max_bounces.saturating_add(1))

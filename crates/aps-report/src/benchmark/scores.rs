@@ -103,9 +103,9 @@ impl ScoreTable {
         Some(&column.1)
     }
 
-    /// Mean over the links; none for a metric that was not scored.
+    /// Mean over the links; none for a metric that was not scored, or without links.
     pub fn mean(&self, metric: Metric) -> Option<f64> {
-        let column = self.column(metric)?;
+        let column = self.column(metric).filter(|column| !column.is_empty())?;
         Some(column.iter().sum::<f64>() / column.len() as f64)
     }
 

@@ -66,11 +66,13 @@ impl FromStr for NamedMaps {
     }
 }
 
+/// Writes the name that [`FromStr`] reads.
 impl fmt::Display for NamedMaps {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Folder(path) | Self::City(path) => write!(f, "{}", path.display()),
-            Self::Synthetic { .. } => write!(f, "synthetic city"),
+            Self::Synthetic { count: None } => write!(f, "synthetic"),
+            Self::Synthetic { count: Some(n) } => write!(f, "synthetic:{n}"),
         }
     }
 }

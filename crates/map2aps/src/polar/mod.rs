@@ -18,7 +18,7 @@ use crate::error::{At, Place, Result};
 /// Memory for the ways of transmitters, beside those of the batches under way \[bytes\]: some thousands on maps of 256 m.
 const TRANSMITTER_BYTES: usize = 256 << 20;
 
-/// Memory for the rays of receivers likewise.
+/// Memory for the rays of receivers likewise: some 1,500.
 const RECEIVER_BYTES: usize = 256 << 20;
 
 /// A link whose geometry is asked for.
@@ -153,7 +153,12 @@ impl PolarViews {
 
 /// Puts the ways of some links into one array of shape (links, ways, [`PER_WAY`]); links of fewer ways than others end with ways of
 /// zeros, whose feature 1 says that they are none, and one there is at least.
+///
+/// # Panics
+/// When a list is not of whole ways.
 pub fn padded(ways: &[Vec<f32>]) -> (Vec<f32>, [usize; 3]) {
+    let is_whole = |ways: &Vec<f32>| ways.len().is_multiple_of(PER_WAY);
+    assert!(ways.iter().all(is_whole), "{PER_WAY} numbers a way");
     let most = ways.iter().map(|ways| ways.len() / PER_WAY).max();
     let shape = [ways.len(), most.unwrap_or(0).max(1), PER_WAY];
     let mut values = Vec::with_capacity(shape.iter().product());

@@ -318,7 +318,7 @@ mod tests {
         };
         let facts = label_facts(&label, angles, Protocol::Paper, statistics);
         assert!(!facts.is_by_link && facts.array.len() == 180 * fan.directions);
-        for direction in [0, 17, 64, 101, 179] {
+        for direction in [0, 68, 257, 405, 719] {
             let path = PathSample {
                 delay_s: 3e-7,
                 arrival_azimuth_rad: fan.angle_rad(direction),

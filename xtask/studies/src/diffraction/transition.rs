@@ -28,7 +28,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     };
     let timings = on_one_thread(|| Stopwatch::of(setup.profile).compare(&TRANSITIONS, work))?;
     let (mut trade, mut cells) = (Trade::default(), Vec::new());
-    for ((way, f), timing) in TRANSITIONS.into_iter().zip(timings) {
+    for ((way, f), seconds) in TRANSITIONS.into_iter().zip(timings) {
         let errors = table.iter().map(|&(x, exact)| Row {
             way,
             x,
@@ -39,7 +39,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
             .iter()
             .max_by(|p, q| p.relative_error.total_cmp(&q.relative_error));
         let Some(worst) = worst else { continue };
-        let ns = timing.per(table.len()).ns();
+        let ns = 1e9 * seconds / table.len() as f64;
         trade.add(way, way, ns, worst.relative_error);
         cells.push(vec![
             way.into(),

@@ -169,7 +169,7 @@ impl<'f> Reference<'f> {
         let timings = on_one_thread(|| stopwatch.compare(settings, time))?;
         Ok(timings
             .into_iter()
-            .map(|timing| timing.per(self.link_count()).us())
+            .map(|seconds| 1e6 * seconds / self.link_count() as f64)
             .collect())
     }
 }

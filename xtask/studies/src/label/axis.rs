@@ -102,7 +102,7 @@ fn times(setup: &Setup, labelers: &[Labeler], links: &[Vec<PathSample>]) -> Resu
     let timings = on_one_thread(|| Stopwatch::of(setup.profile).compare(labelers, work))?;
     Ok(timings
         .into_iter()
-        .map(|t| t.per(links.len()).us())
+        .map(|seconds| 1e6 * seconds / links.len() as f64)
         .collect())
 }
 

@@ -115,8 +115,10 @@ fn picked(ways: &[f32], slots: usize, shape: &PolarShape) -> Result<(Vec<f32>, V
         let (mut rows, mut directions) = (Vec::new(), Vec::new());
         for (n, way) in ways.chunks_exact(shape.per_way()).enumerate() {
             let [direction, kind] = [way[features], way[features + 1]];
-            let is_known = (0.0..shape.directions as f32).contains(&direction)
-                && (0.0..kinds as f32).contains(&kind);
+            let is_known = |number: f32, count: usize| {
+                (0.0..count as f32).contains(&number) && number.fract() == 0.0
+            };
+            let is_known = is_known(direction, shape.directions) && is_known(kind, kinds);
             if !is_known {
                 bail!("way {n} of link {link} is of no direction or kind of {shape:?}");
             }
@@ -269,7 +271,7 @@ mod tests {
 
     #[test]
     fn a_way_of_no_direction_is_refused() {
-        for (place, number) in [(4, 20.0), (4, -1.0), (5, 3.0), (5, f32::NAN)] {
+        for (place, number) in [(4, 20.0), (4, -1.0), (5, 3.0), (5, f32::NAN), (5, 0.5)] {
             let mut ways = vec![0.0_f32; 2 * SHAPE.per_way()];
             ways[SHAPE.per_way() + place] = number;
             let ways = Tensor::from_vec(ways, (1, 2, SHAPE.per_way()), &Device::Cpu).unwrap();

@@ -14,13 +14,15 @@ use crate::parameters::FIXED;
 use crate::{ANGLE_BINS, LabelFacts, Loss};
 
 /// Power response of a half-wavelength linear array on the y axis, at most 1: bins from -180 degrees, directions from half a
-/// step.
+/// step of theirs.
 fn response(elements: f64) -> Vec<f64> {
-    let step = std::f64::consts::TAU / 180.0;
+    let [bin_rad, direction_rad] =
+        [ANGLE_BINS, WAYS.directions].map(|count| std::f64::consts::TAU / count as f64);
     let of = |bin: usize, direction: usize| {
-        let look = bin as f64 * step - std::f64::consts::PI;
-        let half_phase =
-            0.5 * std::f64::consts::PI * (look.sin() - ((direction as f64 + 0.5) * step).sin());
+        let look = bin as f64 * bin_rad - std::f64::consts::PI;
+        let half_phase = 0.5
+            * std::f64::consts::PI
+            * (look.sin() - ((direction as f64 + 0.5) * direction_rad).sin());
         let (one, many) = (half_phase.sin(), (elements * half_phase).sin());
         match one.abs() < 1e-12 {
             true => 1.0,

@@ -36,12 +36,7 @@ pub enum Values {
 
 /// Folder of a part of the split.
 pub fn folder_of(part: Option<Part>) -> &'static str {
-    match part {
-        Some(Part::Train) => "train",
-        Some(Part::Develop) => "develop",
-        Some(Part::Test) => "test",
-        None => "other",
-    }
+    part.map_or("other", Part::name)
 }
 
 /// The columns of some links of a map.
