@@ -23,7 +23,7 @@ use crate::test_bed::TestBed;
 use crate::tracer::{self, Found};
 use crate::watch::{Event, Watch};
 
-/// What all entries of a benchmark share.
+/// Data that all entries of a benchmark share.
 pub struct Context<'a> {
     pub bench: &'a Benchmark,
     pub bed: TestBed,

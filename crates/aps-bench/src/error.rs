@@ -17,7 +17,7 @@ pub enum Error {
     /// A file or folder that cannot be read or written, or holds something else.
     #[error("{what} '{}'", path.display())]
     File {
-        /// What it is, or what was tried.
+        /// Kind of the file, or the action that failed.
         what: &'static str,
         /// Its path.
         path: PathBuf,

@@ -57,7 +57,7 @@ impl TestBed {
         Self::with_links(config, device, folder.as_ref(), test, false, watch)
     }
 
-    /// The same with links of another part of the split, so many of them.
+    /// Opens the data set with so many links of a part of the split.
     pub(crate) fn with_links(
         config: &Config,
         device: Device,

@@ -25,7 +25,7 @@ const LINKS_AT_ONCE: usize = 64;
 pub enum Found {
     /// Paths of at most so many interactions. Links without one get none: there are no further diffractions as in the labels.
     Within(usize),
-    /// Of all paths of a link its strongest.
+    /// The strongest path of each link.
     Strongest,
 }
 

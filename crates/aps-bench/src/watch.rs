@@ -1,4 +1,4 @@
-//! What is told while a benchmark runs, and the flag that ends it.
+//! Events of a benchmark that runs, and the flag that ends it.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -91,7 +91,7 @@ impl fmt::Debug for Watch<'_> {
 }
 
 impl<'a> Watch<'a> {
-    /// The same for an operation of the library.
+    /// Makes the progress and cancellation of an operation of the library.
     pub(crate) fn control(&self) -> Control<'a> {
         Control {
             progress: self.observer,

@@ -52,7 +52,7 @@ impl DrawnExamples {
         })
     }
 
-    /// The same examples with the ways of [`PolarViews`] in place of images. The maps that the data set was made from must be
+    /// Puts the ways of [`PolarViews`] in place of images. The maps that the data set was made from must be
     /// given, unless they are synthetic.
     ///
     /// # Errors

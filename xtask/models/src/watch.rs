@@ -1,4 +1,4 @@
-//! What a benchmark tells, printed for a person who waits.
+//! Events of a benchmark, printed for a person who waits.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

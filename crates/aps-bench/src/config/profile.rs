@@ -24,7 +24,7 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// All of them, the quickest first.
+    /// Every profile, the quickest first.
     pub const ALL: [Self; 5] = [
         Self::Smoke,
         Self::Quick,
@@ -57,7 +57,7 @@ impl Profile {
         self.files().0
     }
 
-    /// What it is for, in a few words.
+    /// Purpose in a few words.
     pub fn purpose(self) -> &'static str {
         match self {
             Self::Smoke => "Under two minutes: does it run?",

@@ -1,4 +1,4 @@
-//! What settings mean for the training of a model.
+//! Settings of a model's training, made of those of a benchmark.
 
 use std::collections::HashSet;
 

@@ -43,11 +43,11 @@ pub struct Trial<'a> {
     pub settings: ModelConfig,
     /// Share of the budget that it was trained for.
     pub share: f64,
-    /// What came of it.
+    /// Result of the training.
     pub outcome: Outcome<'a>,
 }
 
-/// What came of a training with some settings.
+/// Result of a training with some settings.
 #[derive(Debug, Clone, Copy)]
 pub enum Outcome<'a> {
     /// A model was trained and scored.

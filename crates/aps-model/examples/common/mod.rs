@@ -23,7 +23,7 @@ pub struct Case {
     pub precision: Precision,
 }
 
-/// As many ways as links of the paper's maps have.
+/// Ways in such numbers as links of the paper's maps have.
 #[derive(Debug)]
 struct SomeWays(PolarShape, Device);
 
