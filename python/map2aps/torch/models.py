@@ -520,7 +520,14 @@ class PolarReg(nn.Module):
         -------
         Tensor, shape (batch, 720)
             Share of the power by direction: the sum over all is 1.
+
+        Raises
+        ------
+        ValueError
+            For ways of another shape.
         """
+        if x.dim() != 3 or x.shape[2] != POLAR_FEATURES + 2:
+            raise ValueError(f"expected ways of shape (batch, ways, {POLAR_FEATURES + 2}), got {tuple(x.shape)}")
         log = torch.clamp(6 * self.ways(x) + torch.log(x[..., 0] + 0.01), max=60)
         strength = torch.exp(log) * x[..., 1]
         # Ways of zeros add nothing to the first direction.
@@ -539,6 +546,11 @@ class PolarReg(nn.Module):
         -------
         Tensor, shape (batch, 180)
             Spectra in the domain that ``fixed`` normalises to.
+
+        Raises
+        ------
+        ValueError
+            For ways of another shape.
         """
         out: Tensor = self.fixed(self.power(x))
         return out

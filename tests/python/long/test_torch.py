@@ -292,6 +292,9 @@ def test_shipped_weights_load_in_one_line(data: Path, tmp_path: Path) -> None:
     # Open ground all around: no way arrives, and the answer is a spectrum all the same.
     spectrum = model(torch.zeros(1, 1, models.POLAR_FEATURES + 2))
     assert spectrum.shape == (1, 180) and torch.isfinite(spectrum).all()
+    for shape in ((2, 180, 210), (30, models.POLAR_FEATURES + 2)):
+        with pytest.raises(ValueError, match=r"shape \(batch, ways, 16\), got"):
+            model(torch.zeros(shape))
     with pytest.raises(ValueError, match="protocol: paper in the training, released here"):
         models.check(model, data)
     with pytest.raises(ValueError, match="no settings"):
