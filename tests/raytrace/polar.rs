@@ -45,11 +45,13 @@ fn ways(map: &PolarMap<'_>, points: &[DVec2], mirror: Mirror) -> Ways {
             map,
             transmitter,
             receiver,
-            mirror,
         };
         seen.ways(&mut found).unwrap();
+        mirror.turn_ways(&mut found, map.fan().directions);
+        let number = |way: &[f32]| [way[FEATURES] as usize, way[FEATURES + 1] as usize];
+        assert!(found.chunks_exact(PER_WAY).is_sorted_by_key(number));
         for way in found.chunks_exact(PER_WAY) {
-            let [direction, kind] = [way[FEATURES] as usize, way[FEATURES + 1] as usize];
+            let [direction, kind] = number(way);
             assert!(kind < map.fan().way_kinds() && direction < map.fan().directions);
             let features = way[..FEATURES].to_vec();
             assert!(ways.insert([link, direction, kind], features).is_none());
@@ -92,12 +94,10 @@ fn every_way_is_that_of_the_script() {
         let points = [point(&link["tx"]), point(&link["rx"])];
         let (tx, rx) = prepare(&map, &points);
         let (transmitter, receiver) = (&tx[0], &rx[0]);
-        let mirror = Mirror::default();
         let geodesic_m = PolarLink {
             map: &map,
             transmitter,
             receiver,
-            mirror,
         }
         .geodesic_m();
         let expected_m = link["geodesic_m"].as_f64().unwrap();
@@ -115,7 +115,7 @@ fn every_way_is_that_of_the_script() {
             }
         }
         // Of every other ray.
-        let mut found = ways(&map, &points, mirror);
+        let mut found = ways(&map, &points, Mirror::default());
         found.retain(|[_, direction, _], _| direction % 2 == 0);
         let [found_keys, expected_keys] =
             [&found, &expected].map(|ways| Vec::from_iter(ways.keys()));
@@ -261,8 +261,7 @@ proptest! {
         for pair in points.windows(2) {
             let [forth_m, back_m] = [[pair[0], pair[1]], [pair[1], pair[0]]].map(|points| {
                 let (tx, rx) = prepare(&map, &points);
-                let mirror = Mirror::default();
-                PolarLink { map: &map, transmitter: &tx[0], receiver: &rx[0], mirror }.geodesic_m()
+                PolarLink { map: &map, transmitter: &tx[0], receiver: &rx[0] }.geodesic_m()
             });
             let expected_m = shortest_m(&scene, pair[0], pair[1]);
             let is_same = |m: f64| m == expected_m || (m - expected_m).abs() < 1e-9;
@@ -394,19 +393,15 @@ fn a_receiver_that_no_way_leads_to_has_no_ways() {
     );
     let scene = Scene::new(&[block(outer, yard)], Some(Area::RADIOMAPSEER)).unwrap();
     let map = PolarMap::new(&scene, Fan::default()).unwrap();
-    let (points, mirror) = (
-        [DVec2::splat(50.0), DVec2::new(120.0, 130.0)],
-        Mirror::default(),
-    );
+    let points = [DVec2::splat(50.0), DVec2::new(120.0, 130.0)];
     let (tx, rx) = prepare(&map, &points);
     let link = PolarLink {
         map: &map,
         transmitter: &tx[0],
         receiver: &rx[0],
-        mirror,
     };
     assert_eq!(link.geodesic_m(), f64::INFINITY);
-    assert!(ways(&map, &points, mirror).is_empty());
+    assert!(ways(&map, &points, Mirror::default()).is_empty());
 }
 
 #[test]
@@ -461,7 +456,6 @@ fn what_cannot_be_is_refused_by_name() {
         map: &map,
         transmitter: &transmitter,
         receiver: &receiver,
-        mirror: Mirror::default(),
     };
     let finer = PolarMap::new(&scene, fan(360, 2)).unwrap();
     let of_finer = finer.receiver(rx).unwrap();

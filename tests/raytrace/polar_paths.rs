@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::polar::{FEATURES, Fan, KINDS, Mirror, PER_WAY, PolarLink, PolarMap};
+use aps_raytrace::polar::{FEATURES, Fan, KINDS, PER_WAY, PolarLink, PolarMap};
 use aps_raytrace::{InteractionKind, PathRecord, Scene, TraceConfig, Tracer};
 use aps_tests::links::outdoor_points;
 use aps_tests::maps::real_cities;
@@ -131,7 +131,6 @@ fn shares(scene: &Scene, count: usize) -> [Shares; 2] {
                 map: &map,
                 transmitter: &transmitter,
                 receiver: &receiver,
-                mirror: Mirror::default(),
             };
             ways.clear();
             link.ways(&mut ways).unwrap();

@@ -8,7 +8,7 @@ mod common;
 use std::hint::black_box;
 
 use aps_raytrace::Scene;
-use aps_raytrace::polar::{Fan, Mirror, PolarLink, PolarMap};
+use aps_raytrace::polar::{Fan, PolarLink, PolarMap};
 use aps_raytrace::scene::CityConfig;
 use common::outdoor;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -46,12 +46,10 @@ fn polar(c: &mut Criterion) {
     let links: Vec<PolarLink<'_>> = tx[..8]
         .iter()
         .flat_map(|transmitter| rx.iter().map(move |receiver| (transmitter, receiver)))
-        .zip((0..4).cycle())
-        .map(|((transmitter, receiver), image)| PolarLink {
+        .map(|(transmitter, receiver)| PolarLink {
             map: &map,
             transmitter,
             receiver,
-            mirror: Mirror::ALL[image],
         })
         .collect();
     let mut ways = Vec::new();

@@ -528,8 +528,7 @@ class PolarReg(nn.Module):
         """
         if x.dim() != 3 or x.shape[2] != POLAR_FEATURES + 2:
             raise ValueError(f"expected ways of shape (batch, ways, {POLAR_FEATURES + 2}), got {tuple(x.shape)}")
-        log = torch.clamp(6 * self.ways(x) + torch.log(x[..., 0] + 0.01), max=60)
-        strength = torch.exp(log) * x[..., 1]
+        strength = torch.exp(torch.clamp(6 * self.ways(x), max=60)) * (x[..., 0] + 0.01) * x[..., 1]
         # Ways of zeros add nothing to the first direction.
         by_direction = strength.new_zeros(len(x), POLAR_DIRECTIONS).scatter_add(1, x[..., POLAR_FEATURES].long(), strength)
         return torch.softmax(torch.log(by_direction + 1e-6), 1)

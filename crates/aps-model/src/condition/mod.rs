@@ -105,7 +105,7 @@ pub trait ModelInput: Debug + Send + Sync {
     }
 
     /// Returns a number that links have in common whose input is made with less work soon after each other, as those of one
-    /// transmitter; `None` where it makes no difference. Training then takes some of them at a time.
+    /// receiver; `None` where it makes no difference. Training then takes some of them at a time.
     fn group(&self, link: &Link) -> Option<u64> {
         let _ = link;
         None

@@ -15,7 +15,7 @@ pub(crate) fn gelu_gradient(x: &[f32], grad: &[f32]) -> Vec<f32> {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
-fn gelu_of(x: &[f32], out: &mut [f32]) {
+pub(super) fn gelu_of(x: &[f32], out: &mut [f32]) {
     for (out, &x) in out.iter_mut().zip(x) {
         let (_, below) = normal(x);
         *out = x * below;
@@ -25,7 +25,20 @@ fn gelu_of(x: &[f32], out: &mut [f32]) {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 fn gelu_gradient_of(x: &[f32], grad: &[f32], out: &mut [f32]) {
     for (out, (&x, &g)) in out.iter_mut().zip(x.iter().zip(grad)) {
-        let (density, below) = normal(x);
-        *out = g * (below + x * density);
+        *out = g * slope(x);
     }
+}
+
+/// [`gelu_gradient`] in place.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
+pub(super) fn multiply_by_slope(x: &[f32], grad: &mut [f32]) {
+    for (g, &x) in grad.iter_mut().zip(x) {
+        *g *= slope(x);
+    }
+}
+
+#[inline(always)]
+fn slope(x: f32) -> f32 {
+    let (density, below) = normal(x);
+    below + x * density
 }

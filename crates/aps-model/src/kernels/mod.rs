@@ -23,6 +23,7 @@ mod shape;
 mod softmax;
 mod sums;
 mod unfold;
+pub(crate) mod ways;
 mod weight_gradient;
 mod winograd;
 

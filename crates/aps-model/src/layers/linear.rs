@@ -31,6 +31,11 @@ impl Linear {
             bias: vb.get_with_hints(outputs, "bias", bias)?,
         })
     }
+
+    /// Returns weight and bias.
+    pub fn tensors(&self) -> [&Tensor; 2] {
+        [&self.weight, &self.bias]
+    }
 }
 
 impl Module for Linear {

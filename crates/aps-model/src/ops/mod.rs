@@ -16,6 +16,7 @@ mod pool;
 pub(crate) mod portable;
 mod resize;
 mod shape;
+mod ways;
 
 pub(crate) use self::activation::{add_relu, gelu, leaky_relu, max_last, relu, softmax};
 pub(crate) use self::attention::{layer_norm, self_attention};
@@ -35,3 +36,4 @@ pub(crate) use self::resize::{resize_bilinear, upsample_nearest_2x};
 pub(crate) use self::shape::{
     cat, fixed, flatten_from, narrow, repeat, reshape, squeeze, transpose, unsqueeze, zeros,
 };
+pub(crate) use self::ways::{WaysShape, sums_of_ways};

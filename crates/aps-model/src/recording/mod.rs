@@ -5,4 +5,4 @@ mod record;
 pub(crate) mod schema;
 
 pub(crate) use graph::{Graph, Value, float, int, ints, word};
-pub(crate) use record::{record, recorded};
+pub(crate) use record::{is_recording, record, recorded};

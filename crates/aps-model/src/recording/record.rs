@@ -45,6 +45,14 @@ pub(crate) fn recorded(
     added
 }
 
+/// Returns true while a graph is recorded on this thread.
+pub(crate) fn is_recording() -> bool {
+    let recorder = RECORDER.take();
+    let is_recording = recorder.is_some();
+    RECORDER.set(recorder);
+    is_recording
+}
+
 /// Records `forward` of `input` as a graph whose input and output have the names `[input, output]`; `parameters` are the tensors that
 /// it may use.
 pub(crate) fn record(

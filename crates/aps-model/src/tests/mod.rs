@@ -75,13 +75,13 @@ fn builder(parameters: &VarMap, dtype: DType, seed: u64) -> VarBuilder<'static> 
 }
 
 /// Returns all values in double precision.
-fn flat(tensor: &Tensor) -> Vec<f64> {
+pub(crate) fn flat(tensor: &Tensor) -> Vec<f64> {
     let flat = tensor.flatten_all().unwrap().to_dtype(DType::F64).unwrap();
     flat.to_vec1().unwrap()
 }
 
 /// Runs `f` on so many threads.
-fn on_threads<T: Send>(threads: usize, f: impl FnOnce() -> T + Send) -> T {
+pub(crate) fn on_threads<T: Send>(threads: usize, f: impl FnOnce() -> T + Send) -> T {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.unwrap().install(f)
 }

@@ -4,7 +4,6 @@ use glam::Vec2;
 
 use super::error::PolarError;
 use super::map::PolarMap;
-use super::mirror::Mirror;
 use super::rays::{Passed, ReceiverRays, Segment};
 use super::ways::{KINDS, TransmitterWays, Way};
 
@@ -20,7 +19,7 @@ const LEAST_TURN: f32 = 0.05;
 /// Least length in a logarithm \[m\].
 const NEAREST_M: f32 = 0.1;
 
-/// A link and the mirror image in which it is seen.
+/// A link as its receiver sees it.
 ///
 /// # Features
 /// L is the way's length, s1 its part from the receiver to the corner and s2 the rest, d the distance of transmitter and receiver, at
@@ -52,8 +51,6 @@ pub struct PolarLink<'a> {
     pub transmitter: &'a TransmitterWays,
     /// Rays of the receiver.
     pub receiver: &'a ReceiverRays,
-    /// Image of the map in which the link is seen: directions in another order.
-    pub mirror: Mirror,
 }
 
 impl PolarLink<'_> {
@@ -86,7 +83,7 @@ impl PolarLink<'_> {
 
     /// Appends the ways on this thread, [`PER_WAY`] numbers each: its features, the number of its ray, and kind times (most bounces + 1)
     /// plus bounces, which is below [`Fan::way_kinds`](super::Fan::way_kinds). They are ordered by these two numbers; no two ways have
-    /// both in common.
+    /// both in common. [`Mirror::turn_ways`](super::Mirror::turn_ways) makes those of a mirror image of them.
     ///
     /// # Errors
     /// [`PolarError::Foreign`].
@@ -120,15 +117,14 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// Hands over the ways along a ray of the mirrored map: number of kind and bounces, and features.
+    /// Hands over the ways along a ray: number of kind and bounces, and features.
     #[inline]
     fn along_ray(&self, ray: usize, mut take: impl FnMut(usize, [f32; FEATURES])) {
         let fan = self.link.map.fan();
-        let direction = self.link.mirror.direction(ray, fan.directions);
         let mut number = 0;
         for kind in 0..KINDS {
             for bounces in 0..=fan.max_bounces {
-                let segment = bounces * fan.directions + direction;
+                let segment = bounces * fan.directions + ray;
                 let found = match kind {
                     0 => self.straight(segment, bounces),
                     over => self.over_corner(segment, bounces, over - 1),
@@ -194,13 +190,13 @@ impl<'a> Seen<'a> {
 
     /// Features that depend on the segment and the angle from the ray alone.
     fn along(&self, segment: &Segment, bounces: usize, tangent: f32) -> [f32; FEATURES] {
-        // Each bounce changes left and right, as each mirror does.
+        // Each bounce changes left and right.
         let turn = if bounces.is_multiple_of(2) { 1.0 } else { -1.0 };
         let offset = tangent / self.beam_rad;
         let mut features = [0.0; FEATURES];
         features[0] = (1.0 - offset.abs()).max(0.0);
         features[1] = 1.0;
-        features[2] = 0.5 * offset * turn * self.link.mirror.turn() as f32;
+        features[2] = 0.5 * offset * turn;
         [features[8], features[9]] = segment.cosines;
         features
     }

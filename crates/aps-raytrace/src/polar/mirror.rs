@@ -1,4 +1,6 @@
-//! Mirror images of a link: the same values in another order.
+//! Mirror images of a link: the same ways from other directions.
+
+use super::link::{FEATURES, PER_WAY};
 
 /// Axes along which a map is mirrored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -36,5 +38,29 @@ impl Mirror {
     #[must_use]
     pub fn turn(self) -> f64 {
         if self.x == self.y { 1.0 } else { -1.0 }
+    }
+
+    /// Turns the ways of a link, as [`PolarLink::ways`](super::PolarLink::ways) writes them for so many directions, into those of its
+    /// mirror image, in the same order.
+    ///
+    /// # Panics
+    /// When a way is of no direction, or the list not of whole ways.
+    pub fn turn_ways(self, ways: &mut [f32], directions: usize) {
+        if self == Self::default() {
+            return;
+        }
+        let (ways, rest) = ways.as_chunks_mut::<PER_WAY>();
+        assert!(rest.is_empty(), "{PER_WAY} numbers a way");
+        for way in &mut *ways {
+            let direction = way[FEATURES] as usize;
+            assert!(
+                direction < directions,
+                "direction {direction} of {directions}"
+            );
+            way[2] *= self.turn() as f32;
+            way[FEATURES] = self.direction(direction, directions) as f32;
+        }
+        // Kinds of a direction stay in their order.
+        ways.sort_by(|p, q| p[FEATURES].total_cmp(&q[FEATURES]));
     }
 }

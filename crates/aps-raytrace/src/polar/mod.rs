@@ -15,14 +15,14 @@
 //! kind hides are missed, and 0 to 2 % of the strongest of a link: seen through slits, or by small walls.
 //!
 //! ```
-//! use aps_raytrace::polar::{Fan, Mirror, PER_WAY, PolarLink, PolarMap};
+//! use aps_raytrace::polar::{Fan, PER_WAY, PolarLink, PolarMap};
 //! use aps_raytrace::{Scene, glam::DVec2};
 //!
 //! let scene = Scene::from_radiomapseer("[[[40, 40], [60, 40], [60, 60], [40, 60]]]")?;
 //! let map = PolarMap::new(&scene, Fan::default())?;
 //! let transmitter = map.transmitter(DVec2::new(20.0, 70.0))?;
 //! let receiver = map.receiver(DVec2::new(70.0, 30.0))?;
-//! let link = PolarLink { map: &map, transmitter: &transmitter, receiver: &receiver, mirror: Mirror::default() };
+//! let link = PolarLink { map: &map, transmitter: &transmitter, receiver: &receiver };
 //! // Over the house's lower left corner, or its upper right one: the same here.
 //! assert!((link.geodesic_m() - (DVec2::new(20.0, 30.0).length() + DVec2::new(30.0, 10.0).length())).abs() < 1e-9);
 //! let mut ways = Vec::new();

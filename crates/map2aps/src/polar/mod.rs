@@ -107,7 +107,7 @@ impl PolarViews {
         self.ready(links);
     }
 
-    /// Finds the ways of each link, as [`PolarLink::ways`] does, on all threads.
+    /// Finds the ways of each link, as [`PolarLink::ways`] and [`Mirror::turn_ways`] do, on all threads.
     ///
     /// # Errors
     /// [`PolarError::Terminal`] for an end that is indoors or not finite, by its link.
@@ -118,8 +118,13 @@ impl PolarViews {
         let ready = self.ready(links);
         let all = ready.par_iter().enumerate().map(|(row, link)| {
             let mut ways = Vec::new();
-            let found = link.polar(&self.maps).and_then(|link| link.ways(&mut ways));
-            found.at(Place::Link(row)).map(|()| ways)
+            let polar = link.polar(&self.maps);
+            let found = polar.and_then(|polar| polar.ways(&mut ways));
+            found.at(Place::Link(row))?;
+            link.link
+                .mirror
+                .turn_ways(&mut ways, Self::fan().directions);
+            Ok(ways)
         });
         all.collect()
     }
@@ -181,7 +186,6 @@ impl Ready<'_> {
             map: &maps[self.link.map],
             transmitter: transmitter.expect(made).as_ref().map_err(Clone::clone)?,
             receiver: receiver.expect(made).as_ref().map_err(Clone::clone)?,
-            mirror: self.link.mirror,
         })
     }
 }

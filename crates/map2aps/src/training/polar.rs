@@ -138,10 +138,10 @@ impl ModelInput for PolarWays {
         let link = self.upright(link)?;
         let words = [
             link.map as u64,
-            link.tx_m[0].to_bits(),
-            link.tx_m[1].to_bits(),
+            link.rx_m[0].to_bits(),
+            link.rx_m[1].to_bits(),
         ];
-        // Two transmitters of one number would only be taken together.
+        // Two receivers of one number would only be taken together.
         let mix = |sum: u64, word: u64| {
             (sum ^ word)
                 .wrapping_mul(0x9E37_79B9_7F4A_7C15)
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn mirror_images_have_the_directions_in_another_order_and_share_the_transmitter() {
+    fn mirror_images_have_the_directions_in_another_order_and_share_the_receiver() {
         let (ways, places) = city();
         let link = Link {
             map: 0,

@@ -1,15 +1,14 @@
 //! Polar-Reg: a perceptron for each way that arrives along a ray, whose strengths are added; it is given geometry instead of an image.
 
-mod found;
+mod ways;
 
 use candle_core::{DType, Device, Module, ModuleT, Result, Tensor, Var};
 use candle_nn::{Init, VarBuilder};
 
-use self::found::Found;
+use self::ways::Ways;
 use super::{Model, Spec};
 use crate::ANGLE_BINS;
 use crate::condition::{InputKind, PolarShape};
-use crate::layers::Linear;
 use crate::loss::Loss;
 use crate::ops;
 use crate::parameters::FIXED;
@@ -28,18 +27,6 @@ pub(crate) const SPEC: Spec = Spec {
     },
 };
 
-/// Features within the perceptron of a way.
-const HIDDEN: usize = 48;
-
-/// Factor of a way's output to the logarithm of its strength, which has to spread over 50 dB and more.
-const SPREAD: f64 = 6.0;
-
-/// Largest logarithm of a strength: its exponential is a number in f32 and bf16.
-const MAX_LOG: f64 = 60.0;
-
-/// Share of a ray that a way arrives along at least.
-const LEAST_SHARE: f64 = 0.01;
-
 /// Strength of a direction that no way arrives from.
 const LEAST_STRENGTH: f64 = 1e-6;
 
@@ -47,36 +34,9 @@ const LEAST_STRENGTH: f64 = 1e-6;
 /// ways of a [`PolarShape`] in f32, on the CPU or on the device of its parameters, to (links, bins) there, in the type of its parameters.
 #[derive(Debug, Clone)]
 pub(crate) struct PolarReg {
-    shape: PolarShape,
     dtype: DType,
-    device: Device,
     ways: Ways,
     spectrum: Spectrum,
-}
-
-/// A perceptron for each way: `embed` of its features and its kind as a unit vector, `hidden`, `out`, with GELU between.
-#[derive(Debug, Clone)]
-struct Ways {
-    embed: Linear,
-    hidden: Linear,
-    out: Linear,
-}
-
-impl Ways {
-    fn new(shape: &PolarShape, vb: VarBuilder<'_>) -> Result<Self> {
-        let inputs = shape.features + shape.kinds;
-        Ok(Self {
-            embed: Linear::new(inputs, HIDDEN, vb.pp("embed"))?,
-            hidden: Linear::new(HIDDEN, HIDDEN, vb.pp("hidden"))?,
-            out: Linear::new(HIDDEN, 1, vb.pp("out"))?,
-        })
-    }
-
-    /// Maps (ways, features and kind) to the logarithms of their strengths over [`SPREAD`], (ways, 1).
-    fn forward(&self, ways: &Tensor) -> Result<Tensor> {
-        let x = ops::gelu(&self.embed.forward(ways)?)?;
-        self.out.forward(&ops::gelu(&self.hidden.forward(&x)?)?)
-    }
 }
 
 /// Makes a spectrum of shares of the power: the response of the array, divided by its maximum and standardised as the labels
@@ -137,9 +97,7 @@ impl PolarReg {
     /// Creates the model: 3,841 trainable parameters for 15 kinds of ways of 14 features.
     pub fn new(shape: PolarShape, vb: VarBuilder<'_>) -> Result<Self> {
         Ok(Self {
-            shape,
             dtype: vb.dtype(),
-            device: vb.device().clone(),
             ways: Ways::new(&shape, vb.pp("ways"))?,
             spectrum: Spectrum::new(shape.directions, vb.pp(FIXED))?,
         })
@@ -147,21 +105,7 @@ impl PolarReg {
 
     /// Computes the share of the power by direction (links, directions).
     pub fn power(&self, input: &Tensor) -> Result<Tensor> {
-        self.shares(&Found::of(input, &self.shape, self.dtype, &self.device)?)
-    }
-
-    /// Computes the share of the power by direction of some links from their ways.
-    fn shares(&self, found: &Found) -> Result<Tensor> {
-        let column = |n: usize| ops::narrow(&found.rows, 1, n, 1);
-        let share = ops::at_least_f32(&column(0)?)?;
-        let share = ops::log(&ops::shift(&share, LEAST_SHARE)?)?;
-        // As normalisations, strengths, shares and the spectrum are computed in f32 at least: a maximum takes most digits away.
-        let log = ops::at_least_f32(&self.ways.forward(&found.rows)?)?;
-        let log = ops::add(&ops::scale(&log, SPREAD)?, &share)?;
-        // What stands in for no way has no strength.
-        let strength = ops::exp(&ops::at_most(&log, MAX_LOG)?)?;
-        let strength = ops::mul(&strength, &column(1)?.to_dtype(log.dtype())?)?;
-        let sums = found.sums(&strength, &self.shape)?;
+        let sums = self.ways.sums(input)?;
         ops::softmax(&ops::log(&ops::shift(&sums, LEAST_STRENGTH)?)?)
     }
 }
