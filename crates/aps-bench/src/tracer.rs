@@ -1,14 +1,12 @@
 //! The tracer as a baseline, with some of the paths that the labels are made of.
 
-use std::collections::{BTreeMap, HashMap};
 use std::time::Instant;
 
-use aps_data::PathTable;
 use aps_label::Labeler;
 use aps_model::ANGLE_BINS;
-use aps_raytrace::{Link, PathRecord, TraceConfig, Tracer};
-use map2aps::{Control, DatasetPlan, Example, label_links};
-use rayon::prelude::*;
+use aps_raytrace::glam::DVec2;
+use aps_raytrace::{PathRecord, TraceConfig, Tracer};
+use map2aps::{Control, DatasetPlan, Example, label_links, trace_pairs};
 
 use crate::answer::Answer;
 use crate::baselines::substitute;
@@ -16,9 +14,6 @@ use crate::data::limited;
 use crate::error::Result;
 use crate::latency::{ms_per_link, of_times};
 use crate::test_set::TestSet;
-
-/// Links that a thread traces at a time.
-const LINKS_AT_ONCE: usize = 64;
 
 /// Paths that the tracer is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -57,8 +52,12 @@ pub fn answer(
     for of_map in test.examples().list().chunk_by(|p, q| p.map == q.map) {
         let started = Instant::now();
         let scene = plan.maps.load(of_map[0].map, plan.seed, plan.scene)?;
-        let paths = traced(&Tracer::new(&scene, trace.clone())?, of_map, kept)?;
-        let labels = label_links(&labeler, &paths, &Control::default())?;
+        let tracer = Tracer::new(&scene, trace.clone())?;
+        let pair = |link: &Example| [link.tx_m, link.rx_m].map(DVec2::from);
+        let pairs: Vec<[DVec2; 2]> = of_map.iter().map(pair).collect();
+        let control = Control::default();
+        let paths = trace_pairs(&tracer, &pairs, kept, &control)?;
+        let labels = label_links(&labeler, &paths, &control)?;
         times.push(ms_per_link(started.elapsed(), of_map.len()));
         let rows = labels.aps_db.chunks_exact(ANGLE_BINS);
         for (row, is_labelled) in rows.zip(labels.is_labelled) {
@@ -89,37 +88,10 @@ fn strongest(paths: &[PathRecord]) -> &[PathRecord] {
     &paths[best..paths.len().min(best + 1)]
 }
 
-/// Some of the paths of links of one map, whose terminals are prepared once each.
-fn traced(tracer: &Tracer<'_>, links: &[Example], kept: Kept) -> Result<PathTable> {
-    let prepared = |ends: BTreeMap<u32, [f64; 2]>| ends.into_par_iter();
-    let tx = prepared(links.iter().map(|link| (link.tx, link.tx_m)).collect())
-        .map(|(row, at)| Ok((row, tracer.transmitter(at.into())?)))
-        .collect::<Result<HashMap<_, _>>>()?;
-    let rx = prepared(links.iter().map(|link| (link.rx, link.rx_m)).collect())
-        .map(|(row, at)| Ok((row, tracer.receiver(at.into())?)))
-        .collect::<Result<HashMap<_, _>>>()?;
-    let some = |buffer: &mut Link, links: &[Example]| {
-        let mut paths = PathTable::default();
-        for link in links {
-            tracer.link(&tx[&link.tx], &rx[&link.rx], buffer)?;
-            paths.push_records(kept(&buffer.paths));
-        }
-        Ok(paths)
-    };
-    let parts = links
-        .par_chunks(LINKS_AT_ONCE)
-        .map_init(Link::default, some);
-    let mut all = PathTable::default();
-    for part in &parts.collect::<Result<Vec<_>>>()? {
-        (0..part.links()).for_each(|link| all.push_link(part, link));
-    }
-    Ok(all)
-}
-
 #[cfg(test)]
 mod tests {
-    use aps_raytrace::Scene;
     use aps_raytrace::scene::CityConfig;
+    use aps_raytrace::{Link, Scene};
 
     use super::*;
 

@@ -14,7 +14,7 @@
 //! | a data set | `training` (feature `models`) | trained weights, predictions |
 //! | a scene, links | `training::LinkModel` (feature `models`) | predictions without a data set |
 //! | labels, predictions of any model | [`Truth`], [`Scoring`] | [`Scores`] |
-//! | a tracer, many terminals | [`trace_links`], [`label_links`] | paths and labels in memory |
+//! | a tracer, many terminals | [`trace_links`], [`trace_pairs`], [`label_links`] | paths and labels in memory |
 //! | a data set, its maps | [`LinkSource`] | paths of single links |
 //! | a folder with a data set, finished or not | [`Overview`] | sums over its maps |
 //! | a data set | [`Export`] | the files of the published data |
@@ -80,7 +80,7 @@ pub use aps_model;
 pub use aps_raytrace;
 pub use aps_raytrace::TraceConfig;
 
-pub use batch::{LinkLabels, label_links, trace_links};
+pub use batch::{LinkLabels, label_links, trace_links, trace_pairs};
 pub use control::{Control, Progress, Work};
 pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
 pub use differences::Difference;

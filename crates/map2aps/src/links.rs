@@ -1,12 +1,11 @@
 //! Links of a data set with their paths, stored or traced again.
 
-use std::collections::BTreeMap;
-
 use aps_data::{Dataset, MapData, PathTable};
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Link, Receiver, Scene, TraceConfig, Tracer};
-use rayon::prelude::*;
+use aps_raytrace::{Scene, TraceConfig, Tracer};
 
+use crate::batch::trace_pairs;
+use crate::control::Control;
 use crate::dataset::stored_paths;
 use crate::error::Result;
 use crate::maps::MapSource;
@@ -102,40 +101,14 @@ impl LinkMap {
         }
     }
 
-    /// Traces links on all threads; each terminal is prepared once.
     fn traced(&self, scene: &Scene, trace: &TraceConfig, rows: &[usize]) -> Result<Vec<PathTable>> {
         let tracer = Tracer::new(scene, trace.clone())?;
-        let mut of_tx: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        let mut receivers: BTreeMap<u32, Option<Receiver>> = BTreeMap::new();
-        for (place, &row) in rows.iter().enumerate() {
-            let [tx, rx] = self.data.links[row];
-            of_tx.entry(tx).or_default().push(place);
-            receivers.insert(rx, None);
-        }
-        receivers.par_iter_mut().try_for_each(|(&rx, receiver)| {
-            let prepared = tracer.receiver(DVec2::from(self.data.rx_m[rx as usize]))?;
-            *receiver = Some(prepared);
-            Result::<()>::Ok(())
-        })?;
-        let groups: Vec<Vec<(usize, PathTable)>> = of_tx
-            .into_par_iter()
-            .map(|(tx, places)| {
-                let tx = tracer.transmitter(DVec2::from(self.data.tx_m[tx as usize]))?;
-                let one = |place: usize| {
-                    let [_, rx] = self.data.links[rows[place]];
-                    let receiver = receivers[&rx].as_ref();
-                    let receiver = receiver.expect("every receiver was prepared");
-                    let mut link = Link::default();
-                    tracer.link(&tx, receiver, &mut link)?;
-                    let mut table = PathTable::default();
-                    table.push_records(&link.paths);
-                    Ok((place, table))
-                };
-                places.into_iter().map(one).collect::<Result<_>>()
-            })
-            .collect::<Result<_>>()?;
-        let mut links: Vec<(usize, PathTable)> = groups.into_iter().flatten().collect();
-        links.sort_by_key(|(place, _)| *place);
-        Ok(links.into_iter().map(|(_, table)| table).collect())
+        let pair = |&row: &usize| {
+            let [tx, rx] = self.data.links[row].map(|end| end as usize);
+            [self.data.tx_m[tx], self.data.rx_m[rx]].map(DVec2::from)
+        };
+        let pairs: Vec<[DVec2; 2]> = rows.iter().map(pair).collect();
+        let table = trace_pairs(&tracer, &pairs, |paths| paths, &Control::default())?;
+        Ok((0..rows.len()).map(|link| table.of_links([link])).collect())
     }
 }
