@@ -303,3 +303,23 @@ class Tracer:
             Of m * n links: first those of the first transmitter, in the order of the receivers.
         """
         return Paths._of(self._tracer.trace(tx, rx))
+
+    def trace_pairs(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> Paths:
+        """Traces the link of each pair of a transmitter and a receiver, such as the links of a measurement.
+
+        Places that are in several pairs are prepared once; those of all pairs stay in memory until the call ends, some 10 kB a receiver
+        and up to some MB a transmitter.
+
+        Parameters
+        ----------
+        tx : array_like, shape (2,) or (n, 2)
+            Transmitters in m, outdoors.
+        rx : array_like, shape (2,) or (n, 2)
+            Receivers in m, outdoors, one for each transmitter.
+
+        Returns
+        -------
+        Paths
+            Of n links.
+        """
+        return Paths._of(self._tracer.trace_pairs(tx, rx))

@@ -5,8 +5,10 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -51,6 +53,39 @@ def test_ctrl_c_ends_long_work_and_the_next_call_works(call: str, tmp_path: Path
         process.send_signal(signal.SIGINT)
         assert process.stdout.readline() == "interrupted\n"
         assert process.wait(timeout=60) == 0
+
+
+class Interrupted:
+    """An argument during whose conversion Ctrl-C comes."""
+
+    def _raise(self, *_: object) -> object:
+        raise KeyboardInterrupt
+
+    __array__ = __fspath__ = __float__ = __getitem__ = __index__ = __iter__ = __len__ = __repr__ = _raise  # type: ignore[assignment]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda scene, x: map2aps.Tracer(scene).trace(x, (1.0, 1.0)),
+        lambda scene, x: map2aps.Tracer(scene, frequency_hz=x),
+        lambda scene, x: map2aps.Tracer(scene, max_reflections=x),
+        lambda scene, x: map2aps.Tracer(scene, material=x),
+        lambda scene, x: map2aps.Tracer(scene, material=(x, 1.0)),
+        lambda scene, x: map2aps.Scene.from_polygons(x),
+        lambda scene, x: map2aps.Scene.from_polygons([x]),
+        lambda scene, x: map2aps.Scene.synthetic(seed=x),
+        lambda scene, x: map2aps.metrics(x, np.ones((2, 180))),
+        lambda scene, x: map2aps.make_dataset("nowhere", x),
+        lambda scene, x: map2aps.make_dataset("nowhere", 2, seed=x),
+        lambda scene, x: map2aps.make_dataset("nowhere", 2, map_ids=x),
+    ],
+)
+def test_ctrl_c_while_an_argument_is_read_is_not_taken_for_a_wrong_one(
+    scene: map2aps.Scene, call: Callable[[map2aps.Scene, Any], object]
+) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        call(scene, Interrupted())
 
 
 WAITING = (

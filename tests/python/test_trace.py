@@ -32,6 +32,17 @@ def test_links_of_many_ends_are_those_of_each_pair(scene: map2aps.Scene, outdoor
         for name in ("delay_s", "gain", "arrival_azimuth_rad", "interaction_id", "interaction_point_m", "interaction_offset"):
             assert np.array_equal(getattr(alone, name), getattr(one, name)), name
         assert np.array_equal(paths.tx_m[link], t) and np.array_equal(paths.rx_m[link], r)
+    # The same links as pairs in another order, one of them twice.
+    order = [7, 0, 14, 7, 3]
+    pairs = tracer.trace_pairs(paths.tx_m[order], paths.rx_m[order])
+    assert len(pairs) == 5
+    for link, row in enumerate(order):
+        assert np.array_equal(pairs[link].gain, paths[row].gain) and np.array_equal(pairs.rx_m[link], paths.rx_m[row])
+    with pytest.raises(ValueError, match="rx: 5 points for 3 transmitters: there must be one each"):
+        tracer.trace_pairs(tx, rx)
+    inside = np.argwhere(scene.raster() > 0)[0][::-1] + 0.5
+    with pytest.raises(ValueError, match="link 1: terminal at"):
+        tracer.trace_pairs(tx[:2], [rx[0], inside])
 
 
 def test_columns_have_the_types_and_lengths_that_they_are_documented_with(paths: map2aps.Paths) -> None:

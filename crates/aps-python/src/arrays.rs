@@ -7,7 +7,7 @@ use numpy::{
     Element, PyArray1, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
     PyUntypedArray, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::{PyMemoryError, PyValueError};
+use pyo3::exceptions::{PyException, PyMemoryError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
@@ -52,11 +52,15 @@ impl<'py> Argument<'py> {
         kind: Kind,
         shape: &[Option<usize>],
     ) -> PyResult<Self> {
-        let numpy = value.py().import(intern!(value.py(), "numpy"))?;
-        let array = numpy
-            .call_method1(intern!(value.py(), "asarray"), (value,))
-            .map_err(|error| PyValueError::new_err(format!("{name}: no array: {error}")))?;
-        let array = array.cast_into::<PyUntypedArray>()?;
+        Self::of(array(value, name)?, name, kind, shape)
+    }
+
+    fn of(
+        array: Bound<'py, PyUntypedArray>,
+        name: &'static str,
+        kind: Kind,
+        shape: &[Option<usize>],
+    ) -> PyResult<Self> {
         let (letters, kind_name) = kind.about();
         let length = |n: &Option<usize>| n.map_or("n".into(), |n| n.to_string());
         let expected = format!("{kind_name} of shape {}", tuple(shape.iter().map(length)));
@@ -79,7 +83,11 @@ impl<'py> Argument<'py> {
 
     /// The exception for this argument.
     pub fn refuse(&self, why: impl Display) -> PyErr {
-        let (name, expected, dtype) = (self.name, &self.expected, self.array.dtype());
+        let (name, expected) = (self.name, &self.expected);
+        let dtype = match self.array.dtype().str() {
+            Ok(dtype) => dtype,
+            Err(interrupted) => return interrupted,
+        };
         let shape = tuple(self.array.shape().iter().map(usize::to_string));
         PyValueError::new_err(format!(
             "{name}: expected {expected}, got dtype {dtype} of shape {shape}{why}"
@@ -134,12 +142,27 @@ impl<'py> Argument<'py> {
 
 /// Points of shape (n, 2), or one of shape (2,).
 pub fn points(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<Vec<DVec2>> {
-    let one = Argument::new(value, name, Kind::Real, &[Some(2)]);
-    let argument = match one {
-        Ok(one) => one,
-        Err(_) => Argument::new(value, name, Kind::Real, &[None, Some(2)])?,
+    let array = array(value, name)?;
+    let shape: &[Option<usize>] = match array.shape() {
+        [2] => &[Some(2)],
+        _ => &[None, Some(2)],
     };
-    argument.points()
+    Argument::of(array, name, Kind::Real, shape)?.points()
+}
+
+/// Makes an array of an argument.
+fn array<'py>(
+    value: &Bound<'py, PyAny>,
+    name: &'static str,
+) -> PyResult<Bound<'py, PyUntypedArray>> {
+    let py = value.py();
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let array = numpy.call_method1(intern!(py, "asarray"), (value,));
+    let array = array.map_err(|error| match error.is_instance_of::<PyException>(py) {
+        true => PyValueError::new_err(format!("{name}: no array: {error}")),
+        false => error,
+    });
+    Ok(array?.cast_into::<PyUntypedArray>()?)
 }
 
 /// Lengths as Python writes them in a tuple.

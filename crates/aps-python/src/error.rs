@@ -6,8 +6,8 @@ use std::iter;
 
 use map2aps::aps_data::Error as DataError;
 use map2aps::{Error, MapError};
-use pyo3::PyErr;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyValueError};
+use pyo3::prelude::*;
 
 /// Digits in a row beyond which a number is cut in a message.
 const MAX_DIGITS: usize = 24;
@@ -21,6 +21,18 @@ pub fn exception(error: impl Into<Error>) -> PyErr {
         _ if error.is_cancelled() => PyKeyboardInterrupt::new_err(text),
         Some(kind) => io::Error::new(kind, text).into(),
         None => PyValueError::new_err(text),
+    }
+}
+
+/// The value of what was tried; `None` if it failed.
+///
+/// # Errors
+/// Exceptions that nobody may take for a failure, `KeyboardInterrupt` above all.
+pub fn tried<T>(py: Python<'_>, result: PyResult<T>) -> PyResult<Option<T>> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(error) if error.is_instance_of::<PyException>(py) => Ok(None),
+        Err(error) => Err(error),
     }
 }
 

@@ -1,15 +1,26 @@
 //! Numbers, words and truth values as arguments.
 
+use std::path::PathBuf;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 
+use crate::error::tried;
+
 /// Most characters of a value that a message shows.
 const SHOWN: usize = 60;
 
-/// A value that was given, or why it is none of its type: what is wrong is told by the name of the argument, which only its reader
-/// knows.
-pub struct Given<T>(Result<T, String>);
+/// A value that was given, or why there is none of its type. Reading it never fails, for those who read several at once would make a
+/// `TypeError` of a `KeyboardInterrupt`; and what is wrong is told by the name of the argument, which only its reader knows.
+pub struct Given<T>(Result<T, Refusal>);
+
+enum Refusal {
+    /// Another value, in words.
+    Unfit(String),
+    /// An exception of Python.
+    Raised(PyErr),
+}
 
 impl<T> Given<T> {
     /// The value.
@@ -17,8 +28,22 @@ impl<T> Given<T> {
     /// # Errors
     /// `ValueError` that names the argument, what it takes, and what was given.
     pub fn named(self, name: &str) -> PyResult<T> {
-        self.0
-            .map_err(|why| PyValueError::new_err(format!("{name}: {why}")))
+        self.0.map_err(|refusal| match refusal {
+            Refusal::Unfit(why) => PyValueError::new_err(format!("{name}: {why}")),
+            Refusal::Raised(error) => error,
+        })
+    }
+
+    /// The value; `None` for a value of another type.
+    ///
+    /// # Errors
+    /// What Python raised meanwhile.
+    pub fn ok(self) -> PyResult<Option<T>> {
+        match self.0 {
+            Ok(value) => Ok(Some(value)),
+            Err(Refusal::Unfit(_)) => Ok(None),
+            Err(Refusal::Raised(error)) => Err(error),
+        }
     }
 }
 
@@ -32,18 +57,24 @@ impl<'a, 'py, T: Wanted + FromPyObject<'a, 'py>> FromPyObject<'a, 'py> for Given
     type Error = PyErr;
 
     fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        let kind = given.get_type().name()?;
-        let mut shown = given.repr()?.to_string();
-        if let Some((end, _)) = shown.char_indices().nth(SHOWN) {
-            shown.truncate(end);
-            shown.push_str("...");
-        }
-        let refused = format!("expected {}, got {kind} {shown}", T::wanted());
-        // To Python, True is the number 1.
-        let is_other = given.is_instance_of::<PyBool>() && !T::IS_BOOL;
-        Ok(Self(match given.extract() {
-            Ok(value) if !is_other => Ok(value),
-            _ => Err(refused),
+        let read = || -> PyResult<Result<T, String>> {
+            // To Python, True is the number 1.
+            let is_other = given.is_instance_of::<PyBool>() && !T::IS_BOOL;
+            let value = given.extract().map_err(Into::into);
+            if let Some(value) = tried(given.py(), value)?.filter(|_| !is_other) {
+                return Ok(Ok(value));
+            }
+            let (kind, mut shown) = (given.get_type().name()?, given.repr()?.to_string());
+            if let Some((end, _)) = shown.char_indices().nth(SHOWN) {
+                shown.truncate(end);
+                shown.push_str("...");
+            }
+            let wanted = T::wanted();
+            Ok(Err(format!("expected {wanted}, got {kind} {shown}")))
+        };
+        Ok(Self(match read() {
+            Ok(value) => value.map_err(Refusal::Unfit),
+            Err(error) => Err(Refusal::Raised(error)),
         }))
     }
 }
@@ -90,6 +121,12 @@ macro_rules! integers {
 }
 
 integers!(u32, u64, usize);
+
+impl Wanted for PathBuf {
+    fn wanted() -> String {
+        "a path".into()
+    }
+}
 
 impl Wanted for f64 {
     fn wanted() -> String {

@@ -8,15 +8,21 @@ use pyo3::prelude::*;
 
 use crate::given::Given;
 
-/// Maps as they are given.
-#[derive(FromPyObject)]
-pub enum Maps {
-    /// A folder of RadioMapSeer files, or the GeoJSON file of a city.
-    #[pyo3(transparent)]
-    Path(PathBuf),
-    /// Number of synthetic cities.
-    #[pyo3(transparent)]
-    Synthetic(Given<u32>),
+/// Maps as they are given: a folder of RadioMapSeer files or the GeoJSON file of a city, or the number of synthetic cities.
+pub struct Maps {
+    path: Given<PathBuf>,
+    count: Given<u32>,
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Maps {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self {
+            path: given.extract()?,
+            count: given.extract()?,
+        })
+    }
 }
 
 impl Maps {
@@ -25,13 +31,13 @@ impl Maps {
     /// # Errors
     /// `ValueError` for what is neither a path nor a number.
     pub fn source(self) -> PyResult<impl FnOnce(TileSettings) -> Result<MapSource, Error>> {
-        let of_number = |number: Given<u32>| {
-            let count = number.named("maps, a path or the number of synthetic cities")?;
-            Ok::<_, PyErr>(MapSource::Synthetic { count })
-        };
-        let known = match self {
-            Self::Path(path) => Err(path),
-            Self::Synthetic(number) => Ok(of_number(number)?),
+        let known = match self.path.ok()? {
+            Some(path) => Err(path),
+            None => {
+                let name = "maps, a path or the number of synthetic cities";
+                let count = self.count.named(name)?;
+                Ok(MapSource::Synthetic { count })
+            }
         };
         Ok(move |tiles| match known {
             Ok(synthetic) => Ok(synthetic),

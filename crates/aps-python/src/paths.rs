@@ -20,12 +20,11 @@ pub struct Paths {
 }
 
 impl Paths {
-    /// Paths of the links from each transmitter to each receiver.
-    pub fn traced(table: PathTable, tx: &[DVec2], rx: &[DVec2]) -> Self {
-        let pairs = tx.iter().flat_map(|tx| rx.iter().map(move |rx| [tx, rx]));
+    /// Paths of links from a transmitter to a receiver each.
+    pub fn traced(table: PathTable, pairs: impl Iterator<Item = [DVec2; 2]>) -> Self {
         Self {
             table,
-            ends_m: pairs.map(|ends| ends.map(DVec2::to_array)).collect(),
+            ends_m: pairs.map(|ends| ends.map(|end| end.to_array())).collect(),
         }
     }
 }

@@ -13,6 +13,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Argument, Kind, points, shaped};
+use crate::error::tried;
 use crate::given::{Given, optional};
 use crate::run::{run, run_owned};
 
@@ -187,7 +188,7 @@ impl Scene {
         area: Option<Given<[f64; 4]>>,
         close_gaps_m: Option<Given<f64>>,
     ) -> PyResult<Self> {
-        let Ok(polygons) = polygons.try_iter() else {
+        let Some(polygons) = tried(py, polygons.try_iter())? else {
             let kind = polygons.get_type().name()?;
             let text = format!("polygons: expected a sequence of polygons, got {kind}");
             return Err(PyValueError::new_err(text));

@@ -1,13 +1,14 @@
 //! The tracer.
 
+use map2aps::aps_raytrace::glam::DVec2;
 use map2aps::aps_raytrace::{self, Material, TraceConfig};
-use map2aps::{Error, trace_links};
+use map2aps::{Error, trace_links, trace_pairs};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::points;
-use crate::error::exception;
+use crate::error::{exception, tried};
 use crate::given::{Given, optional};
 use crate::paths::Paths;
 use crate::run::{run, run_owned};
@@ -45,7 +46,27 @@ impl Tracer {
         let table = run(py, None, |control| {
             trace_links(&self.tracer, &tx, &rx, control)
         })?;
-        Ok(Paths::traced(table, &tx, &rx))
+        let pairs = tx.iter().flat_map(|&tx| rx.iter().map(move |&rx| [tx, rx]));
+        Ok(Paths::traced(table, pairs))
+    }
+
+    fn trace_pairs(
+        &self,
+        py: Python<'_>,
+        tx: &Bound<'_, PyAny>,
+        rx: &Bound<'_, PyAny>,
+    ) -> PyResult<Paths> {
+        let (tx, rx) = (points(tx, "tx")?, points(rx, "rx")?);
+        if tx.len() != rx.len() {
+            let (tx, rx) = (tx.len(), rx.len());
+            let text = format!("rx: {rx} points for {tx} transmitters: there must be one each");
+            return Err(PyValueError::new_err(text));
+        }
+        let pairs: Vec<[DVec2; 2]> = tx.into_iter().zip(rx).map(Into::into).collect();
+        let table = run(py, None, |control| {
+            trace_pairs(&self.tracer, &pairs, |paths| paths, control)
+        })?;
+        Ok(Paths::traced(table, pairs.into_iter()))
     }
 }
 
@@ -87,15 +108,16 @@ fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResu
 
 /// `concrete`, `pec`, or relative permittivity and conductivity \[S/m\].
 fn material(value: &Bound<'_, PyAny>) -> PyResult<Material> {
-    if let Ok((relative_permittivity, conductivity_s_per_m)) = value.extract() {
+    let py = value.py();
+    if let Some((relative_permittivity, conductivity_s_per_m)) = tried(py, value.extract())? {
         return Ok(Material::Dielectric {
             relative_permittivity,
             conductivity_s_per_m,
         });
     }
-    match value.extract().unwrap_or_default() {
-        "concrete" => Ok(Material::Concrete),
-        "pec" => Ok(Material::PerfectConductor),
+    match tried(py, value.extract())? {
+        Some("concrete") => Ok(Material::Concrete),
+        Some("pec") => Ok(Material::PerfectConductor),
         _ => Err(PyValueError::new_err(format!(
             "material: {} is neither 'concrete' nor 'pec' nor a pair (relative permittivity, conductivity in S/m)",
             value.repr()?
