@@ -554,7 +554,7 @@ def check_hover(page):
                 met[number] = page.eval("""[...new Set([...document.querySelectorAll('svg [data-path]')]
                   .filter(e => getComputedStyle(e).opacity > 0.5).map(e => e.dataset.path))]""")
         must(met and all(lit == [number] for number, lit in met.items()), f"the pointer over {name} lights up what belongs to its path: {met}")
-    mirrored = page.eval("document.querySelectorAll('#tables .is-mirror').length")
+    mirrored = page.eval("document.querySelectorAll('#tables .is-image').length")
     must(mirrored > 0 and page.eval("Boolean(document.getElementById('twin').getAttribute('d'))"), f"mirror lobes are marked: {mirrored}")
 
 

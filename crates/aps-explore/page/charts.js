@@ -14,9 +14,10 @@ function text(x, y, words, anchor = 'middle', extra = '') {
 
 function badge([x, y], lobe) {
   const words = plain(lobe.cells[0]);
-  const look = lobe.is_mirror && lobe.path !== null
+  const isImage = lobe.side !== 'own';
+  const look = isImage && lobe.path !== null
     ? `class="paper stroke-${lobe.colour}" stroke-width="2"` : `class="fill-${lobe.colour}"`;
-  return `<g ${lobe.path === null ? '' : `data-path="${lobe.path}"`} class="${lobe.is_mirror ? 'hollow' : ''}">`
+  return `<g ${lobe.path === null ? '' : `data-path="${lobe.path}"`} class="${isImage ? 'hollow' : ''}">`
     + `<circle cx="${px(x)}" cy="${px(y)}" r="8.5" ${look}/>`
     + `<text class="number" x="${px(x)}" y="${px(y + 4)}" text-anchor="middle">${words}</text></g>`;
 }

@@ -8,13 +8,13 @@ function row(item) {
     const td = tr.insertCell();
     if (i > 0) return void (td.textContent = cell);
     const chip = document.createElement('span');
-    chip.className = `chip ${item.colour}${item.is_mirror ? ' is-mirror' : ''}`;
+    chip.className = `chip ${item.colour}${(item.side ?? 'own') === 'own' ? '' : ' is-image'}`;
     chip.textContent = cell;
     td.append(chip);
   });
   const number = item.number ?? item.path;
   if (number !== null) tr.dataset.path = number;
-  if (item.twin !== undefined && item.is_mirror) tr.dataset.mirror = '';
+  if (item.side === 'mirror') tr.dataset.mirror = '';
   tr.tabIndex = 0;
   return tr;
 }

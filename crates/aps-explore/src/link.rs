@@ -124,7 +124,8 @@ pub struct Curve {
 struct LobeAnswer {
     angle_deg: f64,
     level_db: f64,
-    is_mirror: bool,
+    /// That of [`Side::name`](aps_report::link::Side::name).
+    side: &'static str,
     twin: Option<usize>,
     /// Number and colour of the path that makes it.
     path: Option<usize>,
@@ -198,7 +199,7 @@ pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result
             lobes.push(LobeAnswer {
                 angle_deg: lobe.angle_deg,
                 level_db: lobe.level_db,
-                is_mirror: lobe.is_mirror,
+                side: lobe.side.name(),
                 twin: lobe.twin,
                 path: cause.map(|l| l.number),
                 colour: cause.map_or("soft".into(), |l| l.colour.to_string()),

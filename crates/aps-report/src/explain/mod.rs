@@ -8,8 +8,7 @@ pub use render::Explained;
 
 use crate::ReportError;
 use crate::link::{
-    Fate, LinkView, Lobe, PathView, Spectrum, angle_deg, fate, has_mirrors, is_nearer_mirror,
-    lobes, mirror_deg,
+    Fate, LinkView, Lobe, PathView, Side, Spectrum, angle_deg, fate, has_mirrors, lobes,
 };
 use crate::numbers::fixed;
 use crate::theme::Colour;
@@ -82,8 +81,8 @@ impl<'a> Explanation<'a> {
                 continue;
             }
             let own = angle_deg(samples[i].arrival_azimuth_rad, protocol);
-            let share = |mirrored: bool| {
-                let is_of = |l: &&Lobe| is_nearer_mirror(l.angle_deg, own) == mirrored;
+            let share = |side: Side| {
+                let is_of = |l: &&Lobe| Side::of(&labeler.config().array, l.angle_deg, own) == side;
                 let of = lobes.iter().filter(is_of);
                 of.map(|l| l.share_of(i)).fold(0.0, f64::max)
             };
@@ -94,7 +93,7 @@ impl<'a> Explanation<'a> {
                     true => colours.next().expect("there is always another"),
                     false => Colour::Soft,
                 },
-                shares: [share(false), share(true)],
+                shares: [share(Side::Own), share(Side::Mirror)],
                 fate: fate(released, &samples[i])?,
             });
         }
@@ -128,20 +127,20 @@ impl<'a> Explanation<'a> {
                 (None, false) => format!("no single path: {}", leading.join(", ")),
                 (None, true) => "no single path: many weak ones".into(),
             };
-            let side = match (cause, lobe.is_mirror) {
-                (Some(_), true) => "mirror image",
-                (Some(_), false) if self.has_mirrors => "where it comes from",
+            let side = match (cause, lobe.side) {
+                (Some(_), Side::Mirror) => "mirror image",
+                (Some(_), Side::Grating) => "grating lobe",
+                (Some(_), Side::Own) if self.has_mirrors => "where it comes from",
                 _ => "\u{2013}",
             };
-            let twin = match lobe.twin {
-                Some(j) => degrees(self.lobes[j].angle_deg),
-                None if self.has_mirrors => {
-                    format!("{}, no dominant peak", degrees(mirror_deg(lobe.angle_deg)))
-                }
-                None => "\u{2013}".into(),
+            let mirror_deg = lobe.mirror_deg().filter(|_| self.has_mirrors);
+            let twin = match (lobe.twin, mirror_deg) {
+                (Some(j), _) => degrees(self.lobes[j].angle_deg),
+                (None, Some(mirror)) => format!("{}, no dominant peak", degrees(mirror)),
+                (None, None) => "\u{2013}".into(),
             };
             let mark = match cause {
-                Some(l) => badge_text(l.number, lobe.is_mirror),
+                Some(l) => badge_text(l.number, lobe.side),
                 None => "?".into(),
             };
             let cells = vec![
@@ -199,9 +198,14 @@ pub const PATH_COLUMNS: [&str; 9] = [
     "in the released label",
 ];
 
-/// A path's number, with a prime at its mirror lobe.
-fn badge_text(number: usize, is_mirror: bool) -> String {
-    format!("{number}{}", if is_mirror { "\u{2032}" } else { "" })
+/// A path's number, with a prime at its mirror lobe, and two at a grating lobe.
+fn badge_text(number: usize, side: Side) -> String {
+    let primes = match side {
+        Side::Own => "",
+        Side::Mirror => "\u{2032}",
+        Side::Grating => "\u{2033}",
+    };
+    format!("{number}{primes}")
 }
 
 fn degrees(value: f64) -> String {

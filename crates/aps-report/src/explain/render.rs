@@ -6,7 +6,7 @@ use super::{Explanation, LOBE_COLUMNS, Listed, PATH_COLUMNS, badge_text};
 use crate::chart::{Chart, Mark, Series, badge};
 use crate::document::{Block, Document, Figure, Layout, RowMark, Section, Table};
 use crate::drawing::{Drawing, at, text_width, words};
-use crate::link::{PathView, angle_deg, mirror_deg};
+use crate::link::{PathView, Side, angle_deg, mirror_deg};
 use crate::picture::{self, Outlines, Ray};
 use crate::theme::Colour;
 
@@ -47,8 +47,9 @@ impl Explained<'_> {
                            Open dots are reflections, filled dots diffractions.";
         let caption_spectrum = format!(
             "The spectrum under the {} protocol, and dashed under the other. A disc marks the lobe of a path where the path \
-             comes from, a ring with a prime its mirror image, a question mark a lobe that no single path explains. Stems are \
-             as high as their path is strong.",
+             comes from, a ring with a prime its mirror image, with two primes a grating lobe, where the elements of the array \
+             cannot tell the path's phases from those of another direction; a question mark a lobe that no single path \
+             explains. Stems are as high as their path is strong.",
             e.spectrum.protocol
         );
         let spectrum = self.spectrum(480.0, 480.0).draw();
@@ -155,8 +156,8 @@ impl Explained<'_> {
             let cause = lobe.cause().and_then(|i| e.listed(i));
             let mark = Mark::Badges {
                 points: vec![[lobe.angle_deg, lobe.level_db]],
-                text: cause.map_or("?".into(), |l| badge_text(l.number, lobe.is_mirror)),
-                hollow: lobe.is_mirror && cause.is_some(),
+                text: cause.map_or("?".into(), |l| badge_text(l.number, lobe.side)),
+                hollow: lobe.side != Side::Own && cause.is_some(),
             };
             let badge = Series::new("", colour_of(cause), mark);
             chart = chart.with(badge.linked(cause.map(link)));

@@ -1,11 +1,12 @@
 //! Lobes of a spectrum, and the paths that make them.
 //!
 //! Q at the bin of a lobe and at the delay of its maximum is a sum over paths, so each path has a
-//! share of it. A uniform linear array shows each path twice, at theta and at 180 deg - theta.
+//! share of it. A uniform linear array shows each path twice, at theta and at 180 deg - theta; and again wherever the phases of its
+//! elements differ by whole turns, as those of waves from -90 and 90 deg at half a wavelength.
 
 use aps_label::{Array, Labeler, PathError, PathSample, Protocol};
 
-use super::{Spectrum, angle_deg, apart_deg, is_nearer_mirror, mirror_deg};
+use super::{Spectrum, angle_deg, apart_deg, mirror_deg};
 
 /// A path with at least this share of a lobe makes it.
 const CAUSE: f64 = 0.5;
@@ -19,6 +20,47 @@ const MIRROR_TOLERANCE_DEG: f64 = 4.1;
 /// Losses of the released label are told up to here \[dB\].
 const MOST_LOSS_DB: f64 = 200.0;
 
+/// Direction of a lobe, seen from a path that makes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The path comes from there.
+    Own,
+    /// The path's mirror image, beyond a linear array.
+    Mirror,
+    /// A grating lobe: between elements of a linear array the path has other phases there, by whole turns.
+    Grating,
+}
+
+impl Side {
+    /// `own`, `mirror` or `grating`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own => "own",
+            Self::Mirror => "mirror",
+            Self::Grating => "grating",
+        }
+    }
+
+    /// The side of a path from `own_deg` on which an array sees a lobe at `angle_deg`, both in the sense of one protocol.
+    pub fn of(array: &Array, angle_deg: f64, own_deg: f64) -> Self {
+        let &Array::UniformLinear {
+            spacing_wavelengths,
+            ..
+        } = array
+        else {
+            return Self::Own;
+        };
+        let [there, own] = [angle_deg, own_deg].map(|deg| deg.to_radians().sin());
+        if (spacing_wavelengths * (there - own)).abs() > 0.5 {
+            Self::Grating
+        } else if apart_deg(mirror_deg(own_deg), angle_deg) < apart_deg(own_deg, angle_deg) {
+            Self::Mirror
+        } else {
+            Self::Own
+        }
+    }
+}
+
 /// A dominant peak of an APS and what it is made of.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lobe {
@@ -28,14 +70,20 @@ pub struct Lobe {
     pub level_db: f64,
     /// Paths by their share of its power, largest first; the shares of all paths add up to 1.
     pub shares: Vec<(usize, f64)>,
-    /// The path with the largest share comes from nearer the mirror image than from here.
-    pub is_mirror: bool,
+    /// Its side of the path with the largest share.
+    pub side: Side,
     /// Its mirror image among the lobes, by index, if the array makes one and it is a dominant
     /// peak too.
     pub twin: Option<usize>,
 }
 
 impl Lobe {
+    /// Angle of its mirror image \[deg\]; `None` if that is not apart from it, as near -90 and 90 deg.
+    pub fn mirror_deg(&self) -> Option<f64> {
+        let mirror = mirror_deg(self.angle_deg);
+        (apart_deg(mirror, self.angle_deg) > MIRROR_TOLERANCE_DEG).then_some(mirror)
+    }
+
     /// The path that makes most of it.
     pub fn cause(&self) -> Option<usize> {
         let first = self.shares.first();
@@ -80,7 +128,7 @@ pub fn lobes(
         lobes.push(Lobe {
             angle_deg: angle,
             level_db: spectrum.aps_db[peak.bin],
-            is_mirror: has_mirrors(labeler) && is_nearer_mirror(angle, own),
+            side: Side::of(&labeler.config().array, angle, own),
             shares,
             twin: None,
         });
@@ -88,7 +136,10 @@ pub fn lobes(
     if has_mirrors(labeler) {
         let angles: Vec<f64> = lobes.iter().map(|lobe| lobe.angle_deg).collect();
         for (i, lobe) in lobes.iter_mut().enumerate() {
-            let away = |&j: &usize| apart_deg(angles[j], mirror_deg(angles[i]));
+            let Some(mirror_deg) = lobe.mirror_deg() else {
+                continue;
+            };
+            let away = |&j: &usize| apart_deg(angles[j], mirror_deg);
             let others = (0..angles.len()).filter(|&j| j != i);
             let nearest = others.min_by(|a, b| away(a).total_cmp(&away(b)));
             lobe.twin = nearest.filter(|j| away(j) <= MIRROR_TOLERANCE_DEG);
@@ -187,14 +238,18 @@ mod tests {
                 let made: Vec<&Lobe> = lobes.iter().filter(|l| l.cause() == Some(path)).collect();
                 assert_eq!(made.len(), 2);
                 for lobe in made {
-                    let expected = if lobe.is_mirror { mirror_deg(own) } else { own };
+                    let expected = match lobe.side {
+                        Side::Own => own,
+                        Side::Mirror => mirror_deg(own),
+                        Side::Grating => panic!("{lobe:?}"),
+                    };
                     assert!(
                         apart_deg(lobe.angle_deg, expected) <= 1.1,
                         "{protocol} {lobe:?}"
                     );
                     let twin = &lobes[lobe.twin.expect("both are dominant")];
                     assert_eq!(twin.cause(), Some(path));
-                    assert_ne!(twin.is_mirror, lobe.is_mirror);
+                    assert_ne!(twin.side, lobe.side);
                 }
             }
         }
@@ -247,6 +302,46 @@ mod tests {
     }
 
     #[test]
+    fn a_path_from_near_the_end_of_the_array_has_a_grating_lobe_at_the_other() {
+        for protocol in [Protocol::Paper, Protocol::Released] {
+            let (_, lobes) = explain(&LabelConfig::of(protocol), &[sample(300.0, 71.0, -80.0)]);
+            let own = angle_deg(71_f64.to_radians(), protocol);
+            let mut sides = Vec::new();
+            for lobe in &lobes {
+                assert_eq!(lobe.cause(), Some(0));
+                let expected = match lobe.side {
+                    Side::Own => own,
+                    Side::Mirror => mirror_deg(own),
+                    Side::Grating => -90.0 * own.signum(),
+                };
+                assert!(apart_deg(lobe.angle_deg, expected) < 3.0, "{lobe:?}");
+                let has_twin = lobe.side != Side::Grating;
+                assert_eq!(
+                    (lobe.mirror_deg().is_some(), lobe.twin.is_some()),
+                    (has_twin, has_twin)
+                );
+                sides.push(lobe.side);
+            }
+            assert!(
+                sides.contains(&Side::Grating) && sides.len() == 3,
+                "{lobes:?}"
+            );
+        }
+        // Two wavelengths apart, a linear array sees a path from its side every half unit of the sine.
+        let wide = Array::UniformLinear {
+            elements: 16,
+            spacing_wavelengths: 2.0,
+        };
+        for (angle, side) in [
+            (0.0, Side::Own),
+            (179.0, Side::Mirror),
+            (30.0, Side::Grating),
+        ] {
+            assert_eq!(Side::of(&wide, angle, 1.0), side);
+        }
+    }
+
+    #[test]
     fn a_circular_array_has_no_mirrors() {
         let config = LabelConfig {
             array: Array::UniformCircular {
@@ -256,7 +351,11 @@ mod tests {
             ..LabelConfig::paper()
         };
         let (_, lobes) = explain(&config, &[sample(300.0, 20.0, -80.0)]);
-        assert!(lobes.iter().all(|l| !l.is_mirror && l.twin.is_none()));
+        assert!(
+            lobes
+                .iter()
+                .all(|l| l.side == Side::Own && l.twin.is_none())
+        );
     }
 
     #[test]

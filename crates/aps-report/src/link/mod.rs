@@ -4,7 +4,6 @@ mod lobes;
 mod spectrum;
 mod view;
 
-pub use lobes::{Fate, Lobe, fate, has_mirrors, lobes};
-pub(crate) use spectrum::is_nearer_mirror;
+pub use lobes::{Fate, Lobe, Side, fate, has_mirrors, lobes};
 pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg};
 pub use view::{Bend, LinkView, PathView, heading_words};

@@ -92,11 +92,6 @@ pub fn apart_deg(a: f64, b: f64) -> f64 {
     wrap_deg(a - b).abs()
 }
 
-/// Tells if a direction is nearer to the mirror image of another than to that one \[deg\].
-pub(crate) fn is_nearer_mirror(angle_deg: f64, of_deg: f64) -> bool {
-    apart_deg(mirror_deg(of_deg), angle_deg) < apart_deg(of_deg, angle_deg)
-}
-
 /// Into [-180, 180) deg.
 fn wrap_deg(angle: f64) -> f64 {
     (angle + 180.0).rem_euclid(360.0) - 180.0
