@@ -13,9 +13,9 @@ is "released" by default.
 Who holds Python's lock, and what Ctrl-C does:
 
 - `Tracer.trace`, `label`, `pdp`, `make_dataset` and `PolarView.ways` work without the lock; Ctrl-C ends them, and batches of ways of
-  ``map2aps.torch.ApsDataset``.
+  `Examples`.
 - Making a `Scene`, `Tracer` or `PolarView`, opening a `Dataset` and `metrics` work without the lock; Ctrl-C leaves them, and they are
-  done unheard. The same holds for ``map2aps.torch.ApsDataset`` and its batches of images.
+  done unheard. The same holds for `Examples` and its batches of images.
 - `Scene.raster` and `explain` work without the lock, and meet Ctrl-C when they are done.
 - All else holds the lock: `Scene.is_outdoor` and the attributes of a scene, the arrays of `Paths` and what is made of them, arrays on
   their way in and out.
@@ -29,15 +29,17 @@ Arrays and numbers of a wrong shape, type or value raise ``ValueError``, an unkn
 
 from ._arrays import UniformCircular, UniformLinear
 from ._dataset import Dataset, Map, make_dataset
+from ._examples import Examples
 from ._explain import Html, explain, plot_link
 from ._labels import Labels, Profiles, label, pdp
 from ._metrics import Scores, metrics
-from ._native import Scene
+from ._native import Scene, __version__
 from ._paths import Paths, Tracer
 from ._polar import PolarView
 
 __all__ = [
     "Dataset",
+    "Examples",
     "Html",
     "Labels",
     "Map",
@@ -49,6 +51,7 @@ __all__ = [
     "Tracer",
     "UniformCircular",
     "UniformLinear",
+    "__version__",
     "explain",
     "label",
     "make_dataset",

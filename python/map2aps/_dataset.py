@@ -245,6 +245,7 @@ def make_dataset(
     store_paths: bool = False,
     tile_m: float | None = None,
     metric: bool = False,
+    all_polygons: bool = False,
     progress: Progress | bool | None = True,
     **limits: Unpack[Limits],
 ) -> Dataset:
@@ -272,6 +273,8 @@ def make_dataset(
         Side of the maps that a city is cut into, in m; 256 by default.
     metric : bool
         The coordinates of the city are metres, not degrees.
+    all_polygons : bool
+        Every polygon of the city is a building, whether or not it has a building tag.
     progress : callable, bool or None
         Called with the number of links done and that of all, some times a second; True shows a bar where tqdm is installed.
     **limits
@@ -287,6 +290,7 @@ def make_dataset(
         "map_ids": map_ids,
         "tile_m": tile_m,
         "metric": metric,
+        "all_polygons": all_polygons,
         "tx_per_map": tx_per_map,
         "rx_per_map": rx_per_map,
         "receivers": receivers,

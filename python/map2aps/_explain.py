@@ -34,6 +34,9 @@ class Html:
     def __str__(self) -> str:
         return self.text
 
+    def __repr__(self) -> str:
+        return f"Html({len(self.text)} characters; save(file) writes it)"
+
     def _repr_html_(self) -> str:
         # In a frame, so that neither the page's style nor the notebook's reaches the other.
         page = html.escape(self.text, quote=True)

@@ -30,6 +30,9 @@ class Labels:
     angle_deg: npt.NDArray[np.float64]
     is_labelled: npt.NDArray[np.bool_]
 
+    def __repr__(self) -> str:
+        return f"Labels({len(self.aps_db)} links, {np.count_nonzero(self.is_labelled)} labelled, {len(self.angle_deg)} angles)"
+
 
 @dataclass(frozen=True, eq=False)
 class Profiles:
@@ -48,6 +51,9 @@ class Profiles:
     pdp_db: npt.NDArray[np.float64]
     delay_s: npt.NDArray[np.float64]
     is_labelled: npt.NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        return f"Profiles({len(self.pdp_db)} links, {np.count_nonzero(self.is_labelled)} labelled, {len(self.delay_s)} delays)"
 
 
 def label(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -35,6 +36,10 @@ class Scores:
     rows: npt.NDArray[np.int64]
     rejected: npt.NDArray[np.int64]
     report: dict[str, Any]
+
+    def __repr__(self) -> str:
+        means = ", ".join(f"{name} {mean:.4g}" for name, mean in self.summary.items())
+        return f"Scores({len(self.rows)} samples, {len(self.rejected)} rejected; means: {means})"
 
     @property
     def summary(self) -> dict[str, float]:
@@ -100,7 +105,7 @@ def metrics(
     Parameters
     ----------
     truth, prediction : array_like, shape (samples, bins)
-        Spectra in one unit, as learning targets are.
+        Spectra in one unit: normalised ones, as learning targets are and the benchmark scores, or linear power; not decibels.
     protocol : {"released", "paper"}
         Definition of the metrics; numbers of one must not be compared with numbers of the other.
     map_ids : array_like of int, shape (samples,), optional
@@ -111,7 +116,16 @@ def metrics(
     Returns
     -------
     Scores
+
+    Warns
+    -----
+    UserWarning
+        For true spectra without a value above 0, as those in decibels.
     """
     found = _native.metrics(truth, prediction, protocol, map_ids, data_range)
+    known = np.asarray(truth)
+    if known.size > 0 and known.max() <= 0:
+        told = "truth: no value is above 0: metrics are of linear power or of normalised spectra, not of decibels"
+        warnings.warn(told, stacklevel=2)
     found["report"] = json.loads(found["report"])
     return Scores(**found)

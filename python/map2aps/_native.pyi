@@ -13,6 +13,7 @@ __all__ = [
     "PolarView",
     "Scene",
     "Tracer",
+    "__version__",
     "explain",
     "label",
     "label_differences",
@@ -21,6 +22,8 @@ __all__ = [
     "metrics",
     "shipped",
 ]
+
+__version__: str
 
 @final
 class Scene:

@@ -78,6 +78,9 @@ class OnnxModel:
         if self.settings.get("frame", "map") != "map":
             warnings.warn(f"{name}: it takes images about the receiver, and ApsDataset draws those of the map", stacklevel=2)
 
+    def __repr__(self) -> str:
+        return f"OnnxModel({self.name}, {self.preset})"
+
     def predict(
         self, conditions: npt.ArrayLike, domain: Literal["normalised", "linear"] = "normalised"
     ) -> npt.NDArray[np.float32]:

@@ -29,7 +29,8 @@ def answers(seed: int) -> list[np.ndarray]:
     rx = grid[is_outdoor]
     paths = map2aps.Tracer(scene).trace(rx[0], rx[5:9])
     spectra = map2aps.label(paths).aps_db
-    scored = map2aps.metrics(np.nan_to_num(spectra), np.nan_to_num(spectra[::-1]))
+    power = np.nan_to_num(10.0 ** (spectra / 10.0))
+    scored = map2aps.metrics(power, power[::-1])
     found = [is_outdoor, scene.raster(64), paths.gain, spectra, map2aps.pdp(paths).pdp_db, scored["mae"]]
     found.append(map2aps.PolarView(scene).ways(rx[0], rx[5:7]))
     with tempfile.TemporaryDirectory() as folder:

@@ -201,3 +201,24 @@ def test_maps_and_arrays_are_found_by_name(data: Path) -> None:
     dataset = map2aps.Dataset(data)
     assert 0 in dataset and 99 not in dataset and all(one in dataset for one in dataset)
     assert "tx" in dataset[0] and "none" not in dataset[0] and list(dataset[0]) == dataset[0].keys()
+
+
+def test_examples_are_conditions_and_targets_of_the_labelled_links(data: Path) -> None:
+    examples = map2aps.Examples(data, "test", size=16)
+    assert repr(examples) == f"Examples({str(data)!r}, 'test': {len(examples)} examples)"
+    assert len(examples) == len(examples.links) > 0
+    conditions, targets = examples.batch([1, 0, 1])
+    assert (conditions.dtype, conditions.shape) == (np.float32, (3, 3, 16, 16))
+    assert (targets.dtype, targets.shape) == (np.float32, (3, 180))
+    assert np.array_equal(conditions[0], conditions[2]) and np.array_equal(targets[0], targets[2])
+    map_id, row, _, _ = examples.links[1]
+    linear = map2aps.Examples(data, "test", domain="linear").batch([1])[1][0]
+    label = map2aps.Dataset(data)[int(map_id)]["aps_db"][row].astype(float)
+    assert np.allclose(linear, 10.0 ** ((label - label.max()) / 10.0), atol=1e-6)
+    images = map2aps.Examples(data, "train", size=16).batch(range(4))[0]
+    upright = map2aps.Examples(data, "train", size=16, mirror=False)
+    assert np.array_equal(images[1], upright.batch([0])[0][0][:, :, ::-1])
+    copy = pickle.loads(pickle.dumps(upright))
+    assert np.array_equal(copy.links, upright.links)
+    with pytest.raises(IndexError, match="indices: 4000 is not from 0 to below"):
+        upright.batch([4000])

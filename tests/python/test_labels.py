@@ -13,6 +13,7 @@ def one_path(delay_s: float = 310e-9, azimuth_rad: float = 0.4, gain: complex = 
 def test_one_path_makes_a_peak_of_its_power_where_it_comes_from() -> None:
     label = map2aps.label(one_path(), "paper")
     assert label.aps_db.shape == (1, 180) and label.is_labelled.tolist() == [True]
+    assert repr(label) == "Labels(1 links, 1 labelled, 180 angles)"
     peak = label.aps_db[0].argmax()
     # A linear array sees an angle and its mirror image alike.
     assert min(abs(label.angle_deg[peak] - angle) for angle in (np.rad2deg(0.4), 180 - np.rad2deg(0.4))) <= 2.0

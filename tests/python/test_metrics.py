@@ -26,6 +26,14 @@ def test_point_errors_are_those_of_numpy(spectra: tuple[np.ndarray, np.ndarray])
     assert scores.report["overall"]["samples"] == 20
 
 
+def test_scores_are_told_in_short_and_decibels_are_warned_of(spectra: tuple[np.ndarray, np.ndarray]) -> None:
+    truth, prediction = spectra
+    scores = map2aps.metrics(truth, prediction)
+    assert repr(scores).startswith("Scores(20 samples, 0 rejected; means: mae 0.0")
+    with pytest.warns(UserWarning, match="truth: no value is above 0: .* not of decibels"):
+        map2aps.metrics(10 * np.log10(truth), 10 * np.log10(np.abs(prediction)))
+
+
 def test_a_peak_one_bin_off_is_two_degrees_off() -> None:
     truth, prediction = np.zeros((1, 180)), np.zeros((1, 180))
     truth[0, 20] = prediction[0, 21] = 1.0

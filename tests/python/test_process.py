@@ -197,7 +197,8 @@ def test_threads_share_a_scene_and_a_view(outdoors: np.ndarray) -> None:
 def test_threads_share_a_data_set_and_score_at_once(data: Path) -> None:
     def asked(dataset: map2aps.Dataset) -> list[np.ndarray]:
         spectra = np.concatenate([one["aps_db"] for one in dataset]).astype(float)
-        scores = map2aps.metrics(spectra, spectra[::-1])
+        power = 10.0 ** (spectra / 10.0)
+        scores = map2aps.metrics(power, power[::-1])
         return [spectra, dataset.angle_deg, *(one["tx"] for one in dataset), *scores.values.values()]
 
     alone, dataset = asked(map2aps.Dataset(data)), map2aps.Dataset(data)

@@ -55,6 +55,6 @@ mod _native {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
-        Ok(())
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -24,6 +24,7 @@ pub struct Settings<'py> {
     map_ids: Option<Bound<'py, PyAny>>,
     tile_m: Option<Given<f64>>,
     metric: Given<bool>,
+    all_polygons: Given<bool>,
     tx_per_map: Given<usize>,
     rx_per_map: Given<usize>,
     receivers: Given<String>,
@@ -66,6 +67,7 @@ pub fn make_dataset(
     let tiles = TileSettings {
         tile_m,
         metric: settings.metric.named("metric")?,
+        all_polygons: settings.all_polygons.named("all_polygons")?,
         ..default
     };
     let store_pdp = settings.store_pdp.named("store_pdp")?;

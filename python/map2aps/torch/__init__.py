@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ import torch
 from torch import Tensor
 from torch.utils.data import Dataset
 
-from .. import _native
+from .._examples import Examples
 
 __all__ = ["ApsDataset"]
 
@@ -25,33 +25,15 @@ Example: TypeAlias = tuple[Tensor, Tensor]
 
 
 class ApsDataset(Dataset[Example]):
-    """The labelled links of a part of a data set, as pairs (condition, target); ``len`` and indices count them.
+    """The labelled links of a part of a data set, as pairs (condition, target) of tensors; ``len`` and indices count them.
 
-    A condition of shape (3, size, size) shows buildings, transmitter and receiver, or is the input of Polar-Reg, of shape (ways, 16)
-    (see `map2aps.PolarView`), as many ways as the link of the same batch that has most; a target of shape (180,) is the spectrum as models
-    learn it. Both are float32. Conditions are drawn as they are asked for, a whole batch at once where a DataLoader asks for one, on all
-    cores: worker processes are seldom of use.
-    Labels stay on disk until they are asked for; where the data set's manifest holds no statistics of them, as of imported ones, the
-    first normalised target waits until the training maps have been read once.
+    It is `map2aps.Examples` for PyTorch, which says what they are. A whole batch is drawn at once where a DataLoader asks for one, on all
+    cores: worker processes are seldom of use, and open the data set anew.
 
     Parameters
     ----------
-    path : path-like
-        Folder of the data set.
-    split : {"train", "develop", "test"}
-        The part; one without labelled links has no examples.
-    size : int
-        Rows and columns of a condition, which shows the whole map whatever its size.
-    mirror : bool
-        Adds to each link of the training part its images mirrored in x, in y and in both, whose spectra follow without tracing: link
-        ``n`` has the numbers ``4 n`` to ``4 n + 3``. The other parts have none. Refused for arrays that are not linear.
-    domain : {"normalised", "linear"}
-        Targets as the benchmark's models learn them, or power relative to the link's largest, in [0, 1].
-    condition : {"image", "polar"}
-        Images, or the input of Polar-Reg.
-    maps : path-like, optional
-        Folder of RadioMapSeer files or GeoJSON file that the data set was made from: the input of Polar-Reg needs it, unless the maps
-        are synthetic.
+    path, split, size, mirror, domain, condition, maps
+        As of `map2aps.Examples`.
     """
 
     def __init__(
@@ -64,21 +46,7 @@ class ApsDataset(Dataset[Example]):
         condition: Literal["image", "polar"] = "image",
         maps: str | os.PathLike[str] | None = None,
     ) -> None:
-        if domain not in ("normalised", "linear"):
-            raise ValueError(f"domain: '{domain}' is neither 'normalised' nor 'linear'")
-        if condition not in ("image", "polar"):
-            raise ValueError(f"condition: '{condition}' is neither 'image' nor 'polar'")
-        if maps is not None and condition == "image":
-            raise ValueError("maps: images are drawn of what the data set holds; only condition='polar' takes maps")
-        settings = {
-            "size": size,
-            "mirror": mirror,
-            "linear": domain == "linear",
-            "polar": condition == "polar",
-            "maps": maps,
-        }
-        self._opened = (path, split, settings)
-        self._examples = _native.Examples(*self._opened)
+        self._examples = Examples(path, split, size, mirror, domain, condition, maps)
 
     def __len__(self) -> int:
         """Number of examples, mirror images among them."""
@@ -140,11 +108,3 @@ class ApsDataset(Dataset[Example]):
     def links(self) -> npt.NDArray[np.int64]:
         """Map, row in it, and rows of transmitter and receiver of each link, without mirror images: shape (links, 4)."""
         return self._examples.links
-
-    # Worker processes open the data set anew; whatever a subclass has of its own goes with it.
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name != "_examples"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._examples = _native.Examples(*self._opened)
