@@ -7,7 +7,7 @@ use candle_core::{DType, Device, Tensor};
 use candle_nn::VarMap;
 use prost::Message;
 
-use crate::condition::InputShape;
+use crate::condition::{InputShape, MAX_SIZE};
 use crate::parameters::sorted;
 use crate::recording::record;
 use crate::recording::schema::{
@@ -16,7 +16,7 @@ use crate::recording::schema::{
     ValueInfoProto,
 };
 use crate::weights::Label;
-use crate::{ANGLE_BINS, Result, seeded};
+use crate::{ANGLE_BINS, Error, Result, seeded};
 
 /// Name of the dimension of links.
 const BATCH: &str = "batch";
@@ -54,6 +54,10 @@ pub fn export(
     parameters: &VarMap,
     facts: &[(&str, String)],
 ) -> Result<Vec<u8>> {
+    if shape == InputShape::Images && !(1..=MAX_SIZE).contains(&image_size) {
+        let text = format!("image size {image_size}: must be 1 to {MAX_SIZE}");
+        return Err(Error::Condition(text));
+    }
     // Of variables, whose layers compute with the tensors themselves: those of constants take copies.
     let vb = seeded(parameters, 0, DType::F32, &Device::Cpu);
     let model = label.kind.build(label.preset, shape, vb)?;

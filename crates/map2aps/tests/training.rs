@@ -92,6 +92,16 @@ fn continues_to_the_same_bytes(training: Training) {
     assert!(is_told, "{}", refused.chain());
     assert!(fs::read(parts.join("config.json")).unwrap() == settings);
     training.run(&dataset, &parts, &Control::default()).unwrap();
+    // Weights whose checkpoint is gone are not replaced by those of a new run.
+    let (checkpoint, aside) = (parts.join("last.safetensors"), root.path().join("aside"));
+    fs::rename(&checkpoint, &aside).unwrap();
+    let refused = training.run(&dataset, &parts, &Control::default());
+    let told = refused.unwrap_err().chain();
+    assert!(
+        told.contains("best.safetensors' would be replaced"),
+        "{told}"
+    );
+    fs::rename(&aside, &checkpoint).unwrap();
     for name in [
         "steps.csv",
         "scores.csv",

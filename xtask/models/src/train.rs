@@ -148,6 +148,7 @@ impl Args {
             "--limit 0 leaves no link to train on; without --limit all are taken"
         );
         let folder = RunFolder::create(&self.out)?;
+        folder.check_for_new_run()?;
         let has_checkpoint = folder.checkpoint().is_file();
         ensure!(
             self.resume || !has_checkpoint,

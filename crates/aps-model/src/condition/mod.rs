@@ -340,7 +340,7 @@ impl Windows {
 }
 
 /// Largest side of an image \[pixels\].
-const MAX_SIZE: usize = 1 << 12;
+pub(crate) const MAX_SIZE: usize = 1 << 12;
 
 impl Axis {
     /// Converts a position from metres to pixels of the image.

@@ -128,6 +128,8 @@ fn sizes_that_a_model_does_not_take_are_refused() {
     let label = Label { kind, preset };
     for (shape, size, told) in [
         (InputShape::Images, 40, "multiple of 16"),
+        (InputShape::Images, 0, "must be 1 to 4096"),
+        (InputShape::Images, usize::MAX, "must be 1 to 4096"),
         (shape_of(ModelKind::PolarReg), 64, "takes Images"),
     ] {
         let refused = export(label, shape, size, &parameters, &[]).unwrap_err();

@@ -40,6 +40,12 @@ pub enum TrainingError {
     /// A run is to be continued that was not begun.
     #[error("there is no run to continue in '{}'", .0.display())]
     NoRun(PathBuf),
+    /// A folder of weights without their checkpoint.
+    #[error(
+        "'{}' would be replaced by a new run, and the checkpoint to go on from is not beside it; give another folder",
+        .0.display()
+    )]
+    OnlyWeights(PathBuf),
     /// A device that is not there.
     #[error("the device {device} needs {} and a build with the feature {device}", device.hardware())]
     Device {
@@ -98,9 +104,6 @@ pub enum TrainingError {
     /// Images given to a model that takes other input.
     #[error("{0} takes no condition images")]
     NoImages(ModelKind),
-    /// A size that images cannot have.
-    #[error("images of 0 pixels: give a size of at least 1")]
-    NoPixels,
     /// A run in the folder of a data set.
     #[error("'{}' is the folder of a data set; give the run another one", .0.display())]
     DatasetFolder(PathBuf),

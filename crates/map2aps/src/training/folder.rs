@@ -122,6 +122,17 @@ impl RunFolder {
         &self.0
     }
 
+    /// Refuses a folder whose weights a new run would replace, and which holds no checkpoint to go on from.
+    ///
+    /// # Errors
+    /// [`TrainingError::OnlyWeights`].
+    pub fn check_for_new_run(&self) -> Result<()> {
+        match self.best().exists() && !self.checkpoint().is_file() {
+            true => Err(TrainingError::OnlyWeights(self.best()).into()),
+            false => Ok(()),
+        }
+    }
+
     /// Locks the folder: two runs may not write into it.
     ///
     /// # Errors

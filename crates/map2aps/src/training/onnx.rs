@@ -58,10 +58,8 @@ impl OnnxModel {
         let size = image_size.or(trained_on);
         let size = size.unwrap_or(usual_image_size(label.preset));
         let has_images = label.kind.input() == InputKind::Images;
-        match image_size {
-            Some(_) if !has_images => return Err(TrainingError::NoImages(label.kind).into()),
-            Some(0) => return Err(TrainingError::NoPixels.into()),
-            _ => {}
+        if image_size.is_some() && !has_images {
+            return Err(TrainingError::NoImages(label.kind).into());
         }
         let mut facts = Vec::new();
         if has_images {

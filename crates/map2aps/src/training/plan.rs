@@ -88,9 +88,10 @@ impl Training {
     /// continued, to the same bytes.
     ///
     /// # Errors
-    /// As [`Training::prepare`] and [`Run::train`].
+    /// As [`Training::prepare`] and [`Run::train`], and a folder that holds weights without their checkpoint.
     pub fn run(&self, dataset: &Dataset, folder: &Path, control: &Control<'_>) -> Result<Trained> {
         let folder = RunFolder::create(folder)?;
+        folder.check_for_new_run()?;
         let is_begun = folder.checkpoint().is_file();
         self.prepare(dataset, folder.clone(), is_begun)?
             .train(control)?;
