@@ -10,10 +10,10 @@ use crate::link::{LinkView, Spectrum};
 use crate::picture::{self, GainScale, Outlines, Ray};
 use crate::theme::Colour;
 
-/// Both protocols, each in its colour; the first lies below.
+/// Both protocols, each in its colour; the first lies below. The dashed one is above: where both agree, either is seen.
 const PROTOCOLS: [(Protocol, Colour); 2] = [
-    (Protocol::Released, Colour::Series(1)),
     (Protocol::Paper, Colour::Ink),
+    (Protocol::Released, Colour::Series(1)),
 ];
 
 /// End of the delay profiles of both protocols \[ns\].
@@ -70,7 +70,12 @@ impl Exhibit<'_> {
         };
         let figure = |caption: &str, drawing| Block::Figure(Figure::shown(caption, drawing));
         let aps = aps.map(|drawing| figure("Angle power spectrum.", drawing));
-        let pdp = pdp.map(|drawing| figure("Power delay profile.", drawing));
+        let pdp = pdp.map(|drawing| {
+            figure(
+                "Power delay profile; of a curve finer than the picture the upper envelope.",
+                drawing,
+            )
+        });
         let blocks = vec![
             figure(&caption, city),
             Block::Group(Layout::Stack, aps.into_iter().chain(pdp).collect()),

@@ -12,6 +12,9 @@ const RANGE_DB: f64 = 45.0;
 /// Room above it for badges \[dB\].
 const ROOM_DB: f64 = 12.0;
 
+/// Points that a delay profile shows apart from each other.
+const FEW: usize = 160;
+
 /// Axes for spectra of a link: angles in the sense of `protocol`, powers below `top_db`, with room
 /// for badges above or not.
 pub fn axes(protocol: Protocol, top_db: f64, with_room: bool) -> Chart {
@@ -32,14 +35,14 @@ pub fn curve(spectrum: &Spectrum, protocol: Protocol, colour: Colour) -> Series 
     Series::curve_in(name, colour, spectrum.points(protocol))
 }
 
-/// Power over delay up to `last_ns` of some spectra, each in its colour.
+/// The upper envelope of power over delay up to `last_ns` of some spectra, each in its colour.
 pub fn delay_chart(last_ns: f64, spectra: &[(Spectrum, Colour)]) -> Chart {
     let levels = spectra.iter().flat_map(|(s, _)| &s.pdp).map(|p| p[1]);
     let top_db = levels.fold(f64::NEG_INFINITY, f64::max);
     let x = Axis::linear("delay [ns]").over(0.0, last_ns);
     let chart = Chart::new(x, level_axis(top_db, false));
     let curve = |(s, colour): &(Spectrum, Colour)| {
-        Series::curve_in(s.protocol.to_string(), *colour, s.pdp.clone())
+        Series::curve_in(s.protocol.to_string(), *colour, envelope(&s.pdp))
     };
     spectra.iter().map(curve).fold(chart, Chart::with)
 }
@@ -51,4 +54,35 @@ fn level_axis(top_db: f64, with_room: bool) -> Axis {
     Axis::linear("power over power sent [dB]")
         .over((top_db - RANGE_DB).floor(), (top_db + room).ceil())
         .every(10.0)
+}
+
+/// The local maxima of a curve, and its ends: at 200 MHz the side lobes of a pulse lie two pixels apart, and drawn whole they fill
+/// what they should outline. One of few points, as the released definition has it, stays whole.
+fn envelope(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let level = |i: usize| points.get(i).map_or(f64::NEG_INFINITY, |p| p[1]);
+    let is_end = |i: usize| i == 0 || i + 1 == points.len();
+    let is_top = |i: usize| level(i) >= level(i - 1).max(level(i + 1));
+    let is_kept = |&i: &usize| points.len() <= FEW || is_end(i) || is_top(i);
+    (0..points.len())
+        .filter(is_kept)
+        .map(|i| points[i])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_envelope_keeps_the_maxima_and_the_ends() {
+        let wave = |i: usize| [i as f64, (2.0 * i as f64).sin()];
+        let points: Vec<[f64; 2]> = (0..1000).map(wave).collect();
+        let kept = envelope(&points);
+        assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[999]));
+        // A maximum each period of pi points.
+        assert!((310..=330).contains(&kept.len()), "{}", kept.len());
+        assert!(kept[1..kept.len() - 1].iter().all(|p| p[1] > 0.5));
+        assert_eq!(envelope(&points[..FEW]), points[..FEW]);
+        assert!(envelope(&[]).is_empty());
+    }
 }
