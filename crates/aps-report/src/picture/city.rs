@@ -12,6 +12,12 @@ use crate::drawing::{Drawing, anchored, circle, line, linked, plain, px, through
 use crate::link::{LinkView, PathView};
 use crate::theme::Colour;
 
+/// Room around the mapped area, so that a terminal at its border is seen whole \[px\].
+const MARGIN: f64 = 12.0;
+
+/// Room for the name of a terminal: from its middle to the side, up and down \[px\].
+const NAME: [f64; 3] = [34.0, 21.0, 22.0];
+
 /// A path as drawn; those first in a list lie below.
 #[derive(Debug, Clone)]
 pub struct Ray<'a> {
@@ -40,6 +46,7 @@ pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -
     let terminals = Group::new()
         .add(terminal("Tx", Colour::Series(1), tx, rx, side, &mut labels))
         .add(terminal("Rx", Colour::Series(0), rx, tx, side, &mut labels));
+    let ruler = ruler(&frame, [tx, rx], &mut labels);
     let mut badges = Group::new();
     for ray in rays {
         let way = places(link, ray.path, &frame);
@@ -50,7 +57,7 @@ pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -
             badges = badges.add(linked(badge, ray.link.as_deref()));
         }
     }
-    let group = group.add(badges).add(terminals).add(ruler(&frame));
+    let group = group.add(badges).add(terminals).add(ruler);
     let (tx, rx, count) = (link.tx, link.rx, rays.len());
     let label = format!(
         "map with transmitter at ({:.1}, {:.1}) m, receiver at ({:.1}, {:.1}) m and {count} paths",
@@ -78,10 +85,13 @@ impl Frame {
                 max: points().fold(link.tx, DVec2::max),
             }
         });
-        let extent = (area.max - area.min).max_element().max(1.0);
+        let inside = (side - 2.0 * MARGIN).max(1.0);
+        let pixels_per_metre = inside / (area.max - area.min).max_element().max(1.0);
+        // The area lies in the middle, whatever its shape.
+        let middle = (area.min + area.max) / 2.0;
         Self {
-            min: area.min,
-            pixels_per_metre: side / extent,
+            min: middle - 0.5 * side / pixels_per_metre,
+            pixels_per_metre,
             side,
         }
     }
@@ -148,7 +158,7 @@ fn along(way: &[(f64, f64)]) -> Vec<(f64, f64)> {
     found
 }
 
-/// The name stands on the side away from the other end.
+/// The name stands on the side away from the other end, if there is room.
 fn terminal(
     name: &str,
     colour: Colour,
@@ -158,8 +168,9 @@ fn terminal(
     labels: &mut Labels,
 ) -> Group {
     let (x, y) = at;
-    let is_left = (x < other.0 && x > 30.0) || x > side - 30.0;
-    let is_above = (y < other.1 && y > 24.0) || y > side - 12.0;
+    let [beside, above, below] = NAME;
+    let is_left = (x < other.0 && x > beside) || x > side - beside;
+    let is_above = (y < other.1 && y > above) || y > side - below;
     let (dx, anchor) = match is_left {
         true => (-9.0, "end"),
         false => (9.0, "start"),
@@ -174,15 +185,87 @@ fn terminal(
         .add(text.set("class", format!("title halo {}", colour.fill())))
 }
 
-fn ruler(frame: &Frame) -> Group {
-    // A round length of about a fifth of the picture.
+/// A round length, in the corner that is farthest from the terminals.
+fn ruler(frame: &Frame, terminals: [(f64, f64); 2], labels: &mut Labels) -> Group {
+    // About a fifth of the picture.
     let fifth = 0.2 * frame.side / frame.pixels_per_metre;
     let power = 10_f64.powf(fifth.log10().floor());
     let mut lengths = [5.0, 2.0, 1.0].map(|m| m * power).into_iter();
     let length = lengths.find(|&l| l <= fifth).unwrap_or(power);
-    let (y, end) = (frame.side - 12.0, 12.0 + length * frame.pixels_per_metre);
-    let text = words(&format!("{length} m"), 13.0, y - 6.0);
+    let side = frame.side;
+    let away = |&(x, y): &(f64, f64)| {
+        let away = terminals.map(|t| (t.0 - x).hypot(t.1 - y));
+        away[0].min(away[1])
+    };
+    let corners = [(0.0, side), (side, side), (0.0, 0.0), (side, 0.0)];
+    // Reversed: of two that are as far the first is taken, as people look for it there.
+    let corners = corners.into_iter().rev();
+    let (x, y) = corners
+        .max_by(|a, b| away(a).total_cmp(&away(b)))
+        .unwrap_or((0.0, side));
+    let width = length * frame.pixels_per_metre;
+    let left = if x > 0.0 { side - 12.0 - width } else { 12.0 };
+    let base = if y > 0.0 { side - 12.0 } else { 26.0 };
+    let name = format!("{length} m");
+    labels.line(left, base, left + width, base);
+    labels.text(left + 1.0, base - 6.0, &name, "start");
+    let text = words(&name, left + 1.0, base - 6.0);
     Group::new()
-        .add(line(12.0, y, end, y, "line stroke-ink"))
+        .add(line(left, base, left + width, base, "line stroke-ink"))
         .add(text.set("class", "small halo"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The numbers of an attribute of all elements of a name.
+    fn numbers(text: &str, name: &str, attribute: &str) -> Vec<f64> {
+        let document = roxmltree::Document::parse(text).unwrap();
+        let nodes = document.descendants().filter(|n| n.has_tag_name(name));
+        let values = nodes.filter_map(|n| n.attribute(attribute)?.parse().ok());
+        values.collect()
+    }
+
+    #[test]
+    fn terminals_at_the_border_are_seen_whole_and_free_of_the_scale() {
+        let area = Area {
+            min: DVec2::ZERO,
+            max: DVec2::new(256.0, 200.0),
+        };
+        let outlines = Outlines {
+            rings: Vec::new(),
+            area: Some(area),
+        };
+        let side = 300.0;
+        let ends = [
+            (0.0, 0.0),
+            (0.0, 200.0),
+            (256.0, 0.0),
+            (256.0, 200.0),
+            (128.0, 9.0),
+        ];
+        for (tx, rx) in ends.iter().flat_map(|tx| ends.map(|rx| (*tx, rx))) {
+            let link = LinkView {
+                tx: tx.into(),
+                rx: rx.into(),
+                paths: Vec::new(),
+            };
+            let text = draw(&outlines, &link, &[], side).to_file_text();
+            let [x, y] = ["cx", "cy"].map(|place| numbers(&text, "circle", place));
+            assert_eq!((x.len(), y.len()), (4, 4));
+            let is_inside = |&v: &f64| (7.0..=side - 7.0).contains(&v);
+            assert!(x.iter().chain(&y).all(is_inside), "{x:?} {y:?}");
+            let names = numbers(&text, "text", "y");
+            assert!(
+                names.iter().all(|y| (13.0..=side - 4.0).contains(y)),
+                "{names:?}"
+            );
+            let [left, right, base] = ["x1", "x2", "y1"].map(|at| numbers(&text, "line", at)[0]);
+            for (x, y) in x.into_iter().zip(y) {
+                let nearest = (x.clamp(left, right), y.clamp(base - 18.0, base));
+                assert!((x - nearest.0).hypot(y - nearest.1) > 10.0, "{tx:?} {rx:?}");
+            }
+        }
+    }
 }
