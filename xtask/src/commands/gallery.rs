@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use aps_data::Profile;
 use aps_label::Labeler;
 use aps_report::document::{Block, Document, Section};
-use aps_report::gallery::{Exhibit, LEGEND, Statistics};
+use aps_report::gallery::{Exhibit, Statistics, legend};
 use aps_report::link::{LinkView, Spectrum, dominant_peaks};
 use map2aps::maps::NamedMaps;
 use map2aps::sampling::draw_links;
@@ -67,7 +67,7 @@ impl Args {
         let mut statistics = Statistics::new(source.label().protocol, maps, totals.links, status);
         let labeler = Labeler::new(source.label())?;
         let mut gallery = Section::new("Links");
-        gallery.text(LEGEND);
+        let mut has_paths = false;
         let mut exhibits = 0;
         for (id, _) in counts() {
             progress.set_message(format!("map {id}"));
@@ -77,6 +77,7 @@ impl Args {
                 continue;
             }
             let map = source.map(id)?;
+            has_paths |= map.map.has_paths();
             let valid: Vec<usize> = map.map.data.valid_links().collect();
             let rows = |drawn: &BTreeMap<u32, Vec<usize>>| -> Vec<usize> {
                 let places = drawn.get(&id).into_iter().flatten();
@@ -104,6 +105,8 @@ impl Args {
                 counts().map(|(id, _)| id).collect::<Vec<_>>()
             );
         }
+        let reading = legend(source.label(), has_paths);
+        gallery.blocks.insert(0, Block::Text(reading));
         let name = self
             .dataset
             .file_name()

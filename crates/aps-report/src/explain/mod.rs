@@ -103,7 +103,7 @@ impl<'a> Explanation<'a> {
             spectrum,
             lobes,
             listed,
-            has_mirrors: has_mirrors(&labeler),
+            has_mirrors: has_mirrors(labeler.config()),
         }))
     }
 

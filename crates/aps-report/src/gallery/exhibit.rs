@@ -6,7 +6,7 @@ use crate::ReportError;
 use crate::chart::Series;
 use crate::document::{Block, Figure, Layout, Section};
 use crate::drawing::Drawing;
-use crate::link::{LinkView, Spectrum};
+use crate::link::{LinkView, Spectrum, has_mirrors};
 use crate::picture::{self, GainScale, Outlines, Ray};
 use crate::theme::Colour;
 
@@ -19,12 +19,28 @@ const PROTOCOLS: [(Protocol, Colour); 2] = [
 /// End of the delay profiles of both protocols \[ns\].
 const PROFILE_NS: f64 = 1000.0;
 
-/// A reading of the pictures, for all links.
-pub const LEGEND: &str = "The map shows all paths, the stronger the brighter and wider; open dots are reflections, filled dots \
-     diffractions. The spectra are those of the paper's definition (solid) and of the released code (dashed), \
-     over the power sent and by the angle of arrival; stems are the paths. A path makes a second lobe at 180 deg \
-     minus its own angle, because the array knows directions by their sine only. Where the two curves differ, the \
-     released code's coarse delays miss the top of the pulse, or the path comes later than they reach.";
+/// A reading of the pictures of links whose paths are known, or of those whose stored labels alone are.
+pub fn legend(label: &LabelConfig, has_paths: bool) -> String {
+    let mirrors = match has_mirrors(label) {
+        true => {
+            " A path makes a second lobe at 180 deg minus its own angle, because the array knows directions by their sine only."
+        }
+        false => "",
+    };
+    if !has_paths {
+        let protocol = label.protocol;
+        return format!(
+            "Paths are not known: the map shows buildings and terminals alone. The curves are the stored ones, of the {protocol} \
+             definition, over the power sent and by the angle of arrival.{mirrors}"
+        );
+    }
+    format!(
+        "The map shows all paths, the stronger the brighter and wider; open dots are reflections, filled dots diffractions. \
+         The spectra are those of the paper's definition (solid) and of the released code (dashed), over the power sent and \
+         by the angle of arrival; stems are the paths.{mirrors} Where the two curves differ, the released code's coarse delays \
+         miss the top of the pulse, or the path comes later than they reach."
+    )
+}
 
 /// A link, with everything that is shown of it.
 #[derive(Debug)]
@@ -164,4 +180,27 @@ fn stored(spectrum: &Spectrum) -> [Option<Drawing>; 2] {
         chart.sized(480.0, 250.0).draw()
     });
     [aps, pdp]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_legend_tells_of_nothing_that_is_not_drawn() {
+        let label = LabelConfig::released();
+        let known = legend(&label, true);
+        assert!(known.contains("stems") && known.contains("dashed") && known.contains("lobe"));
+        let stored = legend(&label, false);
+        assert!(!stored.contains("stems") && !stored.contains("dashed"));
+        assert!(stored.contains("released definition"), "{stored}");
+        let circular = LabelConfig {
+            array: aps_label::Array::UniformCircular {
+                elements: 16,
+                radius_wavelengths: 1.0,
+            },
+            ..label
+        };
+        assert!(!legend(&circular, true).contains("second lobe"));
+    }
 }

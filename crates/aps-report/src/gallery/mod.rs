@@ -4,5 +4,5 @@ mod charts;
 mod exhibit;
 mod statistics;
 
-pub use exhibit::{Exhibit, LEGEND};
+pub use exhibit::{Exhibit, legend};
 pub use statistics::Statistics;

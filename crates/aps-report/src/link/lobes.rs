@@ -4,7 +4,7 @@
 //! share of it. A uniform linear array shows each path twice, at theta and at 180 deg - theta; and again wherever the phases of its
 //! elements differ by whole turns, as those of waves from -90 and 90 deg at half a wavelength.
 
-use aps_label::{Array, Labeler, PathError, PathSample, Protocol};
+use aps_label::{Array, LabelConfig, Labeler, PathError, PathSample, Protocol};
 
 use super::{Spectrum, angle_deg, apart_deg, mirror_deg};
 
@@ -133,7 +133,7 @@ pub fn lobes(
             twin: None,
         });
     }
-    if has_mirrors(labeler) {
+    if has_mirrors(labeler.config()) {
         let angles: Vec<f64> = lobes.iter().map(|lobe| lobe.angle_deg).collect();
         for (i, lobe) in lobes.iter_mut().enumerate() {
             let Some(mirror_deg) = lobe.mirror_deg() else {
@@ -149,8 +149,8 @@ pub fn lobes(
 }
 
 /// Tells if the array makes a second lobe for each path.
-pub fn has_mirrors(labeler: &Labeler) -> bool {
-    matches!(labeler.config().array, Array::UniformLinear { .. })
+pub fn has_mirrors(label: &LabelConfig) -> bool {
+    matches!(label.array, Array::UniformLinear { .. })
 }
 
 /// The fate of a path in a label that takes its maximum over sampled delays.
@@ -202,8 +202,6 @@ pub fn fate(released: &Labeler, path: &PathSample) -> Result<Fate, PathError> {
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
-
-    use aps_label::LabelConfig;
 
     use super::*;
 
