@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use aps_label::{LabelConfig, Labeler, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Link, Scene, Tracer};
-use aps_report::link::{LinkView, PathView, Spectrum};
+use aps_report::link::{LinkView, PathView, Spectrum, has_mirrors};
 use aps_report::picture::{self, Outlines};
 use clap::ValueEnum;
 
@@ -110,7 +110,8 @@ impl Args {
         let view = LinkView::traced(tx, rx, &link.paths);
         let spectrum = Spectrum::of(&labeler, &view.samples())?;
         let outlines = Outlines::of_scene(scene);
-        picture::link(&outlines, &view, spectrum.as_ref()).save(file)?;
+        let has_mirrors = has_mirrors(labeler.config());
+        picture::link(&outlines, &view, spectrum.as_ref(), has_mirrors).save(file)?;
         note!("picture '{}'", file.display());
         Ok(())
     }

@@ -34,10 +34,14 @@ pub fn legend(label: &LabelConfig, has_paths: bool) -> String {
              definition, over the power sent and by the angle of arrival.{mirrors}"
         );
     }
+    let dashed = match has_mirrors(label) {
+        true => ", dashed ones their mirror images",
+        false => "",
+    };
     format!(
         "The map shows all paths, the stronger the brighter and wider; open dots are reflections, filled dots diffractions. \
          The spectra are those of the paper's definition (solid) and of the released code (dashed), over the power sent and \
-         by the angle of arrival; stems are the paths.{mirrors} Where the two curves differ, the released code's coarse delays \
+         by the angle of arrival; stems are the paths{dashed}.{mirrors} Where the two curves differ, the released code's coarse delays \
          miss the top of the pulse, or the path comes later than they reach."
     )
 }
@@ -149,7 +153,7 @@ fn labelled(
         .fold(f64::NEG_INFINITY, f64::max);
     let sense = Protocol::Paper;
     let mut aps = picture::axes(sense, top_db, false).sized(480.0, 270.0);
-    aps = picture::stems_by_gain(aps, link, scale, sense);
+    aps = picture::stems_by_gain(aps, link, scale, sense, has_mirrors(label));
     for (spectrum, colour) in &spectra {
         aps = aps.with(picture::curve(spectrum, sense, *colour));
     }

@@ -14,8 +14,8 @@ pub use spectrum::{axes, azimuth, curve, delay_chart};
 pub use strength::GainScale;
 
 use crate::chart::{Chart, Series};
-use crate::drawing::{Drawing, at};
-use crate::link::{LinkView, Spectrum, angle_deg};
+use crate::drawing::{Drawing, at, words};
+use crate::link::{LinkView, Spectrum, angle_deg, mirror_deg};
 use crate::theme::Colour;
 
 /// Side of the map in a picture \[px\].
@@ -35,18 +35,32 @@ pub fn rays_by_gain<'a>(link: &'a LinkView, scale: &GainScale) -> Vec<Ray<'a>> {
     rays
 }
 
-/// Adds to a spectrum a stem for each path, as high as its gain.
-pub fn stems_by_gain(chart: Chart, link: &LinkView, scale: &GainScale, sense: Protocol) -> Chart {
-    let stem = |ray: Ray<'_>| {
-        let angle = angle_deg(ray.path.arrival_azimuth_rad, sense);
-        Series::stem(ray.colour, [angle, ray.path.gain_db], false)
-    };
-    let rays = rays_by_gain(link, scale).into_iter();
-    rays.map(stem).fold(chart, Chart::with)
+/// Adds to a spectrum a stem for each path, as high as its gain, and a dashed one for its mirror image if the array makes one.
+pub fn stems_by_gain(
+    mut chart: Chart,
+    link: &LinkView,
+    scale: &GainScale,
+    sense: Protocol,
+    has_mirrors: bool,
+) -> Chart {
+    for ray in rays_by_gain(link, scale) {
+        let own = angle_deg(ray.path.arrival_azimuth_rad, sense);
+        let mirror = has_mirrors.then(|| (mirror_deg(own), true));
+        for (angle, dashed) in mirror.into_iter().chain([(own, false)]) {
+            chart = chart.with(Series::stem(ray.colour, [angle, ray.path.gain_db], dashed));
+        }
+    }
+    chart
 }
 
-/// Map and paths to the left, APS to the right; none for a link without label.
-pub fn link(outlines: &Outlines, link: &LinkView, spectrum: Option<&Spectrum>) -> Drawing {
+/// Map and paths to the left, APS to the right; no spectrum for a link without label. `has_mirrors` tells if the array shows
+/// each path twice.
+pub fn link(
+    outlines: &Outlines,
+    link: &LinkView,
+    spectrum: Option<&Spectrum>,
+    has_mirrors: bool,
+) -> Drawing {
     let scale = GainScale::over(&link.paths);
     let city = map(outlines, link, &rays_by_gain(link, &scale), SIDE);
     let protocol = spectrum.map_or(Protocol::Paper, |s| s.protocol);
@@ -58,7 +72,7 @@ pub fn link(outlines: &Outlines, link: &LinkView, spectrum: Option<&Spectrum>) -
     let mut chart = axes(protocol, top_db, false)
         .titled(title)
         .sized(580.0, SIDE + 24.0);
-    chart = stems_by_gain(chart, link, &scale, protocol);
+    chart = stems_by_gain(chart, link, &scale, protocol, has_mirrors);
     if let Some(spectrum) = spectrum {
         let mut curve = curve(spectrum, protocol, Colour::Ink);
         curve.name.clear();
@@ -66,11 +80,23 @@ pub fn link(outlines: &Outlines, link: &LinkView, spectrum: Option<&Spectrum>) -
     }
     let chart = chart.draw();
     let ((width, height), (more, other)) = (city.size(), chart.size());
-    let content = Group::new()
+    let below = (height + 40.0).max(other + 16.0);
+    let mut content = Group::new()
         .add(at(10.0, 30.0, city.into_content()))
         .add(at(width + 20.0, 10.0, chart.into_content()))
         .add(scale.key(10.0 + width, 10.0));
     let label = "a map with all paths of a link, and the angle power spectrum they make";
-    let height = (height + 40.0).max(other + 16.0);
-    Drawing::new(content, width + more + 24.0, height, label)
+    if !link.paths.is_empty() {
+        let bends = "open dots: reflections; filled dots: diffractions";
+        let stems = match has_mirrors {
+            true => {
+                "stems: paths; dashed: their mirror images, which a linear array cannot tell from them"
+            }
+            false => "stems: paths",
+        };
+        for (text, x) in [(bends, 10.0), (stems, width + 84.0)] {
+            content = content.add(words(text, x, below + 8.0).set("class", "small"));
+        }
+    }
+    Drawing::new(content, width + more + 24.0, below + 20.0, label)
 }
