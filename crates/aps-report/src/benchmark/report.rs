@@ -9,13 +9,20 @@ use super::{figures, tables};
 use crate::document::{Block, Document, Section};
 use crate::numbers::{duration, three_digits};
 
+/// The profile that only shows that everything runs.
+const SMOKE: &str = "smoke";
+
 /// The whole report.
 pub fn document(analysis: &Analysis<'_>) -> Document {
     let results = analysis.results;
     let protocols = analysis.protocols();
     let protocol = protocols.first().map_or("", String::as_str);
     let title = format!("Map2APS benchmark, profile {}", results.profile);
-    let mut document = Document::new(title).lead(sentence(analysis, protocol));
+    let mut document = Document::new(title);
+    if results.profile == SMOKE {
+        document = document.lead("A smoke test, models trained for a few steps and scored on a few links: the scores mean nothing.");
+    }
+    document = document.lead(sentence(analysis, protocol));
     for failure in &results.failed {
         document = document.lead(format!("Failed: {}: {}", failure.name, failure.message));
     }
@@ -26,6 +33,11 @@ pub fn document(analysis: &Analysis<'_>) -> Document {
     front.figures(figures::error_against_time(analysis, protocol));
     let (table, others) = tables::front(analysis, protocol);
     front.table(table);
+    front.text(format!(
+        "{recall} alone misleads: a spectrum that is nearly flat has many peaks and so recalls most of the true ones. Read it beside {cosine}.",
+        recall = Metric::Recall4Deg.label(),
+        cosine = Metric::Cosine.label()
+    ));
     if let Some(others) = others {
         front.table(others);
     }

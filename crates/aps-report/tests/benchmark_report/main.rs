@@ -216,3 +216,14 @@ fn results_of_a_later_format_are_refused_and_unknown_fields_are_not() {
     let error = Results::load(folder.path()).unwrap_err().to_string();
     assert!(error.contains("format 99"), "{error}");
 }
+
+#[test]
+fn a_smoke_test_says_so_and_recall_is_not_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut results = results(folder.path(), &as_in_the_paper());
+    let text = markdown(&results, folder.path());
+    assert!(!text.contains("smoke test") && text.contains("alone misleads"));
+    results.profile = "smoke".into();
+    let text = markdown(&results, folder.path());
+    assert!(text.contains("smoke test") && text.contains("mean nothing"));
+}
