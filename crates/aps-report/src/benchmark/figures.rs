@@ -93,7 +93,8 @@ fn solid(points: Vec<[f64; 2]>) -> Mark {
 }
 
 fn chart(x: &str, metric: Metric) -> Chart {
-    Chart::new(Axis::log(x), Axis::linear(metric.label())).sized(PANEL.0, PANEL.1)
+    let (x, y) = (Axis::log(x), Axis::linear(metric.label()));
+    Chart::new(x.tight(), y.tight()).sized(PANEL.0, PANEL.1)
 }
 
 /// The colour of an entry: the same in all reports for the models of the paper; weights have that of their model.

@@ -2,6 +2,9 @@
 
 use crate::numbers::fixed;
 
+/// Room beyond the data on either side of a tight axis, as a part of their extent.
+const MARGIN: f64 = 0.05;
+
 /// The layout of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
@@ -22,6 +25,8 @@ pub struct Axis {
     /// First and last value; `None` takes them from the data, rounded outwards to ticks. Values
     /// beyond a range given are drawn at its ends (lines, bars) or left out (points).
     pub range: Option<[f64; 2]>,
+    /// Without a range, the axis ends a little beyond the data instead of at ticks.
+    pub is_tight: bool,
     /// Distance of ticks on a linear axis; `None` chooses one of 1, 2, 5 times a power of ten.
     pub step: Option<f64>,
 }
@@ -52,6 +57,15 @@ impl Axis {
         }
     }
 
+    /// The same, ending a little beyond the data: a chart of dots wastes no room.
+    #[must_use]
+    pub fn tight(self) -> Self {
+        Self {
+            is_tight: true,
+            ..self
+        }
+    }
+
     /// The same with a tick every `step`.
     #[must_use]
     pub fn every(self, step: f64) -> Self {
@@ -73,14 +87,38 @@ impl Axis {
 
     /// Fits the axis to its data.
     pub(super) fn fit(&self, values: impl Iterator<Item = f64>, ticks: usize) -> Fitted {
+        let is_given = self.range.is_some();
         let [first, last] = self.range.unwrap_or_else(|| {
             let shown = values.filter(|&v| self.shows(v));
             let empty = [f64::INFINITY, f64::NEG_INFINITY];
-            shown.fold(empty, |[low, high], v| [low.min(v), high.max(v)])
+            let ends = shown.fold(empty, |[low, high], v| [low.min(v), high.max(v)]);
+            if self.is_tight {
+                self.widened(ends)
+            } else {
+                ends
+            }
         });
+        // Ends between ticks hold fewer of them.
+        let ticks = ticks + if self.is_tight { 2 } else { 0 };
+        // Ends without any room between them are spread to ticks.
+        let keeps_ends = is_given || (self.is_tight && first < last);
         match self.scale {
-            Scale::Linear => fit_linear(first, last, self, ticks),
-            Scale::Log10 => fit_log(first, last, self.range.is_some()),
+            Scale::Linear => fit_linear(first, last, self, keeps_ends, ticks),
+            Scale::Log10 => fit_log(first, last, keeps_ends),
+        }
+    }
+
+    /// Ends of data, moved apart by a part of their distance.
+    fn widened(&self, [first, last]: [f64; 2]) -> [f64; 2] {
+        match self.scale {
+            Scale::Linear => {
+                let room = MARGIN * (last - first);
+                [first - room, last + room]
+            }
+            Scale::Log10 => {
+                let room = (last / first).powf(MARGIN);
+                [first / room, last * room]
+            }
         }
     }
 }
@@ -120,7 +158,7 @@ impl Fitted {
     }
 }
 
-fn fit_linear(first: f64, last: f64, axis: &Axis, ticks: usize) -> Fitted {
+fn fit_linear(first: f64, last: f64, axis: &Axis, keeps_ends: bool, ticks: usize) -> Fitted {
     let is_sound = first.is_finite() && last.is_finite();
     let (mut first, mut last) = if is_sound { (first, last) } else { (0.0, 1.0) };
     if first == last {
@@ -130,7 +168,7 @@ fn fit_linear(first: f64, last: f64, axis: &Axis, ticks: usize) -> Fitted {
     let step = axis
         .step
         .unwrap_or_else(|| nice_step((last - first).abs() / ticks.max(1) as f64));
-    if axis.range.is_none() {
+    if !keeps_ends {
         first = (first / step).floor() * step;
         last = (last / step).ceil() * step;
     }
@@ -151,7 +189,7 @@ fn fit_linear(first: f64, last: f64, axis: &Axis, ticks: usize) -> Fitted {
     }
 }
 
-fn fit_log(first: f64, last: f64, is_given: bool) -> Fitted {
+fn fit_log(first: f64, last: f64, keeps_ends: bool) -> Fitted {
     let is_sound = first > 0.0 && last > 0.0 && first.is_finite() && last.is_finite();
     let (mut first, mut last) = if is_sound { (first, last) } else { (0.1, 10.0) };
     if first == last {
@@ -169,7 +207,7 @@ fn fit_log(first: f64, last: f64, is_given: bool) -> Fitted {
         (from..=to).flat_map(decade).collect()
     };
     let slack = 1.0 + 1e-9;
-    if !is_given {
+    if !keeps_ends {
         let marks = all(first / 10.0, last * 10.0);
         let below = |&m: &f64| m <= first * slack;
         let above = |&m: &f64| m >= last / slack;
@@ -245,6 +283,19 @@ mod tests {
         assert_eq!(texts(&x, &[3.0, 3.0]), ["1", "2", "3", "4", "5"]);
         let half = x.over(0.0, 5.0).every(2.5);
         assert_eq!(texts(&half, &[]), ["0.0", "2.5", "5.0"]);
+    }
+
+    #[test]
+    fn tight_axes_end_just_beyond_the_data() {
+        let x = Axis::linear("").tight();
+        assert_eq!(texts(&x, &[0.3, 4.7]), ["1", "2", "3", "4"]);
+        let fitted = x.fit([0.0, 1.0].into_iter(), 5);
+        assert!((fitted.part(0.0) - 0.05 / 1.1).abs() < 1e-12);
+        let fitted = Axis::log("").tight().fit([1.0, 100.0].into_iter(), 5);
+        assert!((fitted.part(10.0) - 0.5).abs() < 1e-12 && fitted.part(1.0) > 0.04);
+        // One value, or none, is no extent.
+        assert_eq!(x.fit([3.0].into_iter(), 5).part(3.0), 0.5);
+        assert_eq!(x.fit([].into_iter(), 5).part(0.5), 0.5);
     }
 
     #[test]

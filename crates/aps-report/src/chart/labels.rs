@@ -58,9 +58,11 @@ impl Labels {
             (x - 6.0, y + 19.0, "end"),
         ];
         // Lines further away, where dots crowd.
-        let far = (2..8).map(|line| 14.0 * f64::from(line));
-        let far = far.flat_map(|away| [y + 4.5 + away, y + 4.5 - away]);
-        let far = far.flat_map(|base| [(x + 14.0, base, "start"), (x - 14.0, base, "end")]);
+        let far = [14.0, 50.0].into_iter().flat_map(|aside| {
+            let far = (2..12).map(|line| 14.0 * f64::from(line));
+            let far = far.flat_map(|away| [y + 4.5 + away, y + 4.5 - away]);
+            far.flat_map(move |base| [(x + aside, base, "start"), (x - aside, base, "end")])
+        });
         let area = |(x, base, anchor): (f64, f64, &str)| {
             let left = left_of(x, w, anchor);
             [left, base - 11.0, left + w, base + 3.0]

@@ -170,7 +170,24 @@ impl Chart {
         let mut labels = Labels::inside(left, ceiling, width, frame.bottom());
         for series in &self.series {
             match &series.mark {
-                Mark::Spots(spots) => spots.iter().for_each(|s| labels.dot(frame.place(s.at))),
+                Mark::Spots(spots) => {
+                    for spot in spots {
+                        let (x, y) = frame.place(spot.at);
+                        labels.dot((x, y));
+                        for end in spot.interval.into_iter().flatten() {
+                            labels.line(x, y, x, frame.down(end));
+                        }
+                    }
+                }
+                // Level lines, as from a dot to another; no rectangle is near one that rises.
+                Mark::Line { points, .. } => {
+                    for pair in points.windows(2) {
+                        let [(x, y), (next_x, next_y)] = [0, 1].map(|i| frame.place(pair[i]));
+                        if y == next_y {
+                            labels.line(x, y, next_x, y);
+                        }
+                    }
+                }
                 // Short staircases, as Pareto fronts are; there is no way around a long distribution.
                 Mark::Steps { points } if points.len() <= 32 => {
                     for pair in points.windows(2) {
@@ -253,6 +270,38 @@ mod tests {
             let text = chart.draw().to_file_text();
             roxmltree::Document::parse(&text).unwrap();
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        }
+    }
+
+    #[test]
+    fn names_keep_off_level_lines_and_intervals() {
+        // Each name would stand to the right of its dot, where the line or the bar of the other is.
+        let spots = [
+            Spot {
+                at: [1.0, 0.5],
+                label: "first".into(),
+                interval: Some([0.1, 0.9]),
+                hollow: false,
+            },
+            Spot {
+                at: [0.9, 0.7],
+                label: "second".into(),
+                ..Spot::default()
+            },
+        ];
+        let (x, y) = (
+            Axis::linear("").over(0.0, 3.0),
+            Axis::linear("").over(0.0, 1.0),
+        );
+        let chart = Chart::new(x, y).line("", [[1.0, 0.5], [2.0, 0.5]]);
+        let text = chart.spots("", spots).draw().to_file_text();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        for name in ["first", "second"] {
+            let is_it = |n: &roxmltree::Node<'_, '_>| {
+                n.has_tag_name("text") && n.text().map(str::trim) == Some(name)
+            };
+            let found = document.descendants().find(is_it).unwrap();
+            assert_eq!(found.attribute("text-anchor"), Some("end"), "{name}");
         }
     }
 
