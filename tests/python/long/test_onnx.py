@@ -14,7 +14,7 @@ import pytest
 import torch
 from safetensors.numpy import load_file
 
-from map2aps.torch import models
+from map2aps.torch import ApsDataset, models
 from pages import ROOT, blocks
 
 GOLDEN = ROOT / "tests" / "golden"
@@ -103,15 +103,15 @@ def test_onnx_runtime_computes_the_golden_values_of_polar_reg(is_by_link: bool, 
 
 @pytest.mark.parametrize(("name", "size"), [("vit_reg", 48), ("resnet_conv1d", 72), ("ms_areg", 100), ("radiounet", 32)])
 def test_onnx_runtime_computes_what_the_runner_predicts_for_images_of_other_sizes(
-    name: str, size: int, golden: ModuleType, tmp_path: Path
+    name: str, size: int, golden: ModuleType, data: Path, tmp_path: Path
 ) -> None:
     session = exported(golden.set_weights(models.build(name, "small")), tmp_path, "--image-size", size)
-    images = np.random.default_rng(1).random((2, 3, size, size), dtype=np.float32)
-    np.save(tmp_path / "images.npy", images)
+    examples = ApsDataset(data, "test", size)
+    images, _ = examples.batch(np.arange(len(examples)))
     weights, predicted = tmp_path / "weights.safetensors", tmp_path / "spectra.npy"
-    run("predict", "--weights", weights, "--input", tmp_path / "images.npy", "--out", predicted)
+    run("predict", "--weights", weights, "--data", data, "--image-size", size, "--out", predicted)
     expected = np.load(predicted)
-    error = worst(session, images, expected)
+    error = worst(session, images.numpy(), expected)
     print(f"{name}, {size} pixels: off by at most {error:.1e}, values of deviation {expected.std():.1e}")
     assert error < 1e-4 < 1e-2 * expected.std()
 

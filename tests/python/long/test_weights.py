@@ -17,11 +17,6 @@ def run(*words: object) -> None:
     subprocess.run(command, cwd=ROOT, check=True)
 
 
-@pytest.fixture(scope="module")
-def images() -> np.ndarray:
-    return np.random.default_rng(1).random((3, 3, 64, 64), dtype=np.float32)
-
-
 def predicted(weights: Path, *words: object) -> np.ndarray:
     out = weights.with_name("spectra.npy")
     run("predict", "--weights", weights, "--out", out, *words)
@@ -37,19 +32,20 @@ def worst(model: torch.nn.Module, conditions: torch.Tensor, expected: np.ndarray
 
 
 @pytest.mark.parametrize("name", [name for name in models.MODELS if name != "polar_reg"])
-def test_weights_of_pytorch_predict_the_same_in_rust(name: str, images: np.ndarray, tmp_path: Path) -> None:
+def test_weights_of_pytorch_predict_the_same_in_rust(name: str, data: Path, tmp_path: Path) -> None:
     torch.manual_seed(1)
+    examples = ApsDataset(data, "test")
+    images, _ = examples.batch(np.arange(len(examples)))
     model = models.build(name, "small")
     # Running means and variances, and weights, of some training.
     optimizer = torch.optim.SGD(model.parameters(), lr=1e-3)
     for _ in range(3):
         optimizer.zero_grad()
-        model(torch.from_numpy(images)).square().mean().backward()
+        model(images).square().mean().backward()
         optimizer.step()
-    weights, file = tmp_path / "weights.safetensors", tmp_path / "images.npy"
+    weights = tmp_path / "weights.safetensors"
     models.save(model, weights)
-    np.save(file, images)
-    assert worst(model, torch.from_numpy(images), predicted(weights, "--input", file)) < 1e-4
+    assert worst(model, images, predicted(weights, "--data", data, "--split", "test")) < 1e-4
 
 
 @pytest.mark.parametrize("name", list(models.MODELS))

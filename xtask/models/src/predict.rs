@@ -24,15 +24,12 @@ use crate::choices::devices;
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
-With --data the links with a label (status 0) of the split's maps are predicted: maps in ascending order, links in the
+The links with a label (status 0) of the split's maps are predicted: maps in ascending order, links in the
 order of their rows. This is what the metrics expect:
 
   cargo xtask metrics --truth DATA --split test --prediction pred.npy
 
-pred.links.csv, beside pred.npy, names map, row, transmitter and receiver of each.
-
-With --input, condition images of any origin are predicted: .npy, float32, shape (samples, 3, size, size): buildings,
-transmitter heatmap, receiver heatmap, of the size the model was trained on.";
+pred.links.csv, beside pred.npy, names map, row, transmitter and receiver of each.";
 
 /// Predict spectra with a trained model.
 #[derive(Debug, clap::Args)]
@@ -48,23 +45,20 @@ pub struct Args {
     #[arg(long)]
     weights: Option<PathBuf>,
     /// Folder of a data set.
-    #[arg(long, required_unless_present = "input", conflicts_with = "input")]
-    data: Option<PathBuf>,
-    /// Part of the data set [default: test].
-    #[arg(long, value_parser = parts(), conflicts_with = "input")]
-    split: Option<Part>,
+    #[arg(long)]
+    data: PathBuf,
+    /// Part of the data set.
+    #[arg(long, value_parser = parts(), default_value = Part::Test.name())]
+    split: Part,
     /// Maps that the data set was made from, for polar_reg: a folder of RadioMapSeer files, or a city in GeoJSON. Synthetic
     /// cities need not be given.
-    #[arg(long, conflicts_with = "input")]
+    #[arg(long)]
     maps: Option<NamedMaps>,
     #[command(flatten)]
     tiles: TileArgs,
-    /// Condition images: .npy file.
-    #[arg(long)]
-    input: Option<PathBuf>,
     /// Rows and columns of condition images [pixels; default: as trained, by the config.json beside the weights; else
     /// 256 paper, 64 small].
-    #[arg(long, conflicts_with = "input")]
+    #[arg(long)]
     image_size: Option<usize>,
     /// Links predicted at a time. Sums of other sizes may round the last digits differently.
     #[arg(long, default_value_t = 64)]
@@ -108,21 +102,18 @@ impl Args {
         if let (Some(weights), false) = (&self.weights, report.dropped.is_empty()) {
             note!("weights '{}': {report}", weights.display());
         }
-        match (&self.data, &self.input) {
-            (Some(root), _) => self.of_dataset(root, trained),
-            (None, Some(images)) => self.of_images(images, &trained),
-            (None, None) => bail!("give --data or --input"),
-        }
+        self.predict(trained)
     }
 
-    fn of_dataset(&self, root: &Path, trained: Trained) -> Result<()> {
+    fn predict(&self, trained: Trained) -> Result<()> {
+        let root = self.data.as_path();
         let dataset = training::open(root)?;
         let configuration = &dataset.manifest().configuration;
         let open = |maps: &NamedMaps| self.tiles.open_for(maps, configuration);
         let trained = trained.with_maps(self.maps.as_ref().map(open).transpose()?);
         let (.., target) = targets::learning_target(&dataset)?;
         let trained = &trained.for_targets(target);
-        let part = self.split.unwrap_or(Part::Test);
+        let part = self.split;
         let maps = dataset.manifest().split.maps(part);
         ensure!(
             !maps.is_empty(),
@@ -169,43 +160,6 @@ impl Args {
             self.out.display(),
             self.links_path().display()
         );
-        Ok(())
-    }
-
-    fn of_images(&self, path: &Path, trained: &Trained) -> Result<()> {
-        let place = || format!("images '{}'", path.display());
-        let images = npy::read::<f32>(path).with_context(place)?;
-        let [samples, 3, height, width] = images.shape[..] else {
-            bail!(
-                "{} have shape {:?}, expected (samples, 3, height, width)",
-                place(),
-                images.shape
-            );
-        };
-        if let Some(bad) = images.data.iter().position(|x| !x.is_finite()) {
-            bail!(
-                "{}: sample {} holds {}",
-                place(),
-                bad / (3 * height * width),
-                images.data[bad]
-            );
-        }
-        if let Some(settings) = trained.settings() {
-            let size = settings.image_size;
-            ensure!(
-                (height, width) == (size, size),
-                "{} are {height} x {width}, the model was trained on {size} x {size}",
-                place()
-            );
-        }
-        let mut output = Output::create(&self.out, samples)?;
-        let size = [height, width];
-        let predicted = trained.predict_images(&images.data, size, self.batch, |spectra| {
-            output.push(spectra)
-        });
-        predicted.with_context(place)?;
-        let rows = output.finish(|| Ok(()))?;
-        note!("{rows} spectra in '{}'", self.out.display());
         Ok(())
     }
 

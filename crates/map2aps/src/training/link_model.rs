@@ -92,7 +92,7 @@ impl LinkModel {
         if links.is_empty() {
             return Ok(Vec::new());
         }
-        let spectra = self.trained.forward(&polar::ways(views, links)?, 0)?;
+        let spectra = self.trained.forward(&polar::ways(views, links)?)?;
         let predicted = spectra.chunks(ANGLE_BINS).map(|bins| PredictedLink {
             normalised: bins.to_vec(),
             statistics: self.statistics,

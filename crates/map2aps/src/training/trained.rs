@@ -5,7 +5,7 @@ use std::path::Path;
 use aps_data::Dataset;
 use aps_label::{MeanStd, Normalization};
 use aps_model::candle_core::{Device, Tensor};
-use aps_model::condition::{ConditionConfig, InputKind, ModelInput};
+use aps_model::condition::{ConditionConfig, ModelInput};
 use aps_model::train::predict;
 use aps_model::weights::{Label, LoadReport};
 use aps_model::{ANGLE_BINS, Model, ModelKind, Preset, frozen, trainable};
@@ -201,42 +201,14 @@ impl Trained {
         predict(self.model(), input, examples.links(), batch, take)
     }
 
-    /// Predicts the spectra of an input, the first of which is that of sample number `first`.
-    pub(super) fn forward(&self, input: &Tensor, first: usize) -> Result<Vec<f32>> {
+    /// Predicts the spectra of an input.
+    pub(super) fn forward(&self, input: &Tensor) -> Result<Vec<f32>> {
         let spectra = self.model.forward_t(input, false)?.flatten_all()?;
         let spectra: Vec<f32> = spectra.to_vec1()?;
         match spectra.iter().position(|x| !x.is_finite()) {
-            Some(bad) => Err(TrainingError::NotFinite(first + bad / ANGLE_BINS).into()),
+            Some(bad) => Err(TrainingError::NotFinite(bad / ANGLE_BINS).into()),
             None => Ok(spectra),
         }
-    }
-
-    /// Predicts the spectra of condition images of any origin, shape (samples, 3, `height`, `width`), `batch` at a time, and
-    /// hands them over in order.
-    ///
-    /// # Errors
-    /// As [`Trained::predict`], images that the model does not take, and whatever `take` returns.
-    pub fn predict_images(
-        &self,
-        images: &[f32],
-        [height, width]: [usize; 2],
-        batch: usize,
-        mut take: impl FnMut(&[f32]) -> Result<()>,
-    ) -> Result<()> {
-        if self.label.kind.input() != InputKind::Images {
-            return Err(TrainingError::NoImages(self.label.kind).into());
-        }
-        // Images of no pixel are refused with the others of a wrong size.
-        let image = 3_usize.saturating_mul(height).saturating_mul(width).max(1);
-        let mut done = 0;
-        for some in images.chunks(batch.max(1).saturating_mul(image)) {
-            let shape = (some.len() / image, 3, height, width);
-            let images = Tensor::from_slice(some, shape, &self.device)?;
-            let spectra = self.forward(&images, done)?;
-            done += spectra.len() / ANGLE_BINS;
-            take(&spectra)?;
-        }
-        Ok(())
     }
 }
 
