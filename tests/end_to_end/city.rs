@@ -46,6 +46,22 @@ fn helsinki_becomes_a_data_set() {
 }
 
 #[test]
+fn maps_that_a_profile_leaves_out_are_told() {
+    let (folder, maps) = Folder::with_maps(3);
+    let line = |out: &str, more: &str| {
+        let out = folder.arg(out);
+        let few = "--profile smoke --tx-per-map 1 --rx-per-map 3";
+        remarks(&format!("dataset {few} --maps {maps} --out {out} {more}"))
+    };
+    assert_told(
+        &line("some", ""),
+        &["2 of 3 maps (profile smoke); --profile full or --map-ids for others"],
+    );
+    let told = line("all", "--map-ids 0-2");
+    assert!(!told.contains("profile"), "{told}");
+}
+
+#[test]
 fn link_in_a_tile_is_traced_and_drawn() {
     let folder = Folder::new();
     let svg = folder.arg("link.svg");

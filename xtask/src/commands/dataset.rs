@@ -14,8 +14,8 @@ use crate::cautions;
 use crate::command_line;
 use crate::interrupt::interrupt_flag;
 use crate::progress::{self, Bar};
-use crate::say;
 use crate::summary::Summary;
+use crate::{note, say};
 
 mod merge;
 
@@ -144,18 +144,24 @@ impl Args {
 impl Order {
     /// Opens the maps; returns the settings that decide the data set, and its maps without their copies, ascending.
     pub fn read(&self) -> Result<(DatasetPlan, Vec<u32>)> {
-        let (count, tx_per_map, rx_per_map) = match self.profile {
-            Profile::Smoke => (2, 4, 20),
-            Profile::Quick => (10, 20, 100),
-            Profile::Full => (51, 100, 500),
+        let (profile, count, tx_per_map, rx_per_map) = match self.profile {
+            Profile::Smoke => ("smoke", 2, 4, 20),
+            Profile::Quick => ("quick", 10, 20, 100),
+            Profile::Full => ("full", 51, 100, 500),
         };
         let maps = self.tiles.open(&self.maps, count)?;
         let mut ids = maps.ids()?;
         match &self.map_ids {
             Some(chosen) => ids = choose(&ids, &chosen.0).map_err(map2aps::Error::from)?,
             None if matches!(self.maps, NamedMaps::Synthetic { .. }) => {}
-            None if self.profile == Profile::Full => {}
-            None => ids.truncate(count as usize),
+            None if self.profile == Profile::Full || ids.len() <= count as usize => {}
+            None => {
+                note!(
+                    "{count} of {} maps (profile {profile}); --profile full or --map-ids for others",
+                    ids.len()
+                );
+                ids.truncate(count as usize);
+            }
         }
         let stored = args::stored(&self.store);
         let plan = DatasetPlan {
