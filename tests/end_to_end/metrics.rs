@@ -261,10 +261,13 @@ fn data_set_as_truth() {
     for [samples, bins] in [shape, short] {
         assert!(error.contains(&format!("({samples}, {bins})")), "{error}");
     }
-    assert!(error.contains("Test maps [1]"), "{error}");
+    assert!(error.contains("the test maps [1]"), "{error}");
     // Two maps have none to develop on.
     let error = fail(&(line(&released) + " --split develop"));
-    assert!(error.contains("no sample"), "{error}");
+    assert_told(
+        &error,
+        &["no develop maps, only train and test maps", "--split"],
+    );
     let ids = folder.write("ids.npy", &[shape[0]], &vec![1_u32; shape[0]]);
     let error = fail(&format!("{} --map-ids {ids}", line(&released)));
     assert!(error.contains("knows its maps"), "{error}");

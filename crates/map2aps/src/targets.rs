@@ -5,6 +5,7 @@ use aps_label::{MeanStd, Moments, Normalization, NormalizationError, Protocol, r
 use rayon::prelude::*;
 
 use crate::error::{At, Place, Result};
+use crate::maps::MapError;
 use crate::overview::pooled;
 use crate::scores::{Domain, ScoreError};
 
@@ -36,6 +37,22 @@ pub fn labelled_links(dataset: &Dataset, maps: &[u32]) -> usize {
         .filter(|entry| maps.contains(&entry.id))
         .map(MapEntry::valid);
     valid.sum::<u64>() as usize
+}
+
+/// The maps of one part of a data set, at least one.
+///
+/// # Errors
+/// [`MapError::NoPart`].
+pub fn maps_of(dataset: &Dataset, part: Part) -> Result<&[u32]> {
+    let split = &dataset.manifest().split;
+    let has_maps = |&part: &Part| !split.maps(part).is_empty();
+    match has_maps(&part) {
+        true => Ok(split.maps(part)),
+        false => {
+            let others = Part::ALL.into_iter().filter(has_maps).collect();
+            Err(MapError::NoPart { part, others }).at_file(Place::Dataset, dataset.root())
+        }
+    }
 }
 
 /// The form in which labels are compared.

@@ -114,12 +114,7 @@ impl Args {
         let (.., target) = targets::learning_target(&dataset)?;
         let trained = &trained.for_targets(target);
         let part = self.split;
-        let maps = dataset.manifest().split.maps(part);
-        ensure!(
-            !maps.is_empty(),
-            "data set '{}' has no {part:?} maps",
-            root.display()
-        );
+        let maps = targets::maps_of(&dataset, part)?;
         let images = self.images_of(trained);
         for difference in trained.differences(&dataset).map_err(advised)? {
             let place = root.display();
@@ -156,7 +151,8 @@ impl Args {
         // Both take their names when both are whole.
         let rows = output.finish(|| Ok(links.complete(names.with_context(place)?)?))?;
         note!(
-            "{rows} spectra of the {part:?} maps {maps:?} in '{}', their links in '{}'",
+            "{rows} spectra of the {} maps {maps:?} in '{}', their links in '{}'",
+            part.name(),
             self.out.display(),
             self.links_path().display()
         );

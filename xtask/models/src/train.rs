@@ -217,8 +217,8 @@ fn advised(error: Error) -> Error {
     let cause = error.downcast_ref::<map2aps::Error>();
     match cause.map(map2aps::Error::cause) {
         Some(map2aps::Error::Training(
-            TrainingError::NotATrainingMap { .. } | TrainingError::NoDevelopmentMaps { .. },
-        )) => error.context("--dev-maps"),
+            TrainingError::NotATrainingMap { pool, .. } | TrainingError::NoDevelopmentMaps { pool },
+        )) if pool.len() > 1 => error.context("name development maps with --dev-maps"),
         Some(map2aps::Error::Mirror(_)) => error.context("train without --mirror"),
         Some(map2aps::Error::Map(MapError::NoScene(_))) => error.context("--maps"),
         _ => error,

@@ -66,7 +66,7 @@ fn write(facts: &Overview, survey: &Survey, out: &mut impl Write) -> io::Result<
     if let Some(manifest) = &survey.manifest {
         for part in Part::ALL {
             let ids = manifest.split.maps(part);
-            let name = format!("{part:?}").to_lowercase();
+            let name = part.name();
             writeln!(out, "  {name:<8}{:>11}  {}", ids.len(), ranges(ids))?;
         }
     } else {

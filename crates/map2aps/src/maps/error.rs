@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use aps_data::Part;
 use aps_raytrace::glam::DVec2;
 use serde_json::Value;
 
@@ -137,6 +138,14 @@ pub enum MapError {
          made from"
     )]
     NoImage(u32),
+    /// A part of a data set without maps.
+    #[error("it has no {} maps, only {}", part.name(), of_parts(others))]
+    NoPart {
+        /// The part.
+        part: Part,
+        /// Parts that have some.
+        others: Vec<Part>,
+    },
     /// Text that names no choice of receivers.
     #[error("'{0}' is none of reached, outdoor")]
     Receivers(String),
@@ -175,4 +184,9 @@ pub enum MapError {
         /// Receivers wanted at least.
         rx: usize,
     },
+}
+
+fn of_parts(parts: &[Part]) -> String {
+    let names: Vec<&str> = parts.iter().map(|part| part.name()).collect();
+    format!("{} maps", names.join(" and "))
 }

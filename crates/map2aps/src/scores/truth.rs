@@ -38,13 +38,14 @@ impl Truth {
     /// The labels of one part of a data set; nothing but its manifest is read.
     ///
     /// # Errors
-    /// A folder without a data set, and one that stores no angle power spectra.
+    /// A folder without a data set, one that stores no angle power spectra, and a part without maps.
     pub fn dataset(folder: &Path, part: Part, domain: Domain) -> Result<Self> {
         let dataset = Dataset::open(folder)?;
         let place = folder.display().to_string();
         if dataset.manifest().layout.aps.is_none() {
             return Err(ScoreError::NoSpectra).at_file(Place::Dataset, folder);
         }
+        targets::maps_of(&dataset, part)?;
         Ok(Truth::Dataset(Box::new(Labels {
             dataset,
             place,
@@ -139,11 +140,12 @@ impl fmt::Display for Truth {
         match self {
             Truth::File(file) => write!(f, "truth '{}'", file.path().display()),
             Truth::Dataset(labels) => {
-                let (part, maps) = (labels.part, labels.maps());
                 write!(
                     f,
-                    "truth '{}' (valid links of {part:?} maps {maps:?}, in order)",
-                    labels.place
+                    "truth '{}' (valid links of the {} maps {:?}, in order)",
+                    labels.place,
+                    labels.part.name(),
+                    labels.maps()
                 )
             }
         }

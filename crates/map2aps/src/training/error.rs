@@ -76,14 +76,17 @@ pub enum TrainingError {
     },
     /// A data set without development maps, and none are chosen.
     #[error(
-        "the data set has no development maps to choose the best weights by; choose some of {pool:?}"
+        "the data set has no development maps to choose the best weights by; {}",
+        chosen_of(pool)
     )]
     NoDevelopmentMaps {
         /// Maps to choose from.
         pool: Vec<u32>,
     },
     /// Nothing to train on.
-    #[error("no map is left to train on beside the development maps {develop:?}")]
+    #[error(
+        "no map is left to train on beside the development maps {develop:?}; choose fewer, or make a data set of more maps"
+    )]
     NoTrainingMaps {
         /// Maps that are held out.
         develop: Vec<u32>,
@@ -185,6 +188,16 @@ pub enum TrainingError {
         "the prediction of sample {0} is not finite: the weights are damaged, or belong elsewhere"
     )]
     NotFinite(usize),
+}
+
+/// What to do without development maps.
+fn chosen_of(pool: &[u32]) -> String {
+    match pool.len() {
+        0 | 1 => {
+            format!("its training maps {pool:?} are too few to choose any: make one of more maps")
+        }
+        _ => format!("choose some of {pool:?}"),
+    }
 }
 
 /// The consequence of another protocol.
