@@ -2,7 +2,6 @@
 
 use std::fs;
 
-use crate::command::words;
 use crate::folder::Folder;
 use crate::{fail, succeed};
 
@@ -54,14 +53,23 @@ fn missing_shards_are_told_with_the_commands_that_make_them() {
     assert!(told.contains("maps [0, 2, 3, 5] are in none of"), "{told}");
     assert!(!folder.path("merged/manifest.json").exists());
     let commands = commands(&told);
-    assert_eq!(commands.len(), 2, "{told}");
+    assert_eq!(commands.len(), 3, "{told}");
     for command in &commands {
         succeed(command);
     }
-    let ends = commands.iter().map(|command| words(command).pop().unwrap());
-    let others = ends.collect::<Vec<_>>().join(" ");
-    succeed(&format!("dataset merge {part} {others} --out {merged}"));
     folder.assert_same("whole", "merged");
+}
+
+#[test]
+fn a_shard_missing_in_the_folder_of_the_result_is_made_there() {
+    let (folder, maps) = Folder::with_maps(4);
+    folder.make("whole", &[SETTINGS, &maps]);
+    folder.make("shared", &[SETTINGS, &maps, "--shard 1/2"]);
+    let told = fail(&format!("dataset merge --out {}", folder.arg("shared")));
+    for command in commands(&told) {
+        succeed(command);
+    }
+    folder.assert_same("whole", "shared");
 }
 
 #[test]
@@ -76,7 +84,6 @@ fn a_whole_run_that_has_not_finished_is_told_with_its_command() {
     for command in commands(&told) {
         succeed(command);
     }
-    succeed(&format!("dataset merge --out {part}"));
     folder.assert_same("whole", "part");
 }
 

@@ -35,10 +35,16 @@ pub fn advice(error: &Error) -> String {
         }
         Cause::Settings(SettingsError::NothingToLabel) => "; name aps, pdp or both with --store",
         Cause::Settings(SettingsError::NotTraced) => "; use --sample 0",
-        Cause::Merge(MergeError::Missing { parts, .. }) => {
+        Cause::Merge(MergeError::Missing { folders, parts, .. }) => {
+            let made: Vec<String> = parts.iter().map(command).collect();
+            let new = parts.iter().map(|part| &part.folder);
+            let new = new.filter(|folder| !folders.contains(folder));
+            let new = new.map(|folder| folder.display().to_string());
+            let merge = command_line::own_without(&[]).into_iter().chain(new);
             return format!(
-                ":\n  {}",
-                parts.iter().map(command).collect::<Vec<_>>().join("\n  ")
+                ":\n  {}\nand then join them:\n  {}",
+                made.join("\n  "),
+                command_line::shown(merge)
             );
         }
         _ => "",

@@ -54,7 +54,7 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
     // Each whole map and one of the folders that have it.
     let of_part = |part| Part::ids(part).map(move |id| (id, part));
     let sources: BTreeMap<u32, &Part> = parts.iter().rev().flat_map(of_part).collect();
-    must_be_all_there(&parts, &sources)?;
+    must_be_all_there(&parts, &sources, out)?;
     let seed = config.seed;
     let orientations = settings::scene_of(&config.configuration)?.orientations;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
@@ -123,8 +123,8 @@ impl Part {
         self.ids().any(|id| shard.covers(id))
     }
 
-    /// The runs that make the given maps of this part's plan.
-    fn missing(&self, plan: &Plan, missing: &[u32]) -> Vec<MissingPart> {
+    /// The runs that make the given maps of this part's plan, for a merge into `out`.
+    fn missing(&self, plan: &Plan, missing: &[u32], out: &Path) -> Vec<MissingPart> {
         let part = |shard, folder| MissingPart {
             command: plan.command.clone(),
             shard,
@@ -134,7 +134,9 @@ impl Part {
             return vec![part(Access::Whole, self.folder.clone())];
         };
         let shard = |index| Access::Shard { index, count };
-        let is_shared = (0..count).filter(|&index| self.holds(shard(index))).count() > 1;
+        // The merge looks into its own folder, whichever others it is given.
+        let is_shared =
+            self.folder == out || (0..count).filter(|&index| self.holds(shard(index))).count() > 1;
         let lacks = |&index: &u32| missing.iter().any(|&id| shard(index).covers(id));
         let run = |index| {
             // A folder with maps of this shard, or of several, is where it was at work.
@@ -149,7 +151,11 @@ impl Part {
 }
 
 /// Refuses to make less than what was planned.
-fn must_be_all_there(parts: &[Part], there: &BTreeMap<u32, &Part>) -> Result<(), MergeError> {
+fn must_be_all_there(
+    parts: &[Part],
+    there: &BTreeMap<u32, &Part>,
+    out: &Path,
+) -> Result<(), MergeError> {
     let missing = parts.iter().flat_map(|part| part.survey.missing());
     let mut maps: Vec<u32> = missing.filter(|id| !there.contains_key(id)).collect();
     maps.sort_unstable();
@@ -168,7 +174,7 @@ fn must_be_all_there(parts: &[Part], there: &BTreeMap<u32, &Part>) -> Result<(),
         let own: Vec<u32> = left.iter().copied().filter(is_own).collect();
         left.retain(|id| !own.contains(id));
         if !own.is_empty() {
-            runs.extend(part.missing(plan, &own));
+            runs.extend(part.missing(plan, &own, out));
         }
     }
     Err(MergeError::Missing {
