@@ -81,6 +81,19 @@ fn picture_and_csv_are_made() {
 }
 
 #[test]
+fn folders_of_pictures_are_made_and_are_no_pictures() {
+    let (folder, map) = house();
+    let trace = format!("trace --map {map} --tx 100,120 --rx 120,120 --svg");
+    let new = folder.arg("a/b/link.svg");
+    succeed(&format!("{trace} {new}"));
+    assert!(fs::metadata(new).unwrap().is_file());
+    assert_told(
+        &fail(&format!("{trace} {}", folder.arg("a"))),
+        &["is a folder"],
+    );
+}
+
+#[test]
 fn a_refused_carrier_is_refused_without_a_remark() {
     let folder = Folder::new();
     let out = folder.arg("data");

@@ -4,12 +4,21 @@
 //! counted, the picture is drawn, and only text is lost. Hence [`say!`](crate::say) and [`note!`](crate::note) in place
 //! of `println!` and `eprintln!`, which panic then.
 
-use std::fmt;
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+use std::{fmt, fs};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 pub use map2aps::error::chain as told;
+
+/// Makes the folder of a file that a command will write, before the work for it begins.
+pub fn make_folder_of(file: &Path) -> Result<()> {
+    let name = file.display();
+    ensure!(!file.is_dir(), "'{name}' is a folder; name a file in it");
+    let folder = file.parent().unwrap_or(file);
+    fs::create_dir_all(folder).with_context(|| format!("cannot create the folder of '{name}'"))
+}
 
 /// Standard output that takes everything once its reader has gone away.
 #[derive(Debug)]

@@ -52,6 +52,7 @@ impl Args {
             "'{}' is there already; replace it with --overwrite, or give another --out",
             self.out.display()
         );
+        xtask::output::make_folder_of(&self.out)?;
         let size = self.image_size;
         let model = match (&self.weights, self.model) {
             (Some(weights), kind) => OnnxModel::load(weights, kind, self.preset, size),

@@ -84,6 +84,7 @@ impl Args {
             "--out '{}' must be a file named .npy",
             self.out.display()
         );
+        xtask::output::make_folder_of(&self.out)?;
         let device = self.device.open()?;
         let trained = match (&self.weights, self.model) {
             (Some(weights), kind) => Trained::load(weights, kind, self.preset, &device),

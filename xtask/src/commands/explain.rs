@@ -15,6 +15,7 @@ use map2aps::maps::NamedMaps;
 
 use crate::args::{ArrayArgs, OneMapArgs, TraceArgs, parse_heading, parse_point};
 use crate::cautions;
+use crate::output;
 use crate::say;
 use crate::source::{LinkId, Source};
 
@@ -74,6 +75,7 @@ impl Args {
             Some("svg") => false,
             _ => bail!("--out '{}': name a file .html or .svg", self.out.display()),
         };
+        output::make_folder_of(&self.out)?;
         let mut subject = self.subject()?;
         subject.title += &heading_words(self.heading);
         subject.link = subject.link.from_heading(self.heading);

@@ -13,6 +13,7 @@ use map2aps::maps::NamedMaps;
 use map2aps::sampling::draw_links;
 
 use crate::args::TileArgs;
+use crate::output;
 use crate::progress;
 use crate::say;
 use crate::source::{LinkId, Source, SourceMap};
@@ -50,6 +51,7 @@ impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
         let source = Source::open(&self.dataset, self.maps.as_ref(), &self.tiles)?;
+        output::make_folder_of(&self.out)?;
         let manifest = source.dataset().manifest();
         let counts = || {
             let maps = manifest.maps.iter();

@@ -12,6 +12,7 @@ use map2aps::path_list::LinkList;
 
 use crate::args::LabelArgs;
 use crate::note;
+use crate::output;
 
 /// Make labels for path lists from anywhere: one row a link, dB, f64.
 #[derive(Debug, clap::Args)]
@@ -48,6 +49,9 @@ impl Args {
         let file = File::open(&self.paths).with_context(place)?;
         let list = LinkList::read(BufReader::new(file)).with_context(place)?;
         let labeler = Labeler::new(&self.config())?;
+        for file in [Some(&self.out), self.pdp.as_ref()].into_iter().flatten() {
+            output::make_folder_of(file)?;
+        }
         let labels = list.label(&labeler).with_context(place)?;
         let links = list.links.len();
         write_npy(

@@ -60,8 +60,9 @@ pub struct Args {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        let scene = self.one_map.load(&self.map)?;
         let ends = self.ends()?;
+        self.svg.as_deref().map_or(Ok(()), output::make_folder_of)?;
+        let scene = self.one_map.load(&self.map)?;
         let config = self.trace.config();
         let tracer = Tracer::new(&scene, config.clone())?;
         let links = trace_all(&tracer, &ends)?;
