@@ -28,11 +28,11 @@ pub struct Args {
     /// A link of the data set: MAP,TX,RX, the rows of its transmitter and receiver.
     #[arg(long, requires = "dataset")]
     link: Option<LinkId>,
-    /// The maps the data set was made from, where it stores no paths: a folder of RadioMapSeer
-    /// files, or the GeoJSON file of the city, which is cut as it was. Synthetic ones are found without.
+    /// With a data set that stores no paths, the maps it was made from: a folder of RadioMapSeer files, or the GeoJSON file of
+    /// the city, which is cut as it was. Synthetic ones are found without.
     #[arg(long, requires = "dataset")]
     maps: Option<NamedMaps>,
-    /// Trace a link now: a RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
+    /// Without a data set, the map to trace a link on: a RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
     #[arg(long, requires_all = ["tx", "rx"])]
     map: Option<PathBuf>,
     /// Transmitter X,Y [m].

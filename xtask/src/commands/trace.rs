@@ -31,7 +31,7 @@ pub enum Format {
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// A RadioMapSeer file, a city in a GeoJSON file, or synthetic for the made-up city of --seed.
-    #[arg(long, default_value = "synthetic")]
+    #[arg(long, visible_alias = "maps", default_value = "synthetic")]
     map: PathBuf,
     /// Transmitter X,Y [m].
     #[arg(long, value_parser = parse_point, requires = "rx", allow_hyphen_values = true)]
