@@ -175,9 +175,9 @@ fn same_city_comes_in_many_wrappings() {
         assert!(words.contains("3 buildings about"), "{name}: {words}");
         if name == "nested.geojson" {
             let parts = [
-                "1 features that are no building",
-                "1 buildings planned, under construction",
-                "1 buildings without an area",
+                "1 feature that is no building",
+                "1 building planned, under construction",
+                "1 building without an area",
             ];
             assert_told(&words, &parts);
         }

@@ -89,7 +89,7 @@ fn slit_is_closed_unless_told_otherwise_and_verify_knows() {
     fs::write(folder.path("maps/0.json"), text).unwrap();
     let maps = folder.arg("maps");
     let (said, _) = make(&folder, &maps, "closed", "");
-    assert!(said.contains("map 0: 1 gaps closed"), "{said}");
+    assert!(said.contains("1 map repaired: 1 gaps closed"), "{said}");
     let (said, _) = make(&folder, &maps, "open", "--close-gaps 0");
     assert!(!said.contains("gaps"), "{said}");
     for (data, width_m) in [("closed", 0.04), ("open", 0.0)] {

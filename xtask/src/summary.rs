@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use map2aps::Made;
+use map2aps::{Made, counted};
 
 /// Counts and times of what was made.
 pub struct Summary<'a>(pub &'a Made);
@@ -13,6 +13,10 @@ impl fmt::Display for Summary<'_> {
         let valid = t.valid();
         let share = |part: u64, whole: u64| 100.0 * part as f64 / whole.max(1) as f64;
         let seconds = self.0.wall.as_secs_f64();
+        if !self.0.repairs.is_empty() {
+            let maps = counted(self.0.repairs.len(), "map", "maps");
+            writeln!(f, "buildings of {maps} repaired: {}", self.0.all_repairs())?;
+        }
         writeln!(f, "links       {:>12}", t.links)?;
         writeln!(f, "  valid     {valid:>12}  {:.3} %", share(valid, t.links))?;
         for (name, count) in t.status.iter().filter(|(name, _)| *name != "valid") {
@@ -62,7 +66,7 @@ impl fmt::Display for Summary<'_> {
         if t.maps_without_walls + t.maps_without_corners + t.empty_beams > 0 {
             writeln!(
                 f,
-                "not needed: reflection on {} maps, diffraction on {} maps, {} beams that meet no wall",
+                "maps that need no reflection: {}, no diffraction: {}; beams that meet no wall: {}",
                 t.maps_without_walls, t.maps_without_corners, t.empty_beams
             )?;
         }

@@ -47,6 +47,7 @@
 
 mod batch;
 pub mod control;
+mod counted;
 mod dataset;
 mod differences;
 mod drawn;
@@ -82,6 +83,7 @@ pub use aps_raytrace::TraceConfig;
 
 pub use batch::{LinkLabels, label_links, trace_links, trace_pairs};
 pub use control::{Control, Progress, Work};
+pub use counted::counted;
 pub use dataset::{Made, MergeError, MissingPart, Verified, Verify, is_near, merge, relabel};
 pub use differences::Difference;
 pub use drawn::DrawnExamples;

@@ -5,6 +5,7 @@ use std::path::Path;
 use aps_data::{Access, DatasetConfig, Layout, Split, Stored};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
+use aps_raytrace::scene::RepairReport;
 
 use crate::control::Control;
 use crate::dataset::{Choice, Made, Making, Run};
@@ -171,11 +172,11 @@ impl DatasetPlan {
         Ok(made)
     }
 
-    /// Makes one map; appends a line to `repairs` if its buildings were repaired.
-    fn map(&self, run: &Run<'_>, id: u32, repairs: &mut Vec<String>) -> Result<Tally> {
+    /// Makes one map; appends what was repaired of its buildings, if anything was.
+    fn map(&self, run: &Run<'_>, id: u32, repairs: &mut Vec<(u32, RepairReport)>) -> Result<Tally> {
         let scene = self.maps.load(id, self.seed, self.scene)?;
         if !scene.report().is_clean() {
-            repairs.push(format!("map {id}: {}", scene.report()));
+            repairs.push((id, scene.report().clone()));
         }
         let choice = match self.receivers {
             Receivers::Reached => Choice::FirstReached(self.rx_per_map),

@@ -3,15 +3,16 @@
 use std::fmt::Write;
 use std::iter;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use anyhow::Result;
 use aps_metrics::{GroupReport, Metric};
 use aps_model::condition::InputKind;
 use aps_model::train::StepReport;
 use aps_report::numbers::duration;
-use indicatif::ProgressBar;
+use indicatif::{HumanDuration, ProgressBar};
 use map2aps::training::{DevelopmentScores, Device, Run, RunFolder, Training, mean};
-use map2aps::{Control, Dataset, Progress};
+use map2aps::{Control, Dataset, Progress, counted};
 use xtask::progress::bar_of;
 use xtask::{note, say};
 
@@ -43,17 +44,17 @@ fn announce(plan: &Training, run: &Run) {
         note!("initial weights: {}: {report}", plan.initial);
     }
     note!(
-        "{} ({}, weights: {}), {} training links of {} maps, {} development links of {} maps, {input}, {} of {} links",
+        "{} ({}, weights: {}), {} training links of {}, {} development links of {}, {input}, {} of {} links",
         settings.model,
         settings.preset,
         settings.initial_weights,
         settings.train_links,
-        settings.train_maps.len(),
+        counted(settings.train_maps.len(), "map", "maps"),
         settings.dev_links,
-        settings.dev_maps.len(),
+        counted(settings.dev_maps.len(), "map", "maps"),
         match (trainer.steps_total(), trainer.config().budget_s) {
             (None, Some(budget_s)) => format!("{} of steps", duration(budget_s)),
-            (steps, _) => format!("{} steps", steps.unwrap_or_default()),
+            (steps, _) => counted(steps.unwrap_or_default(), "step", "steps"),
         },
         trainer.links_per_step(),
         input = match plan.model.input() {
@@ -98,8 +99,8 @@ pub fn print_scores(run: &Run, folder: &RunFolder) -> Result<()> {
     Ok(())
 }
 
-/// Shows the share of the budget that is spent.
-pub struct Bar(ProgressBar);
+/// Shows the share of the budget that is spent; an earlier run spent the second.
+pub struct Bar(ProgressBar, f64);
 
 /// Parts of a budget that a bar counts.
 const PARTS: f64 = 1e4;
@@ -108,11 +109,10 @@ impl Bar {
     /// The bar of a training, which is announced.
     pub fn begin(plan: &Training, run: &Run) -> Self {
         announce(plan, run);
-        let bar = bar_of(PARTS as u64, "[{bar:30}] {percent} %, {eta} left, {msg}");
-        // What an earlier run did does not count for the speed.
-        bar.set_position((run.trainer().share() * PARTS) as u64);
-        bar.reset_eta();
-        Self(bar)
+        let bar = bar_of(PARTS as u64, "[{bar:30}] {percent} %{msg}");
+        let earlier = run.trainer().share();
+        bar.set_position((earlier * PARTS) as u64);
+        Self(bar, earlier)
     }
 
     /// Removes the bar, or leaves it where the training broke off.
@@ -128,8 +128,13 @@ impl Progress for Bar {
     fn step(&self, report: &StepReport) {
         self.0.set_position((report.share * PARTS) as u64);
         let (step, epoch, loss) = (report.step + 1, report.epoch + 1, report.loss);
-        self.0
-            .set_message(format!("step {step}, epoch {epoch}, loss {loss:.4}"));
+        // The bar's own estimate tells 0 s until it has seen some seconds.
+        let done = (report.share - self.1).max(f64::MIN_POSITIVE);
+        let left_s = self.0.elapsed().as_secs_f64() * (1.0 - report.share).max(0.0) / done;
+        let left = HumanDuration(Duration::from_secs(left_s.ceil() as u64));
+        self.0.set_message(format!(
+            ", {left:#} left, step {step}, epoch {epoch}, loss {loss:.4}"
+        ));
     }
 
     fn scored(&self, scores: &DevelopmentScores) {
@@ -141,7 +146,7 @@ impl Progress for Bar {
             .map(|metric| format!("{} {:.4}", metric.label(), mean(group, metric)))
             .collect();
         self.0.println(format!(
-            "{} epochs, {} steps: training loss {:.4}; development {}{}",
+            "epoch {}, step {}: training loss {:.4}; development {}{}",
             short(scores.epochs),
             scores.steps,
             scores.loss,

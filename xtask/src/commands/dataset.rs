@@ -121,14 +121,11 @@ impl Args {
         bar.clear();
         cautions::tell_carrier(&plan.trace);
         cautions::tell_near(&plan.trace, made.tally.near_links);
-        for line in &made.repairs {
-            say!("{line}")?;
-        }
         say!("{}", Summary(&made))?;
         match args::shard(access) {
             None => say!("data set '{}'", out.display())?,
             Some(shard) => say!(
-                "shard {shard} in '{0}': {1} maps; when all shards are done: {2} DIR... --out DIR",
+                "shard {shard} in '{0}', maps: {1}; when all shards are done: {2} DIR... --out DIR",
                 out.display(),
                 plan.with_copies(&ids)?
                     .iter()

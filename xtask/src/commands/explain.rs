@@ -10,8 +10,8 @@ use aps_report::explain::{Explained, Explanation};
 use aps_report::link::{LinkView, heading_words};
 use aps_report::picture::Outlines;
 
-use map2aps::is_near;
 use map2aps::maps::NamedMaps;
+use map2aps::{counted, is_near};
 
 use crate::args::{ArrayArgs, OneMapArgs, TraceArgs, parse_heading, parse_point};
 use crate::cautions;
@@ -97,10 +97,10 @@ impl Args {
             picture.drawing().save(&self.out)?;
         }
         say!(
-            "{}: {} lobes, {} paths: '{}'",
+            "{}: {}, {}: '{}'",
             subject.title,
-            explanation.lobes.len(),
-            subject.link.paths.len(),
+            counted(explanation.lobes.len(), "lobe", "lobes"),
+            counted(subject.link.paths.len(), "path", "paths"),
             self.out.display()
         )?;
         Ok(())

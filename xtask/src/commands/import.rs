@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Subcommand;
 use map2aps::maps::NamedMaps;
-use map2aps::{ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource};
+use map2aps::{ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource, counted};
 
 use crate::args::{self, LabelArgs, Store, TileArgs};
 use crate::command_line;
@@ -148,8 +148,8 @@ fn print(out: &Path, imported: &Imported) -> Result<()> {
     let states = totals.status.iter();
     let states: Vec<String> = states.map(|(name, n)| format!("{n} {name}")).collect();
     say!(
-        "{} maps, {} links ({}), {} paths in '{}'",
-        totals.maps,
+        "{}, {} links ({}), {} paths in '{}'",
+        counted(totals.maps, "map", "maps"),
         totals.links,
         states.join(", "),
         totals.paths,

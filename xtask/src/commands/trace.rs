@@ -11,8 +11,8 @@ use aps_report::link::{LinkView, PathView, Spectrum, has_mirrors};
 use aps_report::picture::{self, Outlines};
 use clap::ValueEnum;
 
-use map2aps::is_near;
 use map2aps::path_list::{LinkEntry, LinkList};
+use map2aps::{counted, is_near};
 
 use crate::args::{OneMapArgs, TraceArgs, parse_point};
 use crate::cautions;
@@ -177,12 +177,12 @@ fn print_table(ends: &[(DVec2, DVec2)], links: &[Link]) -> Result<()> {
     for ((tx, rx), link) in ends.iter().zip(links) {
         writeln!(
             out,
-            "tx ({}, {}) -> rx ({}, {}): {} paths",
+            "tx ({}, {}) -> rx ({}, {}): {}",
             tx.x,
             tx.y,
             rx.x,
             rx.y,
-            link.paths.len()
+            counted(link.paths.len(), "path", "paths")
         )?;
         if let Some(d) = link.fallback_diffractions {
             writeln!(out, "  none inside the limits; chains of {d} diffractions:")?;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use aps_data::Dataset;
 use map2aps::maps::NamedMaps;
-use map2aps::{MapSource, SettingsError, Verify};
+use map2aps::{MapSource, SettingsError, Verify, counted};
 
 use crate::args::TileArgs;
 use crate::progress::{self, Bar};
@@ -79,8 +79,8 @@ impl Args {
             Some(_) => format!("{} links computed anew", verified.sampled),
         };
         say!(
-            "'{place}' is as it should be: {} maps, {} links, {} bytes; {anew}",
-            manifest.totals.maps,
+            "'{place}' is as it should be: {}, {} links, {} bytes; {anew}",
+            counted(manifest.totals.maps, "map", "maps"),
             manifest.totals.links,
             manifest.totals.bytes
         )

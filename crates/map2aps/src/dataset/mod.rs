@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, PathTable, Profile};
 use aps_label::Labeler;
+use aps_raytrace::scene::RepairReport;
 
 use crate::control::{Control, Work};
 use crate::error::{At, Error, Place, Result};
@@ -39,8 +40,19 @@ pub struct Made {
     pub wall: Duration,
     /// Links of each map that was made, and the time from reading the map to its written labels, on all threads.
     pub maps: Vec<(u32, u64, Duration)>,
-    /// A line for each map whose buildings were repaired.
-    pub repairs: Vec<String>,
+    /// What was repaired, of each map whose buildings were.
+    pub repairs: Vec<(u32, RepairReport)>,
+}
+
+impl Made {
+    /// What was repaired on all maps together.
+    pub fn all_repairs(&self) -> RepairReport {
+        let reports = self.repairs.iter();
+        let repairs = reports.flat_map(|(_, report)| &report.repairs).copied();
+        RepairReport {
+            repairs: repairs.collect(),
+        }
+    }
 }
 
 /// The delay profiles of a map, if the data set stores any.

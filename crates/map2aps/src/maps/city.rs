@@ -9,6 +9,7 @@ use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tile, Tiling, par
 use serde_json::{Value, json};
 
 use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, radiomapseer, ranges};
+use crate::counted;
 use crate::error::{At, Error, Place, Result};
 
 /// Tiles with a larger share of buildings have no room for terminals.
@@ -190,32 +191,49 @@ impl fmt::Display for City {
         let ([x, y], (unit, digits)) = (self.origin, self.unit());
         write!(
             f,
-            "city '{}': {} buildings about ({x:.digits$}, {y:.digits$}) {unit}",
+            "city '{}': {} about ({x:.digits$}, {y:.digits$}) {unit}",
             self.file.display(),
-            self.buildings
+            counted(self.buildings, "building", "buildings")
         )?;
         if let Some(crs) = &self.crs {
             write!(f, ", read as {crs}")?;
         }
-        for (count, what) in [
-            (self.skipped.features, "features that are no building"),
+        for (count, one, many) in [
+            (
+                self.skipped.features,
+                "feature that is no building",
+                "features that are no building",
+            ),
             (
                 self.skipped.not_standing,
+                "building planned, under construction, in ruins or demolished",
                 "buildings planned, under construction, in ruins or demolished",
             ),
-            (self.skipped.without_area, "buildings without an area"),
-            (self.skipped.rings, "rings without an area"),
+            (
+                self.skipped.without_area,
+                "building without an area",
+                "buildings without an area",
+            ),
+            (
+                self.skipped.rings,
+                "ring without an area",
+                "rings without an area",
+            ),
         ] {
             if count > 0 {
-                write!(f, "; {count} {what} passed over")?;
+                write!(f, "; {} passed over", counted(count, one, many))?;
             }
         }
         let [columns, rows] = self.tiling.size();
+        let (tiles, side_m) = (
+            if columns * rows == 1 { "tile" } else { "tiles" },
+            self.settings.tile_m,
+        );
         write!(
             f,
-            "\n{columns} x {rows} tiles of {} m, {} of them maps: {}",
-            self.settings.tile_m,
+            "\n{columns} x {rows} {tiles} of {side_m} m, {} of them {}: {}",
             self.ids.len(),
+            if self.ids.len() == 1 { "a map" } else { "maps" },
             ranges(&self.ids)
         )
     }

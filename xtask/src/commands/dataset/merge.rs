@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use map2aps::merge;
+use map2aps::{counted, merge};
 
 use crate::command_line;
 use crate::progress::Bar;
@@ -30,8 +30,8 @@ impl Args {
         let totals = merge(&self.folders, &self.out, &control)?;
         bar.clear();
         say!(
-            "{} maps, {} links, {} bytes in data set '{}'",
-            totals.maps,
+            "{}, {} links, {} bytes in data set '{}'",
+            counted(totals.maps, "map", "maps"),
             totals.links,
             totals.bytes,
             self.out.display()
