@@ -56,10 +56,10 @@ impl fmt::Display for Summary<'_> {
         if t.omitted_by_bound + t.omitted_by_gain > 0 {
             writeln!(
                 f,
-                "left out    {:>12}  paths too weak ({} by bound); may change labels above -40 dB of their maximum by more than 0.1 dB on {} links, by {:.2} dB at most",
+                "left out    {:>12}  paths too weak ({} by bound); bound of their effect, measured changes are far smaller: more than 0.1 dB on at most {}, at most {:.2} dB, in labels above -40 dB of their maximum",
                 t.omitted_by_bound + t.omitted_by_gain,
                 t.omitted_by_bound,
-                t.links_affected,
+                counted(t.links_affected, "link", "links"),
                 t.omission_effect_db
             )?;
         }
