@@ -160,8 +160,11 @@ impl DatasetConfig {
         }
     }
 
-    /// Refuses settings other than those in the file at `path`.
-    pub(crate) fn must_equal(&self, stored: &DatasetConfig, path: &Path) -> Result<(), Error> {
+    /// Refuses settings other than those stored at `path`.
+    ///
+    /// # Errors
+    /// [`Error::ConfigMismatch`], which names each that differs.
+    pub fn must_equal(&self, stored: &DatasetConfig, path: &Path) -> Result<(), Error> {
         let differences = json::differences(&json!(stored), &json!(self));
         match differences.is_empty() {
             true => Ok(()),

@@ -100,6 +100,9 @@ pub use overview::Overview;
 pub use plan::DatasetPlan;
 pub use polar::{PolarViews, SeenLink, padded};
 pub use sampling::Receivers;
-pub use scores::{ArrayFile, Domain, Labels, Prediction, ScoreError, Scores, Scoring, Truth};
+pub use scores::{
+    ArrayFile, Domain, LINK_COLUMNS, Labels, Prediction, ScoreError, Scores, Scoring, Truth,
+    link_line, links_file,
+};
 pub use settings::SettingsError;
 pub use tally::Tally;

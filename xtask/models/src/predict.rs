@@ -1,7 +1,7 @@
 //! `cargo xtask predict`: spectra from trained weights.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,7 +15,7 @@ use indicatif::ProgressBar;
 use map2aps::maps::NamedMaps;
 use map2aps::targets::{self, Target};
 use map2aps::training::{self, Device, Trained, TrainingError};
-use map2aps::{Examples, MapError};
+use map2aps::{Examples, LINK_COLUMNS, MapError, link_line, links_file};
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::bar_of;
 use xtask::{TileArgs, note, parts};
@@ -127,27 +127,21 @@ impl Args {
             );
         }
         let mut output = Output::create(&self.out, targets::labelled_links(&dataset, maps))?;
-        let (links, file) = PartialFile::create(&self.links_path())?;
-        let mut names = csv::Writer::from_writer(file);
-        names.write_record([
-            "row", "map", "link", "tx", "rx", "tx_x_m", "tx_y_m", "rx_x_m", "rx_y_m",
-        ])?;
+        let (links, file) = PartialFile::create(&links_file(&self.out))?;
+        let mut names = BufWriter::new(file);
+        writeln!(names, "{LINK_COLUMNS}")?;
         // A map at a time: its labels are not needed, but its links and buildings are.
         for &id in maps {
             let examples = Examples::of_maps(&dataset, &[id], Target::Linear, None)?;
             for (offset, example) in examples.list().iter().enumerate() {
-                let [map, tx, rx] = [example.map, example.tx, example.rx].map(u64::from);
-                let row = (output.rows + offset) as u64;
-                let numbers = [row, map, example.link as u64, tx, rx].map(|n| n.to_string());
-                let ends = [example.tx_m, example.rx_m].concat();
-                names.write_record(numbers.into_iter().chain(ends.iter().map(f64::to_string)))?;
+                writeln!(names, "{}", link_line(output.rows + offset, example))?;
             }
             let input = trained.input(&examples, images).map_err(advised)?;
             trained.predict_batches(&*input, &examples, self.batch, |spectra| {
                 output.push(spectra)
             })?;
         }
-        let place = || format!("cannot write '{}'", self.links_path().display());
+        let place = || format!("cannot write '{}'", links_file(&self.out).display());
         let names = names.into_inner().map_err(|e| e.into_error());
         // Both take their names when both are whole.
         let rows = output.finish(|| Ok(links.complete(names.with_context(place)?)?))?;
@@ -155,7 +149,7 @@ impl Args {
             "{rows} spectra of the {} maps {maps:?} in '{}', their links in '{}'",
             part.name(),
             self.out.display(),
-            self.links_path().display()
+            links_file(&self.out).display()
         );
         Ok(())
     }
@@ -168,10 +162,6 @@ impl Args {
             note!("note: the model was trained on images of {own} pixels, not {image_size}");
         }
         ConditionConfig { image_size, ..own }
-    }
-
-    fn links_path(&self) -> PathBuf {
-        self.out.with_extension("links.csv")
     }
 }
 

@@ -51,6 +51,11 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
     let parts = parts(folders, out)?;
     let config = parts.iter().find_map(|part| part.survey.config.clone());
     let config = config.ok_or_else(|| MergeError::NoMap(names_of(&parts)))?;
+    for part in &parts {
+        // One whose maps are all in others too would not be looked at below.
+        let mut own = part.survey.config.iter();
+        own.try_for_each(|own| config.must_equal(own, &part.folder))?;
+    }
     // Each whole map and one of the folders that have it.
     let of_part = |part| Part::ids(part).map(move |id| (id, part));
     let sources: BTreeMap<u32, &Part> = parts.iter().rev().flat_map(of_part).collect();
@@ -182,4 +187,34 @@ fn must_be_all_there(
         folders: names_of(parts),
         parts: runs,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DatasetPlan, MapSource};
+
+    #[test]
+    fn a_folder_of_other_settings_is_refused_though_its_maps_are_in_another() {
+        let root = tempfile::tempdir().unwrap();
+        let folders = ["first", "other"].map(|name| root.path().join(name));
+        for (folder, frequency_hz) in folders.iter().zip([3.5e9, 28e9]) {
+            let mut plan = DatasetPlan {
+                maps: MapSource::Synthetic { count: 1 },
+                tx_per_map: 1,
+                rx_per_map: 2,
+                ..DatasetPlan::default()
+            };
+            plan.trace.frequency_hz = frequency_hz;
+            plan.make(folder, &[0], &Control::default()).unwrap();
+        }
+        let out = root.path().join("out");
+        let refused = merge(&folders, &out, &Control::default()).unwrap_err();
+        let told = refused.chain();
+        assert!(
+            told.contains("frequency_hz") && told.contains("other"),
+            "{told}"
+        );
+        merge(&folders[..1], &out, &Control::default()).unwrap();
+    }
 }

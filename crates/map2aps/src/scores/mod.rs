@@ -1,6 +1,7 @@
 //! Predictions of any model scored against labels.
 
 mod array_file;
+mod links;
 mod truth;
 
 use std::path::PathBuf;
@@ -12,6 +13,7 @@ use aps_metrics::{DataRange, Defect, Error as MetricsError, Evaluation, Report, 
 use crate::error::{At, Place, Result};
 
 pub use array_file::ArrayFile;
+pub use links::{LINK_COLUMNS, link_line, links_file};
 pub use truth::{Labels, Truth};
 
 /// Values of spectra held at a time: 16 MB in f64, beside the scores of 120 bytes a sample.
@@ -55,6 +57,18 @@ pub enum ScoreError {
         folder: String,
         /// Valid links by the manifest.
         samples: usize,
+    },
+    /// A prediction for other links, by the file beside it that names them.
+    #[error(
+        "by '{}' the prediction is for other links, from row {row} on; predict those that are to be scored, or remove that file if it \
+         is not of this prediction",
+        path.display()
+    )]
+    OtherLinks {
+        /// The file.
+        path: PathBuf,
+        /// The first row of another link.
+        row: usize,
     },
     /// No sample without NaN and infinities.
     #[error(
@@ -170,7 +184,7 @@ impl Scoring {
     /// Scores a prediction. Samples with NaN or an infinity are in no mean, but in [`Evaluation::rejected`].
     ///
     /// # Errors
-    /// Files that cannot be read, shapes that differ, truth without a sample or with none that can be scored.
+    /// Files that cannot be read, shapes that differ, a prediction file beside which [other links](links_file) are named, truth without a sample or with none that can be scored.
     pub fn score(self, truth: &mut Truth, mut prediction: Prediction<'_>) -> Result<Scores> {
         let protocol = self.protocol(truth);
         let shape = truth.shape();
@@ -187,6 +201,9 @@ impl Scoring {
                 prediction: prediction.shape(),
             })
             .at(Place::Comparison(what));
+        }
+        if let (Truth::Dataset(labels), Prediction::File(file)) = (&*truth, &prediction) {
+            labels.check_links(file.path())?;
         }
         let mut map_ids = self.map_ids;
         let ids = map_ids.as_ref().map(|file| file.shape().samples);

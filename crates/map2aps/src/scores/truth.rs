@@ -8,7 +8,7 @@ use aps_label::{MeanStd, Normalization, Protocol};
 use aps_metrics::Shape;
 use serde_json::{Value, json};
 
-use super::{ArrayFile, Domain, ScoreError};
+use super::{ArrayFile, Domain, ScoreError, links};
 use crate::error::{At, Place, Result};
 use crate::targets::{self, Target};
 
@@ -155,6 +155,11 @@ impl fmt::Display for Truth {
 impl Labels {
     fn maps(&self) -> &[u32] {
         self.dataset.manifest().split.maps(self.part)
+    }
+
+    /// Refuses a prediction that is of other links, as far as a file beside it tells.
+    pub(super) fn check_links(&self, prediction: &Path) -> Result<()> {
+        links::check(&self.dataset, self.part, prediction)
     }
 
     fn bins(&self) -> usize {
