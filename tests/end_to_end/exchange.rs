@@ -296,6 +296,49 @@ fn a_bad_sample_is_told_once() {
     assert!(error.contains("not a readable .npz archive"), "{error}");
 }
 
+/// A link left out because of its name would be missing from all scores.
+#[test]
+fn files_whose_names_tell_no_link_are_refused() {
+    let folder = Folder::new();
+    make(&folder, "ours", "aps,paths");
+    export(&folder, "ours", "theirs", "released");
+    let root = folder.path("theirs/map_1");
+    let files = root.join("1_adps/aps");
+    let file = fs::read_dir(&files)
+        .unwrap()
+        .next()
+        .unwrap()
+        .unwrap()
+        .path();
+    let import = || {
+        fail(&format!(
+            "import released {} --out {}",
+            folder.arg("theirs"),
+            folder.arg("back")
+        ))
+    };
+    for name in [
+        "aps_1_2.5_3_4_5.npy",
+        "aps_0_2_3_4_5.npy",
+        "aps_1_02_3_4_5.npy",
+    ] {
+        let renamed = files.join(name);
+        fs::rename(&file, &renamed).unwrap();
+        let told = import();
+        assert!(
+            told.contains("does not tell its link by its name"),
+            "{name}: {told}"
+        );
+        fs::rename(&renamed, &file).unwrap();
+    }
+    fs::rename(&root, root.with_file_name("map_01")).unwrap();
+    let told = import();
+    assert!(
+        told.contains("map_01") && told.contains("does not tell"),
+        "{told}"
+    );
+}
+
 #[test]
 fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
     let folder = Folder::new();

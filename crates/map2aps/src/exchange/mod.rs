@@ -26,6 +26,13 @@ pub enum ExchangeError {
     /// A folder with files of others.
     #[error("'{}' holds other files; give an empty folder, or one that is not there yet", .0.display())]
     NotEmpty(PathBuf),
+    /// A file whose name does not tell its link, or one of another map.
+    #[error(
+        "'{}' does not tell its link by its name, or is of another map: names are MAP_TXX_TXY_RXX_RXY in whole metres; rename it, or move it \
+         away",
+        .0.display()
+    )]
+    Unnamed(PathBuf),
     /// A link whose places make no file name.
     #[error("map {map}, link {link} from {tx_m:?} to {rx_m:?} m: too far away for a name")]
     TooFar {

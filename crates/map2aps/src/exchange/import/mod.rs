@@ -150,13 +150,19 @@ impl Ends {
     }
 }
 
-/// The files of a folder that are named after links, in the order of the names.
+/// The files of a folder that are named after links, in the order of the names; one with such a beginning and end that is not would
+/// be lost without a word.
 fn named_files(folder: &Path, beginning: &str, end: &str) -> Result<Vec<LinkName>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
-        let name = entry?.file_name();
-        let name = name.to_str();
-        names.extend(name.and_then(|name| LinkName::of_file(name, beginning, end)));
+        let entry = entry?;
+        let name = entry.file_name();
+        let Some(name) = name.to_str() else { continue };
+        if !(name.starts_with(beginning) && name.ends_with(end)) {
+            continue;
+        }
+        let link = LinkName::of_file(name, beginning, end);
+        names.push(link.ok_or_else(|| ExchangeError::Unnamed(entry.path()))?);
     }
     names.sort_unstable();
     Ok(names)

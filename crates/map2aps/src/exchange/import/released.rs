@@ -74,17 +74,26 @@ impl ImportReleased {
     fn find(&self) -> Result<BTreeMap<u32, Vec<LinkName>>> {
         let mut maps = BTreeMap::new();
         for entry in fs::read_dir(&self.folder).at_file(Place::Reading, &self.folder)? {
-            let name = entry?.file_name();
+            let entry = entry?;
+            let name = entry.file_name();
             let id = name
                 .to_str()
                 .and_then(|n| n.strip_prefix("map_")?.parse::<u32>().ok());
             let Some(id) = id else { continue };
-            let folder = self.folder.join(format!("map_{id}/{id}_adps/aps"));
+            let folder = entry.path().join(format!("{id}_adps/aps"));
             if !folder.is_dir() {
                 continue;
             }
-            let mut names = named_files(&folder, "aps_", ".npy")?;
-            names.retain(|name| name.map == id);
+            let names = named_files(&folder, "aps_", ".npy")?;
+            // Files are read by the names that they must have.
+            let lost = names.iter().find(|link| {
+                let file = self.folder.join(link.aps_file());
+                link.map != id || name != *format!("map_{id}") || !file.is_file()
+            });
+            if let Some(link) = lost {
+                let file = folder.join(format!("aps_{link}.npy"));
+                return Err(ExchangeError::Unnamed(file).into());
+            }
             if !names.is_empty() {
                 maps.insert(id, names);
             }
