@@ -676,7 +676,7 @@ def check_house_with_faults(page):
         page.click(*page.screen([rx[0] + dx, rx[1] + dy]))
     page.after(lambda: page.eval("document.getElementById('finish').click()"))
     told = page.eval("document.getElementById('repairs').textContent")
-    must("self-intersections" in told, f"repairs are told: {told}")
+    must("self-intersection" in told, f"repairs are told: {told}")
     page.after(lambda: page.eval("document.getElementById('reset').click()"))
     choose_mode(page, "link")
 

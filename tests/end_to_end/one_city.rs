@@ -53,7 +53,7 @@ fn holes_in_any_place_are_drawn_as_they_are_traced() {
     );
     let (said, found) = make(&folder, &swapped, "swapped", "--metric");
     assert_eq!(found, right);
-    assert!(said.contains("1 holes taken for outer rings"), "{said}");
+    assert!(said.contains("1 hole taken for an outer ring"), "{said}");
     let shapes = [
         (
             "beside",
@@ -89,9 +89,9 @@ fn slit_is_closed_unless_told_otherwise_and_verify_knows() {
     fs::write(folder.path("maps/0.json"), text).unwrap();
     let maps = folder.arg("maps");
     let (said, _) = make(&folder, &maps, "closed", "");
-    assert!(said.contains("1 map repaired: 1 gaps closed"), "{said}");
+    assert!(said.contains("1 map repaired: 1 gap closed"), "{said}");
     let (said, _) = make(&folder, &maps, "open", "--close-gaps 0");
-    assert!(!said.contains("gaps"), "{said}");
+    assert!(!said.contains("gap"), "{said}");
     for (data, width_m) in [("closed", 0.04), ("open", 0.0)] {
         succeed(&format!("verify {} --maps {maps}", folder.arg(data)));
         let dataset = Dataset::open(folder.path(data)).unwrap();

@@ -125,7 +125,7 @@ fn hole_around_the_outer_ring_changes_places_with_it() {
     let (found, report) = walls_of(square(10.0, 40.0), square(0.0, 50.0));
     assert_eq!(found, right);
     assert!(
-        report.ends_with("1 holes taken for outer rings"),
+        report.ends_with("1 hole taken for an outer ring"),
         "{report}"
     );
 }
@@ -144,7 +144,7 @@ fn building_that_fills_a_courtyard_is_told() {
         let scene = Scene::new(&[Footprint::new(yard), block.clone()], None).unwrap();
         let report = scene.report().to_string();
         assert_eq!(
-            report.contains("1 courtyards filled by a building"),
+            report.contains("1 courtyard filled by a building"),
             is_whole,
             "{report}"
         );

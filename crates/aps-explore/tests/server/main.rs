@@ -299,7 +299,7 @@ fn edited_houses_change_the_map_and_the_file_gives_the_same_link() {
     assert_eq!(city["repairs_as_read"], before["repairs"]);
     // The ring crosses itself, which is repaired and told as for files.
     let repairs = city["repairs"].as_str().unwrap();
-    assert!(repairs.contains("1 self-intersections"), "{city}");
+    assert!(repairs.contains("1 self-intersection"), "{city}");
 
     for end in ["tx", "rx"] {
         question[end] = city[end].clone();

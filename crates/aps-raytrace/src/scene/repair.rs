@@ -61,19 +61,25 @@ pub enum RepairKind {
 }
 
 impl RepairKind {
-    /// Name of several findings of this kind. A report lists them in the order of the variants.
-    fn name(&self) -> &'static str {
+    /// Names of one finding of this kind and of several. A report lists them in the order of the variants.
+    fn names(&self) -> [&'static str; 2] {
         match self {
-            Self::Reoriented => "reoriented",
-            Self::DuplicateVertex { .. } => "duplicate vertices",
-            Self::CollinearVertex { .. } => "collinear vertices",
-            Self::SelfIntersection { .. } => "self-intersections",
-            Self::Sliver => "slivers dropped",
-            Self::Overlaps { .. } => "overlapping pairs",
-            Self::Touches { .. } => "touching pairs",
-            Self::CourtyardFilled { .. } => "courtyards filled by a building",
-            Self::RingsReordered => "holes taken for outer rings",
-            Self::Gap { .. } => "gaps closed",
+            Self::Reoriented => ["reoriented"; 2],
+            Self::DuplicateVertex { .. } => ["duplicate vertex", "duplicate vertices"],
+            Self::CollinearVertex { .. } => ["collinear vertex", "collinear vertices"],
+            Self::SelfIntersection { .. } => ["self-intersection", "self-intersections"],
+            Self::Sliver => ["sliver dropped", "slivers dropped"],
+            Self::Overlaps { .. } => ["overlapping pair", "overlapping pairs"],
+            Self::Touches { .. } => ["touching pair", "touching pairs"],
+            Self::CourtyardFilled { .. } => [
+                "courtyard filled by a building",
+                "courtyards filled by a building",
+            ],
+            Self::RingsReordered => [
+                "hole taken for an outer ring",
+                "holes taken for outer rings",
+            ],
+            Self::Gap { .. } => ["gap closed", "gaps closed"],
         }
     }
 }
@@ -111,9 +117,16 @@ impl fmt::Display for RepairReport {
         }
         let mut kinds: Vec<RepairKind> = self.repairs.iter().map(|r| r.kind).collect();
         kinds.sort_unstable();
-        let same_kind = kinds.chunk_by(|p, q| p.name() == q.name());
+        let same_kind = kinds.chunk_by(|p, q| p.names() == q.names());
         let counts: Vec<String> = same_kind
-            .map(|kinds| format!("{} {}", kinds.len(), kinds[0].name()))
+            .map(|kinds| {
+                let [one, many] = kinds[0].names();
+                format!(
+                    "{} {}",
+                    kinds.len(),
+                    if kinds.len() == 1 { one } else { many }
+                )
+            })
             .collect();
         f.write_str(&counts.join(", "))
     }

@@ -245,7 +245,7 @@ mod tests {
         check(
             &[(0., 0.), (1., 0.), (2., 0.), (2., 0.), (2., 2.), (0., 2.)],
             4,
-            "1 duplicate vertices, 1 collinear vertices",
+            "1 duplicate vertex, 1 collinear vertex",
         );
     }
 
@@ -262,7 +262,7 @@ mod tests {
                 (0., 2.),
             ],
             4,
-            "1 duplicate vertices, 2 collinear vertices",
+            "1 duplicate vertex, 2 collinear vertices",
         );
     }
 
@@ -271,7 +271,7 @@ mod tests {
         check(
             &[(0., 0.), (1., 1.), (2., 2.), (0., 0.)],
             0,
-            "1 collinear vertices, 1 slivers dropped",
+            "1 collinear vertex, 1 sliver dropped",
         );
     }
 
