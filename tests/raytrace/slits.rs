@@ -125,7 +125,7 @@ fn a_filling_leaves_no_splinter_of_a_wall() {
 
 #[test]
 fn impossible_width_is_refused() {
-    for close_gaps_m in [-1.0, f64::NAN, f64::INFINITY] {
+    for close_gaps_m in [-1.0, 21.0, 1e300, f64::NAN, f64::INFINITY] {
         let config = SceneConfig {
             area: None,
             close_gaps_m,

@@ -238,7 +238,7 @@ pub struct TraceArgs {
     #[arg(long)]
     pub dynamic_range_db: Option<f64>,
     /// Keep every path inside the limits, however weak.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "dynamic_range_db")]
     pub no_prune: bool,
     /// A link without a path goes on with up to this many diffractions along the best chains of corners, whose levels are
     /// estimates; 0 turns it off.

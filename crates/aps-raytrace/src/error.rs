@@ -61,8 +61,8 @@ pub enum SceneError {
         /// Fault of the material.
         source: ConfigError,
     },
-    /// A width of gaps to close that is negative or not finite.
-    #[error("gaps of {width_m} m cannot be closed: the width must be finite and not negative")]
+    /// A width of gaps to close that is negative, not finite or that of a street.
+    #[error("gaps of {width_m} m cannot be closed: the width must be 0 to 20 m")]
     CloseGaps {
         /// The width asked for \[m\].
         width_m: f64,

@@ -180,7 +180,9 @@ pub fn advised(error: map2aps::Error) -> Error {
                 Some(protocol) => format!("--protocol {protocol}"),
                 None => "--array, --elements and --spacing".into(),
             };
-            Error::new(error).context(format!("make the labels anew with `relabel`, {option}"))
+            Error::new(error).context(format!(
+                "make the labels anew with `relabel`, or the data set where it stores no paths, {option}"
+            ))
         }
         map2aps::Error::Map(MapError::NoScene(_)) => Error::new(error).context("--maps"),
         _ => error.into(),

@@ -128,7 +128,7 @@ impl Area {
 pub struct SceneConfig {
     /// The area that terminals are confined to; none for the whole plane.
     pub area: Option<Area>,
-    /// Slits between walls are filled where they are narrower \[m\]; 0 leaves all open. Buildings that span less than 1 m
+    /// Slits between walls are filled where they are narrower \[m\], at most 20; 0 leaves all open. Buildings that span less than 1 m
     /// together are a model of another scale: none of their slits is filled.
     ///
     /// The default, 0.04 m, is just below half a wavelength at 3.5 GHz: a wave whose field is parallel to the walls does not
@@ -145,6 +145,9 @@ impl Default for SceneConfig {
         }
     }
 }
+
+/// Widest slit that is filled \[m\]: above, streets would be, at the price of all pairs of walls.
+const MAX_GAP_M: f64 = 20.0;
 
 /// Buildings that span less together \[m\] are a model, in which no slit is filled.
 const MODEL_EXTENT_M: f64 = 1.0;
@@ -199,7 +202,7 @@ impl Scene {
             return Err(SceneError::Area { min, max });
         }
         let width_m = config.close_gaps_m;
-        if !(width_m.is_finite() && width_m >= 0.0) {
+        if !(0.0..=MAX_GAP_M).contains(&width_m) {
             return Err(SceneError::CloseGaps { width_m });
         }
         let mut report = RepairReport::default();
