@@ -31,8 +31,8 @@ const SPECTRUM: &str = "spectrum";
 /// number from 1. `facts` go with model, preset and the numbers of directions and kinds of ways into the metadata, in their order. The same arguments give the same bytes.
 ///
 /// # Errors
-/// [`Error::Candle`](crate::Error::Candle) for a shape or an image size that the model does not take, and for parameters that are
-/// those of another model.
+/// [`Error::Condition`] for images of no pixels or more than 4096 a side; [`Error::Candle`] for a shape or an image size that the model does
+/// not take, and for parameters of another model.
 ///
 /// ```
 /// use aps_model::candle_core::{DType, Device};
