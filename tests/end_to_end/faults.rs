@@ -119,6 +119,7 @@ fn ctrl_c_ends_a_run_with_the_status_of_shells() {
     let told = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(130), "{told}");
     assert!(told.contains("error: interrupted"), "{told}");
+    assert!(told.contains("Ctrl-C once more ends at once"), "{told}");
 }
 
 #[test]

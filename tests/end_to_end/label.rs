@@ -23,6 +23,9 @@ fn foreign_paths_become_labels() {
         "label --paths {paths} --protocol released --out {aps} --pdp {pdp}"
     ));
 
+    let told = fail(&format!("label --paths {paths} --out {paths}"));
+    assert!(told.contains("holds the paths"), "{told}");
+
     let read = |path| {
         let npy =
             npyz::NpyFile::new(std::io::BufReader::new(fs::File::open(path).unwrap())).unwrap();

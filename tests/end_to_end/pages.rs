@@ -226,6 +226,13 @@ fn links_that_are_not_there_are_told() {
         let line = line.replace("DATA", &data).replace("MAPS", &maps);
         assert_told(&fail(&format!("{line} --out {out}")), &[told]);
     }
+    for own in ["manifest.json", "map_0000/aps_db.npy"] {
+        let file = folder.path("data").join(own);
+        let whole = fs::read(&file).unwrap();
+        let told = fail(&format!("gallery {data} --out '{}'", file.display()));
+        assert!(told.contains("is a file of a data set"), "{told}");
+        assert!(fs::read(&file).unwrap() == whole);
+    }
     let error = fail(&format!("explain {data} --link 0,1,1 --out x.png"));
     assert!(error.contains(".html or .svg"), "{error}");
 }

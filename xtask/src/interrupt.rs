@@ -5,6 +5,8 @@ use std::sync::{Arc, Mutex};
 
 use anyhow::Result;
 
+use crate::note;
+
 /// Status of a program that Ctrl-C ended, as shells give it.
 pub(crate) const STATUS: u8 = 130;
 
@@ -23,6 +25,7 @@ pub fn interrupt_flag() -> Result<Arc<AtomicBool>> {
         if raised.swap(true, Ordering::Relaxed) {
             std::process::exit(STATUS.into());
         }
+        note!("what is under way is finished first; Ctrl-C once more ends at once");
     })?;
     *known = Some(Arc::clone(&flag));
     Ok(flag)

@@ -12,11 +12,16 @@ use anyhow::{Context, Result, ensure};
 
 pub use map2aps::error::chain as told;
 
-/// Makes the folder of a file that a command will write, before the work for it begins.
+/// Makes the folder of a file that a command will write, before the work for it begins, and refuses one of a data set's own files.
 pub fn make_folder_of(file: &Path) -> Result<()> {
     let name = file.display();
     ensure!(!file.is_dir(), "'{name}' is a folder; name a file in it");
     let folder = file.parent().unwrap_or(file);
+    let is_of_dataset = file.ends_with("manifest.json") || folder.join("map.json").is_file();
+    ensure!(
+        !(file.exists() && is_of_dataset),
+        "'{name}' is a file of a data set; name another"
+    );
     fs::create_dir_all(folder).with_context(|| format!("cannot create the folder of '{name}'"))
 }
 

@@ -45,11 +45,17 @@ impl Args {
             "--out and --pdp are both '{}'; give each a file of its own",
             self.out.display()
         );
+        let outputs = || [Some(&self.out), self.pdp.as_ref()].into_iter().flatten();
+        ensure!(
+            !outputs().any(|file| *file == self.paths),
+            "'{}' holds the paths; write the labels to another file",
+            self.paths.display()
+        );
         let place = || format!("paths '{}'", self.paths.display());
         let file = File::open(&self.paths).with_context(place)?;
         let list = LinkList::read(BufReader::new(file)).with_context(place)?;
         let labeler = Labeler::new(&self.config())?;
-        for file in [Some(&self.out), self.pdp.as_ref()].into_iter().flatten() {
+        for file in outputs() {
             output::make_folder_of(file)?;
         }
         let labels = list.label(&labeler).with_context(place)?;
