@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use aps_data::propbin::{Chain, Direction, Path as RayPath, Propbin, Version};
 use aps_data::released::{LinkName, ProfileFile, Sample};
@@ -350,7 +350,21 @@ fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
     let map = Dataset::open(&out).unwrap().map(5).unwrap();
     assert_eq!((map.rx_m.len(), map.links.len()), (5, 20));
 
+    let refused = || {
+        let error = fail(&format!("import propbin {from} --out {new}"));
+        assert!(error.contains("the same transmitter"), "{error}");
+    };
+    let files = || {
+        fs::read_dir(&written)
+            .unwrap()
+            .map(|file| file.unwrap().path())
+    };
+    let numbered = |file: &PathBuf| file.to_string_lossy().contains("_1.propbin");
+    let first = files().find(numbered).unwrap();
+    let same = written.join("another_1.propbin.gz");
+    fs::copy(first, &same).unwrap();
+    refused();
+    fs::remove_file(same).unwrap();
     write_propbins(&ours, Version::Full, &written);
-    let error = fail(&format!("import propbin {from} --out {new}"));
-    assert!(error.contains("the same transmitter"), "{error}");
+    refused();
 }

@@ -124,8 +124,12 @@ impl ImportPropbin {
                 continue;
             };
             let number = stem.rsplit('_').next().and_then(|n| n.parse().ok());
-            let number = number.unwrap_or(u64::MAX);
-            let key = (self.map_of(&path)?, number, stem.to_owned());
+            // Files without a number come last, by their names.
+            let (number, stem) = match number {
+                Some(number) => (number, String::new()),
+                None => (u64::MAX, stem.to_owned()),
+            };
+            let key = (self.map_of(&path)?, number, stem);
             if let Some(other) = numbered.insert(key, path.clone()) {
                 let files = [other, path];
                 return Err(ExchangeError::SameTransmitter(files).into());
