@@ -37,7 +37,7 @@ impl<T> Given<T> {
     /// The value; `None` for a value of another type.
     ///
     /// # Errors
-    /// What Python raised meanwhile.
+    /// An exception of Python that was raised meanwhile.
     pub fn ok(self) -> PyResult<Option<T>> {
         match self.0 {
             Ok(value) => Ok(Some(value)),

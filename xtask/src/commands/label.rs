@@ -46,8 +46,13 @@ impl Args {
             self.out.display()
         );
         let outputs = || [Some(&self.out), self.pdp.as_ref()].into_iter().flatten();
+        // A file that is not there is no other's.
+        let is_paths = |file: &PathBuf| {
+            let [file, paths] = [file, &self.paths].map(|file| file.canonicalize().ok());
+            file.is_some() && file == paths
+        };
         ensure!(
-            !outputs().any(|file| *file == self.paths),
+            !outputs().any(is_paths),
             "'{}' holds the paths; write the labels to another file",
             self.paths.display()
         );

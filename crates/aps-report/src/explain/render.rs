@@ -6,7 +6,7 @@ use super::{Explanation, LOBE_COLUMNS, Listed, PATH_COLUMNS, badge_text};
 use crate::chart::{Chart, Mark, Series, badge};
 use crate::document::{Block, Document, Figure, Layout, RowMark, Section, Table};
 use crate::drawing::{Drawing, at, text_width, words};
-use crate::link::{PathView, Side, angle_deg, mirror_deg};
+use crate::link::{PathView, Side};
 use crate::picture::{self, Outlines, Ray};
 use crate::theme::Colour;
 
@@ -141,10 +141,8 @@ impl Explained<'_> {
         let protocol = e.spectrum.protocol;
         let mut chart = picture::axes(protocol, e.spectrum.top_db(), true).sized(width, height);
         for l in e.listed.iter().rev() {
-            let own = angle_deg(l.path.arrival_azimuth_rad, protocol);
-            let mirror = (is_coloured(l) && e.has_mirrors).then(|| (mirror_deg(own), true));
-            for (angle, dashed) in mirror.into_iter().chain([(own, false)]) {
-                let stem = Series::stem(l.colour, [angle, l.path.gain_db], dashed);
+            let has_mirror = is_coloured(l) && e.has_mirrors;
+            for stem in picture::stems(l.path, l.colour, protocol, has_mirror) {
                 chart = chart.with(stem.linked(Some(link(l))));
             }
         }

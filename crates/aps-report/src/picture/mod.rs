@@ -15,7 +15,7 @@ pub use strength::GainScale;
 
 use crate::chart::{Chart, Series};
 use crate::drawing::{Drawing, at, words};
-use crate::link::{LinkView, Spectrum, angle_deg, mirror_deg};
+use crate::link::{LinkView, PathView, Spectrum, angle_deg, mirror_deg};
 use crate::theme::Colour;
 
 /// Side of the map in a picture \[px\].
@@ -44,13 +44,24 @@ pub fn stems_by_gain(
     has_mirrors: bool,
 ) -> Chart {
     for ray in rays_by_gain(link, scale) {
-        let own = angle_deg(ray.path.arrival_azimuth_rad, sense);
-        let mirror = has_mirrors.then(|| (mirror_deg(own), true));
-        for (angle, dashed) in mirror.into_iter().chain([(own, false)]) {
-            chart = chart.with(Series::stem(ray.colour, [angle, ray.path.gain_db], dashed));
-        }
+        let stems = stems(ray.path, ray.colour, sense, has_mirrors);
+        chart = stems.fold(chart, Chart::with);
     }
     chart
+}
+
+/// The stem of a path in a spectrum, and a dashed one before it for the mirror image if it has one.
+pub fn stems(
+    path: &PathView,
+    colour: Colour,
+    sense: Protocol,
+    has_mirror: bool,
+) -> impl Iterator<Item = Series> {
+    let (own, gain_db) = (angle_deg(path.arrival_azimuth_rad, sense), path.gain_db);
+    let mirror = has_mirror.then(|| Series::stem(colour, [mirror_deg(own), gain_db], true));
+    mirror
+        .into_iter()
+        .chain([Series::stem(colour, [own, gain_db], false)])
 }
 
 /// Map and paths to the left, APS to the right; no spectrum for a link without label. `has_mirrors` tells if the array shows

@@ -40,12 +40,12 @@ pub struct Made {
     pub wall: Duration,
     /// Links of each map that was made, and the time from reading the map to its written labels, on all threads.
     pub maps: Vec<(u32, u64, Duration)>,
-    /// What was repaired, of each map whose buildings were.
+    /// Repairs of each map whose buildings needed some.
     pub repairs: Vec<(u32, RepairReport)>,
 }
 
 impl Made {
-    /// What was repaired on all maps together.
+    /// Repairs of all maps together.
     pub fn all_repairs(&self) -> RepairReport {
         let reports = self.repairs.iter();
         let repairs = reports.flat_map(|(_, report)| &report.repairs).copied();

@@ -36,10 +36,13 @@ pub(super) fn check(dataset: &Dataset, part: Part, prediction: &Path) -> Result<
         return Ok(());
     }
     let lines = File::open(&path).at_file(Place::Reading, &path)?;
-    let lines = BufReader::new(lines).lines().skip(1);
+    let mut lines = BufReader::new(lines).lines().skip(1);
     let examples = Examples::open(dataset, part, Domain::Linear)?;
-    for (row, (link, line)) in examples.list().iter().zip(lines).enumerate() {
-        if line.at_file(Place::Reading, &path)? != link_line(row, link) {
+    let links = examples.list();
+    for row in 0..=links.len() {
+        let found = lines.next().transpose();
+        let expected = links.get(row).map(|link| link_line(row, link));
+        if found.at_file(Place::Reading, &path)? != expected {
             return Err(ScoreError::OtherLinks { path, row }.into());
         }
     }
@@ -85,6 +88,18 @@ mod tests {
         };
         write(&lines);
         assert!(score().is_ok());
+        // Neither fewer nor more.
+        for count in [count - 1, count + 1] {
+            write(
+                &lines
+                    .iter()
+                    .cycle()
+                    .take(count)
+                    .cloned()
+                    .collect::<Vec<_>>(),
+            );
+            assert!(score().is_err(), "{count}");
+        }
         let mut others = lines;
         others.swap(3, 4);
         write(&others);

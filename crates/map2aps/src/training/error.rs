@@ -190,7 +190,7 @@ pub enum TrainingError {
     NotFinite(usize),
 }
 
-/// What to do without development maps.
+/// Advice for a data set without development maps.
 fn chosen_of(pool: &[u32]) -> String {
     match pool.len() {
         0 | 1 => {

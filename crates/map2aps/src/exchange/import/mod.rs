@@ -150,8 +150,10 @@ impl Ends {
     }
 }
 
-/// The files of a folder that are named after links, in the order of the names; one with such a beginning and end that is not would
-/// be lost without a word.
+/// The files of a folder with such a beginning and end, which are named after links, in the order of the names.
+///
+/// # Errors
+/// [`ExchangeError::Unnamed`] for one whose name is no link's: it would be left out without a word.
 fn named_files(folder: &Path, beginning: &str, end: &str) -> Result<Vec<LinkName>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
