@@ -1,7 +1,8 @@
 //! The index over the walls of a scene.
 //!
 //! parry's bounding volume hierarchy answers questions about shapes. The two that are asked millions of times, which walls a leg may
-//! meet and which a view may hold, go to a tree of sixteen boxes a node, compared with a convex region all at once.
+//! meet and which a view may hold, go to a tree of sixteen boxes a node, compared with a convex region all at once. Its boxes are in
+//! single precision and compared with a region that is wider by its rounding: a few walls more than needed are selected, never one less.
 
 use glam::DVec2;
 use multiversion::multiversion;
@@ -17,9 +18,9 @@ const BOX_MARGIN: f64 = 1e-9;
 /// Boxes a node.
 const LANES: usize = 16;
 
-/// Bounds of the boxes of a node: the lower ones, then the upper ones, by axis.
+/// Bounds of the boxes of a node around the centre of all: the lower ones, then the upper ones, by axis.
 #[derive(Debug, Clone)]
-struct Node([[[f64; LANES]; 2]; 2]);
+struct Node([[[f32; LANES]; 2]; 2]);
 
 /// Half plane of all points whose product with `axis` is at least `limit`.
 #[derive(Debug, Clone, Copy)]
@@ -28,6 +29,20 @@ pub(crate) struct HalfPlane {
     pub limit: f64,
 }
 
+/// A half plane around the centre of all boxes, in single precision; it holds all of the one that it was made of.
+#[derive(Debug, Clone, Copy, Default)]
+struct Rounded {
+    axis: [f32; 2],
+    limit: f32,
+}
+
+/// Half planes of a region: a leg has six, a view three.
+type Region = SmallVec<[Rounded; 6]>;
+
+/// Part of its two terms that rounding may take from a sum of products in [`Node::meets`]: half a unit in the last place for the bound
+/// of a box, the axis, the product and the sum each, and one half to spare. A difference keeps its sign.
+const ROUNDING: f64 = 5.0 / (1 << 24) as f64;
+
 /// Walls selected by a search.
 pub(crate) type Selected = SmallVec<[u32; 64]>;
 
@@ -35,6 +50,9 @@ pub(crate) type Selected = SmallVec<[u32; 64]>;
 #[derive(Debug, Clone)]
 pub(crate) struct WallIndex {
     bvh: Bvh,
+    /// Centre of all boxes, and the largest coordinate of one around it.
+    centre: DVec2,
+    reach: f64,
     /// Walls, neighbours side by side.
     walls: Vec<u32>,
     /// The boxes of `walls`, then of each level those of the nodes below, up to a single node.
@@ -52,8 +70,12 @@ impl WallIndex {
             .iter()
             .map(|w| Aabb::new(w.a.min(w.b) - margin, w.a.max(w.b) + margin))
             .collect();
+        let all = merged(&boxes).unwrap_or(Aabb::new(DVec2::ZERO, DVec2::ZERO));
+        let centre = all.center();
         let mut index = Self {
             bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes),
+            centre,
+            reach: all.half_extents().max_element(),
             walls: Vec::new(),
             levels: Vec::new(),
         };
@@ -65,7 +87,11 @@ impl WallIndex {
                 true
             },
         );
-        boxes = order.iter().map(|&wall| boxes[wall as usize]).collect();
+        boxes = order
+            .iter()
+            .map(|&wall| boxes[wall as usize])
+            .map(|b| Aabb::new(b.mins - centre, b.maxs - centre))
+            .collect();
         index.walls = order;
         while index.levels.last().is_none_or(|level| level.len() > 1) {
             let level: Vec<Node> = boxes.chunks(LANES).map(Node::new).collect();
@@ -102,10 +128,29 @@ impl WallIndex {
     pub fn select(&self, region: &[HalfPlane], out: &mut Selected) {
         out.clear();
         if !self.levels.is_empty() {
-            select(&self.levels, region, out);
+            let region: Region = region.iter().map(|half| self.rounded(half)).collect();
+            select(&self.levels, &region, out);
         }
         for place in out {
             *place = self.walls[*place as usize];
+        }
+    }
+
+    /// Rounds a half plane so that no box in it is found outside. Its axis is scaled: single precision knows no number below 1e-45.
+    #[inline]
+    fn rounded(&self, &HalfPlane { axis, limit }: &HalfPlane) -> Rounded {
+        let largest = axis.abs().max_element();
+        let scale = if largest.is_normal() {
+            1.0 / largest
+        } else {
+            1.0
+        };
+        let axis = axis * scale;
+        let limit = limit * scale - axis.dot(self.centre);
+        let slack = ROUNDING * self.reach * (axis.x.abs() + axis.y.abs());
+        Rounded {
+            axis: [axis.x as f32, axis.y as f32],
+            limit: ((limit - slack) as f32).next_down(),
         }
     }
 }
@@ -118,11 +163,11 @@ fn merged(boxes: &[Aabb]) -> Option<Aabb> {
 impl Node {
     /// A node of up to so many boxes; the rest are inside out, in no half plane.
     fn new(boxes: &[Aabb]) -> Self {
-        let mut bounds = [[[f64::MAX; LANES]; 2], [[f64::MIN; LANES]; 2]];
+        let mut bounds = [[[f32::MAX; LANES]; 2], [[f32::MIN; LANES]; 2]];
         for (i, b) in boxes.iter().enumerate() {
             for (bounds, corner) in bounds.iter_mut().zip([b.mins, b.maxs]) {
-                bounds[0][i] = corner.x;
-                bounds[1][i] = corner.y;
+                bounds[0][i] = corner.x as f32;
+                bounds[1][i] = corner.y as f32;
             }
         }
         Self(bounds)
@@ -130,28 +175,27 @@ impl Node {
 
     /// A bit for each box that has a point in each of the half planes.
     #[inline(always)]
-    fn meets(&self, region: &[HalfPlane]) -> u16 {
-        let mut least = [f64::INFINITY; LANES];
-        for &HalfPlane { axis, limit } in region {
+    fn meets(&self, region: &[Rounded]) -> u16 {
+        let mut least = [f32::INFINITY; LANES];
+        for &Rounded { axis, limit } in region {
             // The bounds of a box that lie farthest inside.
-            let x = &self.0[usize::from(axis.x > 0.0)][0];
-            let y = &self.0[usize::from(axis.y > 0.0)][1];
+            let [x, y] = [0, 1].map(|i| &self.0[usize::from(axis[i] > 0.0)][i]);
             for ((least, x), y) in least.iter_mut().zip(x).zip(y) {
-                let above = axis.x * x + axis.y * y - limit;
+                let above = axis[0] * x + axis[1] * y - limit;
                 *least = if above < *least { above } else { *least };
             }
         }
         // Signs as integers, which compilers gather with vectors.
         let mut outside = 0;
         for (i, above) in least.into_iter().enumerate() {
-            outside |= (above.to_bits() >> 63) << i;
+            outside |= (above.to_bits() >> 31) << i;
         }
         !outside as u16
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn select(levels: &[Vec<Node>], region: &[HalfPlane], out: &mut Selected) {
+fn select(levels: &[Vec<Node>], region: &[Rounded], out: &mut Selected) {
     let mut open: SmallVec<[(u32, u32); 64]> = SmallVec::new();
     open.push((levels.len() as u32 - 1, 0));
     while let Some((level, node)) = open.pop() {
@@ -170,7 +214,7 @@ fn select(levels: &[Vec<Node>], region: &[HalfPlane], out: &mut Selected) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{CityConfig, Scene};
+    use crate::scene::{CityConfig, Footprint, Scene};
 
     #[test]
     fn every_wall_with_an_end_in_the_region_is_selected() {
@@ -205,5 +249,33 @@ mod tests {
         }
         assert!(counts.iter().all(|&count| count < walls.len()));
         assert!(counts.iter().any(|&count| count < walls.len() / 4));
+    }
+
+    #[test]
+    fn walls_that_end_on_a_border_are_selected_far_from_the_origin_and_for_any_length_of_the_axis()
+    {
+        let ring = [(0.0, 0.0), (40.0, 0.0), (47.0, 31.0), (3.0, 22.0)];
+        for far in [0.0, 3e5, 7e6] {
+            let footprints: Vec<Footprint> = (0..400)
+                .map(|n| DVec2::new(f64::from(n % 20), f64::from(n / 20)) * 64.0)
+                .map(|place| {
+                    ring.map(|(x, y)| place + DVec2::new(far + x, y - far))
+                        .to_vec()
+                })
+                .map(Footprint::new)
+                .collect();
+            let scene = Scene::new(&footprints, None).unwrap();
+            let mut selected = Selected::new();
+            for (id, wall) in (0..).zip(scene.walls()) {
+                for length in [1e-60, 1.0, 1e60] {
+                    let axis = DVec2::from_angle(f64::from(id) * 0.7) * length;
+                    let ends = [wall.a, wall.b].map(|end| axis.dot(end));
+                    let limit = ends[0].max(ends[1]);
+                    let half = HalfPlane { axis, limit };
+                    scene.index().select(&[half], &mut selected);
+                    assert!(selected.contains(&id), "wall {id} of a scene at {far} m");
+                }
+            }
+        }
     }
 }
