@@ -39,9 +39,10 @@ struct Rounded {
 /// Half planes of a region: a leg has six, a view three.
 type Region = SmallVec<[Rounded; 6]>;
 
-/// Part of its two terms that rounding may take from a sum of products in [`Node::meets`]: half a unit in the last place for the bound
-/// of a box, the axis, the product and the sum each, and one half to spare. A difference keeps its sign.
-const ROUNDING: f64 = 5.0 / (1 << 24) as f64;
+/// Part of its two terms that rounding may take from a sum in [`Node::meets`], in halves of a unit in the last place: one each for the
+/// bounds of boxes, the axis and the products, three for taking away a limit of up to twice the terms (beyond that no sign is in
+/// doubt), and one to spare. A sum of two keeps its sign.
+const ROUNDING: f64 = 7.0 / (1 << 24) as f64;
 
 /// Walls selected by a search.
 pub(crate) type Selected = SmallVec<[u32; 64]>;
@@ -179,9 +180,11 @@ impl Node {
         let mut least = [f32::INFINITY; LANES];
         for &Rounded { axis, limit } in region {
             // The bounds of a box that lie farthest inside.
-            let [x, y] = [0, 1].map(|i| &self.0[usize::from(axis[i] > 0.0)][i]);
+            let x = &self.0[usize::from(axis[0] > 0.0)][0];
+            let y = &self.0[usize::from(axis[1] > 0.0)][1];
+            // Taking the limit from one product alone, compilers keep both apart and load them as they lie.
             for ((least, x), y) in least.iter_mut().zip(x).zip(y) {
-                let above = axis[0] * x + axis[1] * y - limit;
+                let above = (axis[0] * x - limit) + axis[1] * y;
                 *least = if above < *least { above } else { *least };
             }
         }
