@@ -20,6 +20,8 @@ pub struct Overview {
     pub interactions: u64,
     /// Size of the arrays \[bytes\].
     pub bytes: u64,
+    /// Links that were wanted, and not made because their transmitter reaches too few points.
+    pub missing_links: u64,
     /// Links by their state.
     pub status: BTreeMap<String, u64>,
     /// Paths of the trace, stored or not, if the maps tell them.
@@ -49,6 +51,7 @@ impl Overview {
                     *peaks.entry(number).or_default() += count;
                 }
             }
+            sums.missing_links += map.statistics["missing_links"].as_u64().unwrap_or(0);
             if let Some(paths) = map.statistics["paths"].as_u64() {
                 *sums.traced_paths.get_or_insert(0) += paths;
             }
@@ -82,6 +85,7 @@ impl Overview {
                 "statistics": map.statistics,
             })).collect::<Vec<_>>(),
             "links": self.links,
+            "missing_links": self.missing_links,
             "status": self.status,
             "stored_paths": self.paths,
             "stored_interactions": self.interactions,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Error, Result, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use aps_data::npy::{self, Element};
 use aps_data::{Part, PartialFile};
 use aps_model::condition::{ConditionConfig, InputKind};
@@ -176,13 +176,15 @@ pub fn advised(error: map2aps::Error) -> Error {
             Error::new(error).context("give --model")
         }
         map2aps::Error::Training(TrainingError::OtherLabels { difference, .. }) => {
-            let option = match difference.learnt.as_str() {
-                Some(protocol) => format!("--protocol {protocol}"),
-                None => "--array, --elements and --spacing".into(),
-            };
-            Error::new(error).context(format!(
-                "make the labels anew with `relabel`, or the data set where it stores no paths, {option}"
-            ))
+            let protocol = difference
+                .learnt
+                .as_str()
+                .map(|p| format!("--protocol {p}"));
+            let options = protocol.unwrap_or("--array, --elements and --spacing".into());
+            anyhow!(
+                "{:#}; a data set that stores paths is labelled anew by `relabel` with {options}",
+                Error::new(error)
+            )
         }
         map2aps::Error::Map(MapError::NoScene(_)) => Error::new(error).context("--maps"),
         _ => error.into(),

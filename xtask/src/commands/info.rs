@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::Result;
-use aps_data::{Layout, MapEntry, Part, Precision, ProfileLayout, Survey};
+use aps_data::{Layout, MapEntry, Part, Plan, Precision, ProfileLayout, Survey};
 use aps_label::MeanStd;
 use indicatif::{DecimalBytes, HumanCount};
 use map2aps::Overview;
@@ -54,7 +54,9 @@ impl Args {
 
     /// Command that continues an unfinished data set, if its folder holds the plan.
     fn command(&self, survey: &Survey) -> Option<String> {
-        let plan = survey.plan.as_ref().filter(|_| survey.manifest.is_none())?;
+        // A plan of a program that is no command line has no command.
+        let is_left = |plan: &&Plan| survey.manifest.is_none() && !plan.command.is_empty();
+        let plan = survey.plan.as_ref().filter(is_left)?;
         let out = ["--out".into(), self.dataset.display().to_string()];
         Some(command_line::shown(plan.command.iter().cloned().chain(out)))
     }
@@ -75,7 +77,11 @@ fn write(facts: &Overview, survey: &Survey, out: &mut impl Write) -> io::Result<
     }
     let count = |n: u64| HumanCount(n).to_string();
     let links = count(facts.links);
-    writeln!(out, "links  {links:>14}{}", each(&survey.maps))?;
+    let missing = match facts.missing_links {
+        0 => String::new(),
+        n => format!("; {} missing: too few points are reached", count(n)),
+    };
+    writeln!(out, "links  {links:>14}{}{missing}", each(&survey.maps))?;
     let share = |n: u64| 100.0 * n as f64 / facts.links.max(1) as f64;
     let valid = facts.valid();
     let others = facts.status.iter().filter(|(name, _)| *name != "valid");

@@ -130,8 +130,9 @@ impl<'a> Explanation<'a> {
             let side = match (cause, lobe.side) {
                 (Some(_), Side::Mirror) => "mirror image",
                 (Some(_), Side::Grating) => "grating lobe",
-                (Some(_), Side::Own) if self.has_mirrors => "where it comes from",
-                _ => "\u{2013}",
+                (Some(_), Side::Sidelobe) => "sidelobe",
+                (Some(_), Side::Own) => "where it comes from",
+                (None, _) => "\u{2013}",
             };
             let mirror_deg = lobe.mirror_deg().filter(|_| self.has_mirrors);
             let twin = match (lobe.twin, mirror_deg) {
@@ -198,12 +199,12 @@ pub const PATH_COLUMNS: [&str; 9] = [
     "in the released label",
 ];
 
-/// A path's number, with a prime at its mirror lobe, and two at a grating lobe.
+/// A path's number, with a prime at its mirror lobe, and two at a grating lobe or a sidelobe.
 fn badge_text(number: usize, side: Side) -> String {
     let primes = match side {
         Side::Own => "",
         Side::Mirror => "\u{2032}",
-        Side::Grating => "\u{2033}",
+        Side::Grating | Side::Sidelobe => "\u{2033}",
     };
     format!("{number}{primes}")
 }

@@ -48,7 +48,7 @@ impl Explained<'_> {
         let caption_spectrum = format!(
             "The spectrum under the {} protocol, and dashed under the other. A disc marks the lobe of a path where the path \
              comes from, a ring with a prime its mirror image, with two primes a grating lobe, where the elements of the array \
-             cannot tell the path's phases from those of another direction; a question mark a lobe that no single path \
+             cannot tell the path's phases from those of another direction, or a sidelobe; a question mark a lobe that no single path \
              explains. Stems are as high as their path is strong.",
             e.spectrum.protocol
         );

@@ -17,6 +17,13 @@ const LEADING: f64 = 0.2;
 /// Lobes are mirror images when they are this near to it, two bins \[deg\].
 const MIRROR_TOLERANCE_DEG: f64 = 4.1;
 
+/// Where a circular array answers a path with at least this part of its largest response, there is its main lobe: sidelobes of 16
+/// elements reach 0.3.
+const MAIN_LOBE: f64 = 0.4;
+
+/// The maximum of a lobe lies at the nearest bin, which of a narrow one may be half a lobe away \[deg\].
+const BIN_DEG: f64 = 2.0;
+
 /// Losses of the released label are told up to here \[dB\].
 const MOST_LOSS_DB: f64 = 200.0;
 
@@ -29,15 +36,18 @@ pub enum Side {
     Mirror,
     /// A grating lobe: between elements of a linear array the path has other phases there, by whole turns.
     Grating,
+    /// A sidelobe of a circular array: it answers the path there, though weaker.
+    Sidelobe,
 }
 
 impl Side {
-    /// `own`, `mirror` or `grating`.
+    /// `own`, `mirror`, `grating` or `sidelobe`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Own => "own",
             Self::Mirror => "mirror",
             Self::Grating => "grating",
+            Self::Sidelobe => "sidelobe",
         }
     }
 
@@ -48,7 +58,9 @@ impl Side {
             ..
         } = array
         else {
-            return Self::Own;
+            let response = array.power_response(angle_deg.to_radians(), own_deg.to_radians());
+            let is_main = response >= MAIN_LOBE || apart_deg(angle_deg, own_deg) <= BIN_DEG;
+            return if is_main { Self::Own } else { Self::Sidelobe };
         };
         let [there, own] = [angle_deg, own_deg].map(|deg| deg.to_radians().sin());
         if (spacing_wavelengths * (there - own)).abs() > 0.5 {
@@ -239,7 +251,7 @@ mod tests {
                     let expected = match lobe.side {
                         Side::Own => own,
                         Side::Mirror => mirror_deg(own),
-                        Side::Grating => panic!("{lobe:?}"),
+                        Side::Grating | Side::Sidelobe => panic!("{lobe:?}"),
                     };
                     assert!(
                         apart_deg(lobe.angle_deg, expected) <= 1.1,
@@ -311,6 +323,7 @@ mod tests {
                     Side::Own => own,
                     Side::Mirror => mirror_deg(own),
                     Side::Grating => -90.0 * own.signum(),
+                    Side::Sidelobe => panic!("{lobe:?}"),
                 };
                 assert!(apart_deg(lobe.angle_deg, expected) < 3.0, "{lobe:?}");
                 let has_twin = lobe.side != Side::Grating;
@@ -340,20 +353,27 @@ mod tests {
     }
 
     #[test]
-    fn a_circular_array_has_no_mirrors() {
-        let config = LabelConfig {
-            array: Array::UniformCircular {
-                elements: 16,
-                radius_wavelengths: 1.0,
-            },
-            ..LabelConfig::paper()
-        };
-        let (_, lobes) = explain(&config, &[sample(300.0, 20.0, -80.0)]);
-        assert!(
-            lobes
-                .iter()
-                .all(|l| l.side == Side::Own && l.twin.is_none())
-        );
+    fn a_circular_array_has_sidelobes_and_no_mirrors() {
+        // On the larger circle, elements are half a wavelength apart, and a path has a second dominant peak at its back.
+        for (radius_wavelengths, sidelobes) in [(1.0, 0), (4.0 / std::f64::consts::PI, 1)] {
+            let config = LabelConfig {
+                array: Array::UniformCircular {
+                    elements: 16,
+                    radius_wavelengths,
+                },
+                ..LabelConfig::paper()
+            };
+            let (_, lobes) = explain(&config, &[sample(300.0, 20.0, -80.0)]);
+            let is_own = |l: &&Lobe| l.side == Side::Own;
+            let own: Vec<&Lobe> = lobes.iter().filter(is_own).collect();
+            assert_eq!((own.len(), lobes.len()), (1, 1 + sidelobes), "{lobes:?}");
+            let is_there = apart_deg(
+                own[0].angle_deg,
+                angle_deg(20_f64.to_radians(), Protocol::Paper),
+            );
+            assert!(is_there <= BIN_DEG, "{lobes:?}");
+            assert!(lobes.iter().all(|l| l.twin.is_none()));
+        }
     }
 
     #[test]

@@ -21,15 +21,8 @@ pub const LIMITS: [&str; 3] = ["D0", "D1", "D2"];
 pub const RANGES: &str = "dynamic range";
 pub const FAR: &str = "far limits";
 
-/// Far limits, traced with a dynamic range that labels need no more of.
-const FAR_SETTING: (usize, usize) = (5, 2);
-/// In words.
-pub const FAR_LIMITS: &str = "R5 D2";
-/// Their dynamic range \[dB\].
-pub const FAR_RANGE_DB: f64 = 30.0;
-
 impl Setting {
-    /// The sweep: limits, then the dynamic range at the default limits, then a short one inside far ones.
+    /// The sweep: limits, then the dynamic range at the default limits, then at the converged ones.
     pub fn sweep(profile: Profile) -> Vec<Self> {
         let mut sweep = Vec::new();
         let most = profile.choose(1, 2);
@@ -61,14 +54,13 @@ impl Setting {
                 ..of_default
             },
         });
-        if profile.choose(false, true) {
-            let (reflections, diffractions) = FAR_SETTING;
+        for range_db in profile.choose(vec![], vec![10.0, 15.0, 20.0, 25.0, 30.0]) {
             sweep.push(Self {
                 group: FAR,
-                name: format!("{FAR_LIMITS}, {FAR_RANGE_DB} dB"),
+                name: format!("R5 D2, {range_db} dB"),
                 config: TraceConfig {
-                    dynamic_range_db: Some(FAR_RANGE_DB),
-                    ..TraceConfig::within(reflections, diffractions)
+                    dynamic_range_db: Some(range_db),
+                    ..TraceConfig::converged()
                 },
             });
         }
