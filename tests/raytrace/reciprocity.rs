@@ -8,7 +8,7 @@ use aps_raytrace::scene::Location;
 use aps_raytrace::{Footprint, Link, Material, Scene, TraceConfig, Tracer};
 use aps_tests::links::{by_sequence, outdoor_points, strongest, with_chains};
 use aps_tests::maps::real_cities;
-use aps_tests::shapes::{city_scene, rectangle, scene};
+use aps_tests::shapes::{city_scene, points, rectangle, ring, scene};
 use proptest::prelude::*;
 
 /// Paths weaker than the strongest by more than this \[dB\] are sums that cancel: their gain is
@@ -262,6 +262,76 @@ fn chains_of_equal_strength_are_chosen_alike() {
     }
     tally.print("half turn, chains only");
     assert!(tally.fallbacks > 100);
+}
+
+/// Millimetres from the corners of turned houses, images lie next to the tips of windows: no wave goes from one outer face of
+/// a corner to the other, whichever end is asked.
+#[test]
+fn terminals_at_the_corners_of_turned_houses() {
+    let mut tally = Tally::default();
+    for i in 0..300 {
+        let turned = |p: DVec2| DVec2::from_angle(0.3 + 0.37 * f64::from(i)).rotate(p);
+        let house = ring([0.0, 20.0], [0.0, 20.0]).into_iter().map(turned);
+        let house: Vec<DVec2> = house.collect();
+        let scene = scene(&[Footprint::new(house.clone())]);
+        let is_outdoor = |p: &DVec2| scene.locate(*p) == Location::Outdoor;
+        let around = |n: usize, distance: f64| {
+            let angle = f64::from(17 * i) + 2.4 * n as f64;
+            house[n % 4] + DVec2::from_angle(angle) * distance
+        };
+        let near = (0..24).map(|n| around(n, 1.5e-3 * (1 + n / 4) as f64));
+        let far = (0..24).map(|n| around(n, 60.0));
+        let [near, far]: [Vec<DVec2>; 2] = [
+            near.filter(is_outdoor).collect(),
+            far.filter(is_outdoor).collect(),
+        ];
+        tally.check(&scene, &with_chains(), [&near, &far]);
+    }
+    // A triangle whose first corner the first terminal is next to.
+    let triangle =
+        points("37,7 18.221724974492243,0.11694929072931615 43.88305070927068,-11.77827502550776");
+    let near = DVec2::new(37.00118068094506, 7.001049610995466);
+    let far = DVec2::new(88.70841580387524, 52.960338871687895);
+    tally.check(
+        &scene(&[Footprint::new(triangle)]),
+        &with_chains(),
+        [&[near], &[far]],
+    );
+    tally.print("next to corners, R <= 2, D <= 1");
+    assert!(tally.links > 50_000);
+}
+
+/// Where houses touch at corners, a wave around a corner of one side does not leave it on the other.
+#[test]
+fn houses_that_touch_at_corners() {
+    let mut state = 5_u32;
+    let mut below = |limit: i32| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as i32 % limit
+    };
+    let straight = TraceConfig {
+        max_reflections: 0,
+        ..two_diffractions()
+    };
+    let mut tally = Tally::default();
+    for _ in 0..60 {
+        let mut corner = || DVec2::new((8 * below(4)).into(), (8 * below(4)).into());
+        let triangles = (0..6).map(|_| [corner(), corner(), corner()]);
+        let triangles = triangles.filter(|&[a, b, c]| (b - a).perp_dot(c - a) != 0.0);
+        let houses: Vec<Footprint> = triangles.map(Footprint::new).collect();
+        let scene = scene(&houses);
+        let points: Vec<DVec2> = (0..64)
+            .map(|i| DVec2::new((6 * (i % 8) - 9).into(), (6 * (i / 8) - 9).into()))
+            .filter(|&p| scene.locate(p) == Location::Outdoor)
+            .step_by(3)
+            .collect();
+        let (near, far) = points.split_at(points.len() / 2);
+        for config in [&straight, &two_diffractions()] {
+            tally.check(&scene, config, [near, far]);
+        }
+    }
+    tally.print("touching houses, R <= 1, D <= 2");
+    assert!(tally.links > 3_000);
 }
 
 proptest! {

@@ -15,7 +15,7 @@ use smallvec::SmallVec;
 
 use crate::images::{ImageTree, NO_PARENT};
 use crate::material::Reflector;
-use crate::occlusion::Stretch;
+use crate::occlusion::{Stretch, is_at_or_behind};
 use crate::path::{Interaction, InteractionKind};
 use crate::scene::Scene;
 
@@ -65,7 +65,14 @@ pub(crate) fn resolve(
         let wall = &scene.walls()[reflected.wall as usize];
         let source = match reflected.parent {
             NO_PARENT => from,
-            parent => tree.images[parent as usize].point,
+            parent => {
+                let before = &tree.images[parent as usize];
+                // Rounding lets a wave at the tip of a corner go from one of its outer faces to the other.
+                if is_at_or_behind(scene.walls(), reflected.wall, before.wall) {
+                    return None;
+                }
+                before.point
+            }
         };
         let (source_along, source_out) = wall.frame(source);
         let (target_along, target_out) = wall.frame(target);

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use crate::error::ConfigError;
 use crate::legs::{Corners, NEAREST_M};
-use crate::predicates::orient;
 use crate::scene::Scene;
 use crate::wedge::{Ray, Wedge};
 
@@ -56,8 +55,8 @@ impl CornerGraph {
             .map(|(from, near)| {
                 let is_seen = |far: &Wedge| {
                     near.point.distance(far.point) >= NEAREST_M
-                        && !is_behind_walls(scene, near, far)
-                        && !is_behind_walls(scene, far, near)
+                        && !near.is_inside(far.point)
+                        && !far.is_inside(near.point)
                         && !scene.is_blocked(near.point, far.point, [None; 2])
                 };
                 let others = (from + 1..wedges.len()).filter(|&to| is_seen(&wedges[to]));
@@ -142,14 +141,6 @@ impl CornerGraph {
         let degree = self.leaving(c as u32).len();
         &self.turns[self.first_turn[c] + i * degree..][..degree]
     }
-}
-
-/// Tells if corner `far` lies strictly between the walls of corner `near`, so that the line between the two begins inside of
-/// its building: most pairs of a round building, decided by signs alone.
-fn is_behind_walls(scene: &Scene, near: &Wedge, far: &Wedge) -> bool {
-    let wall = &scene.walls()[near.id as usize];
-    let previous = &scene.walls()[wall.previous as usize];
-    orient(wall.a, wall.b, far.point) > 0.0 && orient(previous.a, wall.a, far.point) > 0.0
 }
 
 /// A factor between 1 and 1 + 1e-9, each corner its own. In a symmetric scene two chains can be

@@ -31,6 +31,8 @@ pub(crate) struct Sight {
 /// A look around from a point.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Outlook {
+    /// The point \[m\].
+    pub from: DVec2,
     sweep: Sweep,
     /// The parts of walls that it sees, one window a wall, by wall id.
     windows: Vec<Window>,
@@ -48,6 +50,7 @@ impl Outlook {
 
     /// Looks around from another outdoor point.
     pub fn look(&mut self, scene: &Scene, from: DVec2) {
+        self.from = from;
         let (sweep, windows) = (&mut self.sweep, &mut self.windows);
         windows.clear();
         self.nearest.clear();
@@ -71,17 +74,18 @@ impl Outlook {
         self.windows.retain(|window| !is_hidden(window));
     }
 
-    /// The walls that it sees from `from`, where it was taken, by id.
-    pub fn sights(&self, scene: &Scene, from: DVec2) -> Vec<Sight> {
+    /// The walls that it sees, by id.
+    pub fn sights(&self, scene: &Scene) -> Vec<Sight> {
         let windows = self.windows.iter();
         windows
-            .map(|&window| Sight::new(scene, from, window))
+            .map(|&window| Sight::new(scene, self.from, window))
             .collect()
     }
 
-    /// Tells if it sees a point from `from`, where it was taken.
+    /// Tells if it sees a point.
     #[inline]
-    pub fn sees(&self, scene: &Scene, from: DVec2, to: DVec2) -> bool {
+    pub fn sees(&self, scene: &Scene, to: DVec2) -> bool {
+        let from = self.from;
         // The nearest wall in that direction decides most cases, without a search for others.
         !scene.is_blocked_by(from, to, self.nearest(to - from))
             && !scene.is_blocked(from, to, [None; 2])
@@ -149,7 +153,6 @@ impl ImageTree {
     /// The order at which more than `max_images` would be stored.
     pub fn build(
         scene: &Scene,
-        from: DVec2,
         max_order: usize,
         max_images: usize,
         outlook: &mut Outlook,
@@ -162,7 +165,7 @@ impl ImageTree {
         };
         let mut next_level = Vec::new();
         let limit = max_images.min(NO_PARENT as usize);
-        tree.add(scene, from, NO_PARENT, &level, limit)
+        tree.add(scene, outlook.from, NO_PARENT, &level, limit)
             .ok_or(1_usize)?;
         let mut begin = 0;
         for order in 2..=max_order {

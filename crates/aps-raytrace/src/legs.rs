@@ -42,9 +42,9 @@ impl Corners {
                     let wall = &scene.walls()[window.wall as usize];
                     [window.lo, window.hi]
                         .iter()
-                        .all(|&s| wedge.is_inside(wall.a + wall.along() * s - wedge.point))
+                        .all(|&s| wedge.is_inside(wall.a + wall.along() * s))
                 });
-                outlook.sights(scene, wedge.point)
+                outlook.sights(scene)
             })
             .collect();
         let sights = SightsByWall::new(&sights, scene.walls().len());
@@ -100,28 +100,32 @@ pub(crate) struct Legs {
 }
 
 impl Legs {
-    /// Finds them: `tree` holds the images of `from`, `outlook` was taken there. `None` if they take more than `max_bytes`.
+    /// Finds them: `tree` holds the images of the point where `outlook` was taken, `own` is the corner that it is, if it is one.
+    /// `None` if they take more than `max_bytes`.
     pub fn find(
         scene: &Scene,
         reflectors: &[Reflector],
         corners: &Corners,
-        from: DVec2,
+        own: Option<&Wedge>,
         outlook: &Outlook,
         tree: &ImageTree,
         max_bytes: usize,
     ) -> Option<Self> {
         let mut found = Self::default();
+        let from = outlook.from;
         let candidates = tree.candidates(&corners.sights);
         let mut candidates = candidates.into_iter().peekable();
+        let leaves = |chain: &Chain| own.is_none_or(|wedge| !wedge.is_inside(chain.far_image));
         for (c, wedge) in (0..).zip(&corners.wedges) {
             let first = found.legs.len() as u32;
             let to = wedge.point;
-            if from.distance(to) >= NEAREST_M && outlook.sees(scene, from, to) {
-                found.push(c, wedge, from, Chain::direct(from, to));
+            let direct = Chain::direct(from, to);
+            if from.distance(to) >= NEAREST_M && leaves(&direct) && outlook.sees(scene, to) {
+                found.push(c, wedge, from, direct);
             }
             while let Some((_, image)) = candidates.next_if(|candidate| candidate.0 == c) {
                 let chain = chain::resolve(scene, reflectors, tree, image, from, to);
-                if let Some(chain) = chain {
+                if let Some(chain) = chain.filter(leaves) {
                     found.push(c, wedge, tree.images[image as usize].point, chain);
                 }
                 if found.bytes() > max_bytes {
@@ -151,7 +155,7 @@ impl Legs {
 
     fn push(&mut self, corner: u32, wedge: &Wedge, seen_at: DVec2, chain: Chain) {
         // Through the gap between two buildings that touch at the corner.
-        if wedge.is_inside(seen_at - wedge.point) {
+        if wedge.is_inside(seen_at) {
             return;
         }
         let ray = wedge.ray(seen_at);

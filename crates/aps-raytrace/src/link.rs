@@ -90,7 +90,7 @@ fn reflect(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, paths: &mut Vec<PathR
         let gain = chain.coefficient * map.friis.gain(chain.length_m);
         PathRecord::new(from, to, chain.reflections, chain.length_m, gain)
     };
-    if tx.outlook.sees(&map.local, from, to) {
+    if tx.outlook.sees(&map.local, to) {
         paths.push(record(Chain::direct(from, to)));
     }
     tx.images.for_each_candidate(&rx.sights, |image| {

@@ -14,6 +14,7 @@ use crate::legs::{Corners, Legs};
 use crate::material::{Reflector, SPEED_OF_LIGHT_M_PER_S};
 use crate::scene::Scene;
 use crate::slope::Slopes;
+use crate::wedge::Wedge;
 
 /// A scene prepared for one configuration.
 #[derive(Debug, Clone)]
@@ -98,11 +99,11 @@ impl<'s> Map<'s> {
             .slope_diffraction
             .then_some(Slopes { wavelength_m });
         let between = Between::find(&self.corners, slopes, limit, |corner| {
-            let from = self.corners.wedges[corner].point;
-            let mut outlook = Outlook::from(&self.local, from);
-            let images = self.images(from, &mut outlook);
+            let wedge = &self.corners.wedges[corner];
+            let mut outlook = Outlook::from(&self.local, wedge.point);
+            let images = self.images(&mut outlook);
             let images = images.map_err(ConfigError::Corner)?;
-            Ok(self.legs(from, &outlook, &images))
+            Ok(self.legs(Some(wedge), &outlook, &images))
         })?;
         between.ok_or(ConfigError::TooManyWaves {
             what: "waves between corners",
@@ -120,23 +121,25 @@ impl<'s> Map<'s> {
     }
 
     /// Images of a point from a look around there.
-    pub fn images(&self, from: DVec2, outlook: &mut Outlook) -> Result<ImageTree, TerminalError> {
+    pub fn images(&self, outlook: &mut Outlook) -> Result<ImageTree, TerminalError> {
+        let from = outlook.from;
         let (max_order, limit) = (self.config.reflection_limit(), self.config.max_images);
         let too_many = |order| TerminalError::TooManyImages {
             position: from + self.origin,
             order,
             limit,
         };
-        ImageTree::build(&self.local, from, max_order, limit, outlook).map_err(too_many)
+        ImageTree::build(&self.local, max_order, limit, outlook).map_err(too_many)
     }
 
-    /// Legs of a point from a look around there and its images. `None` if they take more memory than allowed.
-    pub fn legs(&self, from: DVec2, outlook: &Outlook, images: &ImageTree) -> Option<Legs> {
+    /// Legs of a point from a look around there and its images; `own` is the corner that it is, if it is one. `None` if they take
+    /// more memory than allowed.
+    pub fn legs(&self, own: Option<&Wedge>, outlook: &Outlook, images: &ImageTree) -> Option<Legs> {
         Legs::find(
             &self.local,
             &self.reflectors,
             &self.corners,
-            from,
+            own,
             outlook,
             images,
             self.config.max_wave_bytes,

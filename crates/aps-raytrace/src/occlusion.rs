@@ -65,7 +65,7 @@ impl Stretch {
 /// the same wall, or the next one around a convex corner, all of which lies behind. At a sharp
 /// corner rounding of the leg's end may reach across the next one.
 #[inline]
-fn is_at_or_behind(walls: &[Wall], id: u32, skip: u32) -> bool {
+pub(crate) fn is_at_or_behind(walls: &[Wall], id: u32, skip: u32) -> bool {
     let wall = &walls[id as usize];
     id == skip
         || (wall.previous == skip && is_convex(walls, id))

@@ -50,7 +50,7 @@ impl Transmitter {
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
         let mut outlook = Outlook::from(&map.local, place);
-        let images = map.images(place, &mut outlook)?;
+        let images = map.images(&mut outlook)?;
         let legs = legs(map, given, courtyard, &outlook, &images)?;
         let of = Sources {
             corners: &map.corners,
@@ -106,11 +106,11 @@ impl Receiver {
         let sights = if map.config.reflection_limit() == 0 {
             Vec::new()
         } else {
-            outlook.sights(&map.local, place)
+            outlook.sights(&map.local)
         };
         // Legs need the receiver's own images; without corners there are no legs.
         let legs = if map.may_reach_corners(courtyard) {
-            let images = map.images(place, &mut outlook)?;
+            let images = map.images(&mut outlook)?;
             legs(map, given, courtyard, &outlook, &images)?
         } else {
             Legs::default()
@@ -149,7 +149,7 @@ fn legs(
     if !map.may_reach_corners(courtyard) {
         return Ok(Legs::default());
     }
-    let legs = map.legs(given - map.origin, outlook, images);
+    let legs = map.legs(None, outlook, images);
     legs.ok_or_else(|| too_many(map, given))
 }
 

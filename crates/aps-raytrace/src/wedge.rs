@@ -30,6 +30,8 @@ pub(crate) struct Wedge {
     /// Its corner id: the wall that starts here.
     pub id: u32,
     pub point: DVec2,
+    /// The far ends of both faces.
+    ends: [DVec2; 2],
     /// Along the 0-face and outward from it, not normalised.
     face_0: (DVec2, DVec2),
     /// Along the n-face, away from the corner, and outward from it, not normalised.
@@ -95,6 +97,7 @@ impl Wedge {
         Self {
             id,
             point: next.a,
+            ends: [next.b, previous.a],
             face_0: (next.along(), next.outward()),
             face_n: (-previous.along(), previous.outward()),
             n,
@@ -107,11 +110,11 @@ impl Wedge {
         }
     }
 
-    /// Returns true when a direction points strictly between the faces, away from the street: into
-    /// the building, or into the gap between two buildings that touch here.
-    pub fn is_inside(&self, direction: DVec2) -> bool {
-        let inward = |face: (DVec2, DVec2)| direction.dot(face.1) < 0.0;
-        inward(self.face_0) && inward(self.face_n)
+    /// Returns true when the way to a place begins strictly between the faces, away from the street: in
+    /// the building, or in the gap between two buildings that touch here.
+    pub fn is_inside(&self, place: DVec2) -> bool {
+        let [end_0, end_n] = self.ends;
+        orient(self.point, end_0, place) > 0.0 && orient(end_n, self.point, place) > 0.0
     }
 
     /// The ray to a place: a terminal, another corner, or the image of one as seen from here.

@@ -177,7 +177,7 @@ fn in_sight(
     outlook: &Outlook,
     is_of_kind: impl Fn(&Corner) -> bool,
 ) -> impl Iterator<Item = (u32, f64)> {
-    let is_seen = move |corner: &Corner| outlook.sees(scene, from, corner.point);
+    let is_seen = move |corner: &Corner| outlook.sees(scene, corner.point);
     let all = (0..).zip(corners);
     let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner));
     seen.map(move |(c, corner)| (c, from.distance(corner.point)))
