@@ -55,8 +55,8 @@ pub struct TraceConfig {
     pub max_images: usize,
     /// Most memory \[bytes\] for each of these: the legs and waves of one terminal at corners, the
     /// legs between all corners, the graph of corners that see each other, the chains over it of one
-    /// transmitter. A bound where corners multiply them, as round buildings of many vertices do, or
-    /// many diffractions.
+    /// transmitter. What they hold is counted: while they grow they may take twice as much. A bound where corners multiply
+    /// them, as round buildings of many vertices do, or many diffractions.
     pub max_wave_bytes: usize,
 }
 

@@ -171,7 +171,9 @@ impl Tiling {
                 let corner = self.corner([column, row]);
                 let inside = |ring: &[DVec2]| area_inside(ring, corner, self.side_m);
                 let outer = inside(rings[0].1);
-                if outer <= 0.0 {
+                // Of a ring that crosses itself, parts of opposite sense may add up to nothing.
+                let has_corner = || rings[0].1.iter().any(|&p| self.is_within(p - corner));
+                if outer <= 0.0 && !has_corner() {
                     continue;
                 }
                 let yards: f64 = rings[1..].iter().map(|(_, hole)| inside(hole)).sum();
@@ -180,6 +182,11 @@ impl Tiling {
                 contents.built_m2 += (outer - yards).max(0.0);
             }
         }
+    }
+
+    /// Tells if a point lies inside of a tile, seen from its corner.
+    fn is_within(&self, p: DVec2) -> bool {
+        p.min_element() > 0.0 && p.max_element() < self.side_m
     }
 
     fn corner(&self, [column, row]: [u32; 2]) -> DVec2 {
@@ -362,6 +369,19 @@ mod tests {
         ];
         let u = u.map(DVec2::from);
         assert!((area_inside(&u, DVec2::ZERO, 100.0) - 2.0 * 30.0 * 20.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_ring_that_crosses_itself_is_in_its_tile() {
+        let bow_tie = [(10., 10.), (20., 20.), (20., 10.), (10., 20.)].map(DVec2::from);
+        let city = vec![
+            rectangle(0.0, 0.0, 5.0, 5.0),
+            Footprint::new(bow_tie),
+            rectangle(100.0, 0.0, 110.0, 5.0),
+        ];
+        let tiling = Tiling::new(city, 50.0).unwrap();
+        let tiles: Vec<usize> = tiling.ids(1).map(|id| tiling.contents(id).0).collect();
+        assert_eq!(tiles, [2, 1]);
     }
 
     #[test]
