@@ -6,6 +6,7 @@ use std::hash::{BuildHasher, Hasher};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use sha2::{Digest, Sha256};
 
@@ -143,12 +144,10 @@ pub(crate) struct PartialFolder {
 impl PartialFolder {
     /// Starts a folder that is to become `root/name`.
     pub fn create(root: &Path, name: &str) -> Result<Self, Error> {
-        // The process in the name keeps two shards apart that were both given the same map.
-        let path = root.join(format!(".{name}{PARTIAL}{}", std::process::id()));
-        if path.exists() {
-            // Left by a killed process with the same number as ours.
-            fs::remove_dir_all(&path).map_err(at(&path, "remove"))?;
-        }
+        static FOLDERS: AtomicU64 = AtomicU64::new(0);
+        // Two shards may both be given the same map, and so may two threads.
+        let number = FOLDERS.fetch_add(1, Ordering::Relaxed);
+        let path = root.join(format!(".{name}{PARTIAL}{:016x}-{number}", *WRITER));
         fs::create_dir(&path).map_err(at(&path, "create"))?;
         Ok(PartialFolder {
             path,
@@ -173,13 +172,10 @@ impl PartialFolder {
     pub fn remove_leftovers(root: &Path) -> Result<(), Error> {
         for name in names_in(root)? {
             let path = root.join(&name);
-            let is_partial = name.starts_with('.') && name.contains(PARTIAL);
-            if is_partial && name.starts_with(".map_") && path.is_dir() {
+            if is_partial(&name) && name.starts_with(".map_") && path.is_dir() {
                 fs::remove_dir_all(&path).map_err(at(&path, "remove"))?;
-            } else if is_partial && name.contains(".json")
-                || name.starts_with(&format!("{LOCK_FILE}."))
-            {
-                fs::remove_file(&path).map_err(at(&path, "remove"))?;
+            } else if is_partial(&name) && name.contains(".json") || is_lock_of_shard(&name) {
+                remove_file(&path)?;
             }
         }
         Ok(())
@@ -199,13 +195,27 @@ impl Drop for PartialFolder {
     }
 }
 
-/// The names of a folder's entries that are valid Unicode, sorted.
+fn is_partial(name: &str) -> bool {
+    name.starts_with('.') && name.contains(PARTIAL)
+}
+
+fn is_lock_of_shard(name: &str) -> bool {
+    name.strip_prefix(LOCK_FILE)
+        .is_some_and(|rest| rest.starts_with('.'))
+}
+
+/// Tells if a file or folder of this name is a lock, or under construction.
+pub(crate) fn is_passing(name: &str) -> bool {
+    name == LOCK_FILE || is_lock_of_shard(name) || is_partial(name)
+}
+
+/// The names of a folder's entries, sorted. What is not Unicode is replaced, so that such a name is none of ours.
 pub(crate) fn names_in(folder: &Path) -> Result<Vec<String>, Error> {
     let entries = fs::read_dir(folder).map_err(at(folder, "list"))?;
     let mut names = Vec::new();
     for entry in entries {
         let entry = entry.map_err(at(folder, "list"))?;
-        names.extend(entry.file_name().into_string());
+        names.push(entry.file_name().to_string_lossy().into_owned());
     }
     names.sort_unstable();
     Ok(names)

@@ -211,7 +211,7 @@ impl Manifest {
 
     fn problem(&self) -> Option<String> {
         let ids: Vec<u32> = self.maps.iter().map(|map| map.id).collect();
-        if let Some(problem) = self.layout.problem() {
+        if let Some(problem) = config_problem(&self.layout, &self.configuration) {
             Some(problem.into())
         } else if !ids.is_sorted_by(|a, b| a < b) {
             Some("maps are not in ascending order".into())
@@ -252,7 +252,7 @@ impl MapManifest {
     fn problem(&self, id: u32) -> Option<String> {
         if self.map.id != id {
             Some(format!("it describes map {}", self.map.id))
-        } else if let Some(problem) = self.layout.problem() {
+        } else if let Some(problem) = config_problem(&self.layout, &self.configuration) {
             Some(problem.into())
         } else {
             self.map.problem(&self.layout)
@@ -367,6 +367,14 @@ impl Totals {
             }
         }
         Some(totals)
+    }
+}
+
+/// Describes the fault of the settings of a data set; `None` if there is none.
+pub(crate) fn config_problem(layout: &Layout, configuration: &Value) -> Option<&'static str> {
+    match configuration {
+        Value::Object(_) | Value::Null => layout.problem(),
+        _ => Some("the configuration must be a JSON object"),
     }
 }
 

@@ -58,6 +58,13 @@ impl Samples {
         }
     }
 
+    pub(crate) fn is_finite(&self) -> bool {
+        match self {
+            Samples::F16(values) => values.iter().all(|value| value.is_finite()),
+            Samples::F32(values) => values.iter().all(|value| value.is_finite()),
+        }
+    }
+
     /// Appends some values of another list, as they are stored.
     ///
     /// # Panics

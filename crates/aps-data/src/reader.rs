@@ -1,6 +1,5 @@
 //! Reading a data set: the manifest first, then maps as they are asked for.
 
-use std::ffi::OsStr;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -118,7 +117,7 @@ impl Dataset {
         }
     }
 
-    /// Loads the stored APS of one link, by its row in the map: values relative to the link's largest \[dB\], not checked.
+    /// Loads the stored APS of one link, by its row in the map: values relative to the link's largest \[dB\].
     ///
     /// # Errors
     /// [`Error::NotStored`], and those of [`Dataset::map`].
@@ -126,7 +125,11 @@ impl Dataset {
         let map = self.entry(id)?;
         let aps = self.manifest.layout.aps;
         let layout = aps.ok_or_else(|| self.not_stored("angle power spectra"))?;
-        self.samples(map, ProfileNames::APS.db, &layout, Some(link..link + 1))
+        let row = self.samples(map, ProfileNames::APS.db, &layout, Some(link..link + 1))?;
+        match row.is_finite() {
+            true => Ok(row),
+            false => Err(self.damaged(id, format!("the spectrum of link {link} is not finite"))),
+        }
     }
 
     /// Loads the power delay profiles of a map.
@@ -247,11 +250,12 @@ impl Dataset {
     /// Files in the folder of a map that are not part of it.
     fn foreign_files(&self, map: &MapEntry) -> Vec<Error> {
         let folder = self.folder(map.id);
-        let names = std::fs::read_dir(&folder).into_iter().flatten().flatten();
-        let is_own = |name: &OsStr| name == MAP_FILE || map.files.iter().any(|f| name == &*f.name);
-        let foreign = names
-            .map(|entry| entry.file_name())
-            .filter(|name| !is_own(name));
+        let names = match durable::names_in(&folder) {
+            Ok(names) => names,
+            Err(error) => return vec![error],
+        };
+        let is_own = |name: &String| name == MAP_FILE || map.files.iter().any(|f| f.name == *name);
+        let foreign = names.into_iter().filter(|name| !is_own(name));
         foreign
             .map(|name| Error::Damaged {
                 path: folder.join(name),

@@ -5,12 +5,12 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use serde_json::Value;
-
 use crate::durable::{self, LOCK_FILE, PartialFolder};
 use crate::error::{Error, at};
 use crate::json;
-use crate::manifest::{DatasetConfig, MANIFEST_FILE, MAP_FILE, Manifest, MapEntry, MapManifest};
+use crate::manifest::{
+    self, DatasetConfig, MANIFEST_FILE, MAP_FILE, Manifest, MapEntry, MapManifest,
+};
 use crate::map_writer::{MapInput, MapWriter};
 use crate::plan::{PLAN_FILE, Plan};
 use crate::split::Split;
@@ -88,13 +88,13 @@ impl DatasetWriter {
             });
         }
         fs::create_dir_all(root).map_err(at(root, "create"))?;
-        let names = durable::names_in(root)?;
-        let is_own = |name: &String| name == LOCK_FILE || is_of_dataset(name);
-        if !names.is_empty() && !names.iter().any(is_own) {
-            let problem = format!(
-                "it holds {:?} and the like; give an empty or a new folder",
-                names[0]
-            );
+        let mut names = durable::names_in(root)?;
+        // Other folders are locked too, and other files replaced whole.
+        names.retain(|name| !durable::is_passing(name));
+        if let [first, ..] = &names[..]
+            && !names.iter().any(|name| is_of_dataset(name))
+        {
+            let problem = format!("it holds {first:?} and the like; give an empty or a new folder");
             return Err(Error::NotADataset {
                 path: root.into(),
                 problem,
@@ -210,10 +210,8 @@ fn config_problem(config: &DatasetConfig, access: Access) -> Option<&'static str
     let is_shard_of_none = matches!(access, Access::Shard { index, count } if index >= count);
     if is_shard_of_none {
         Some("a shard's number must be below the number of shards")
-    } else if !matches!(config.configuration, Value::Object(_) | Value::Null) {
-        Some("the configuration must be a JSON object")
     } else {
-        config.layout.problem()
+        manifest::config_problem(&config.layout, &config.configuration)
     }
 }
 

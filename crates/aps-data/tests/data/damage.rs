@@ -2,7 +2,8 @@ use std::fs;
 use std::path::Path;
 
 use aps_data::npy::NpyError;
-use aps_data::{Dataset, DatasetWriter, Error};
+use aps_data::{Dataset, DatasetWriter, Error, Survey};
+use serde_json::{Value, json};
 
 use crate::sample;
 
@@ -133,8 +134,13 @@ fn values_out_of_range_do_not_leave_the_crate() {
         let root = sample::written();
         let path = root.path().join(format!("map_0000/{name}.npy"));
         sample::change(&path, 128 + at, value);
-        let error = Dataset::open(root.path()).unwrap().map(0).unwrap_err();
+        let dataset = Dataset::open(root.path()).unwrap();
+        let error = dataset.map(0).unwrap_err();
         assert!(matches!(error, Error::Damaged { .. }), "{name}: {error:?}");
+        if name == "aps_db" {
+            let error = dataset.spectrum(0, 0).unwrap_err();
+            assert!(matches!(error, Error::Damaged { .. }), "{error:?}");
+        }
     }
 }
 
@@ -242,6 +248,36 @@ fn manifest_that_contradicts_itself_is_refused() {
             "{from}: {error}"
         );
     }
+}
+
+#[test]
+fn configuration_that_is_no_object_is_refused() {
+    for other in [json!([1]), json!("label"), json!(5)] {
+        let root = sample::written();
+        for file in ["manifest.json", "map_0000/map.json"] {
+            edit(&root.path().join(file), |text| {
+                let mut manifest: Value = serde_json::from_str(text).unwrap();
+                manifest["configuration"] = other.clone();
+                manifest.to_string()
+            });
+        }
+        let is_told = |error: Error| error.to_string().contains("must be a JSON object");
+        assert!(is_told(Dataset::open(root.path()).unwrap_err()));
+        fs::remove_file(root.path().join("manifest.json")).unwrap();
+        assert!(is_told(Survey::of(root.path()).unwrap_err()));
+    }
+}
+
+#[test]
+fn map_folder_that_cannot_be_listed_is_told() {
+    let root = sample::written();
+    let dataset = Dataset::open(root.path()).unwrap();
+    fs::remove_dir_all(root.path().join("map_0001")).unwrap();
+    let told: Vec<String> = dataset.verify().iter().map(Error::to_string).collect();
+    assert!(
+        told.iter().any(|told| told.starts_with("cannot list")),
+        "{told:?}"
+    );
 }
 
 #[test]

@@ -1,4 +1,6 @@
+use std::ffi::OsStr;
 use std::fs;
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, Error, Plan, Split, Survey};
@@ -36,6 +38,22 @@ fn map_with_missing_links_is_refused_and_leaves_nothing() {
         "map 0: only 3 of its 6 links were written"
     );
     assert_eq!(names(root.path()), [".lock"]);
+}
+
+#[test]
+fn a_map_begun_twice_is_written_by_whoever_is_first() {
+    let root = tempfile::tempdir().unwrap();
+    let writer = sample::writer(&root);
+    let begin = || writer.begin_map(0, &sample::input()).unwrap();
+    let [mut first, mut second] = [begin(), begin()];
+    for map in [&mut first, &mut second] {
+        map.push(&Rows::of(0, 0..LINKS).as_rows()).unwrap();
+    }
+    first.finish().unwrap();
+    assert!(second.finish().is_err());
+    let dataset = writer.finish(&Split::of_maps([0], 0)).unwrap();
+    assert_eq!(dataset.totals.links, LINKS as u64);
+    assert!(Dataset::open(root.path()).unwrap().verify().is_empty());
 }
 
 #[test]
@@ -282,6 +300,21 @@ fn folder_of_other_things_is_left_alone() {
     let refused = DatasetWriter::open(root.path(), sample::config());
     assert!(matches!(refused, Err(Error::NotADataset { .. })));
     assert_eq!(names(root.path()), ["thesis.tex"]);
+}
+
+#[test]
+fn a_lock_alone_makes_no_data_set() {
+    for other in [OsStr::new("run.json"), OsStr::from_bytes(b"\xff")] {
+        let root = tempfile::tempdir().unwrap();
+        for name in [OsStr::new(".lock"), other] {
+            fs::write(root.path().join(name), b"").unwrap();
+        }
+        let refused = DatasetWriter::open(root.path(), sample::config());
+        assert!(
+            matches!(refused, Err(Error::NotADataset { .. })),
+            "{other:?}"
+        );
+    }
 }
 
 #[test]
