@@ -12,7 +12,7 @@ use crate::raster::Raster;
 /// Settings of condition images.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConditionConfig {
-    /// Standard deviation of the spots \[pixels of the raster\]; positive. 20 in the released data.
+    /// Standard deviation of the spots \[pixels of the raster\]; 20 in the released data. A spot of 0 or NaN is a point.
     pub sigma_px: f64,
     /// Rows and columns of an image, which shows the whole raster whatever its size; otherwise those of the raster.
     ///
@@ -72,7 +72,8 @@ impl ConditionImages {
             Along {
                 pixels,
                 scale,
-                exponent: -0.5 / (sigma * sigma),
+                // Never infinite, nor NaN: at no distance it is multiplied by 0.
+                exponent: (-0.5 / (sigma * sigma)).max(f64::MIN),
             }
         };
         ConditionImages {
@@ -132,5 +133,26 @@ impl Along {
         let centre = centre * self.scale + 0.5 * (self.scale - 1.0);
         let value = |pixel: usize| (self.exponent * (pixel as f64 - centre).powi(2)).exp();
         (0..self.pixels).map(value).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::RasterGrid;
+
+    #[test]
+    fn a_spot_without_size_is_a_point() {
+        let ground = Raster::empty(RasterGrid::square(3, 3.0)).unwrap();
+        for sigma_px in [0.0, -0.0, 1e-200, f64::NAN] {
+            let config = ConditionConfig {
+                sigma_px,
+                image_size: None,
+            };
+            let images = ConditionImages::new(&ground, config);
+            let image = images.batch(&[([1.0, 0.0], [0.5, 0.5])]);
+            let spot = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+            assert_eq!((&image[9..18], &image[18..]), (&spot[..], &[0.0; 9][..]));
+        }
     }
 }
