@@ -3,6 +3,7 @@
 //! A map belongs to one part with all its links, so that a test is always on streets never seen in
 //! training.
 
+use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
@@ -31,6 +32,13 @@ impl Part {
             Self::Develop => "develop",
             Self::Test => "test",
         }
+    }
+}
+
+/// The name of the part.
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 

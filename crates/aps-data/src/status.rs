@@ -26,7 +26,7 @@ pub enum LinkStatus {
     Unlabelled,
     /// Code 8: one end is in a courtyard closed on all sides and the other is not in it.
     Enclosed,
-    /// A code this version does not know.
+    /// A code this version does not know. With a code that it knows, it is stored and named as that state.
     Other(u8),
 }
 
@@ -77,7 +77,7 @@ impl LinkStatus {
 /// The name under which the manifest counts the state, e.g. `no_path`.
 impl fmt::Display for LinkStatus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match self {
+        let name = match Self::from_code(self.code()) {
             LinkStatus::Valid => "valid",
             LinkStatus::NoPath => "no_path",
             LinkStatus::TxInBuilding => "tx_in_building",
@@ -105,6 +105,14 @@ mod tests {
         for (code, status) in LinkStatus::KNOWN.into_iter().enumerate() {
             assert_eq!(usize::from(status.code()), code);
         }
+    }
+
+    #[test]
+    fn a_state_is_named_as_it_is_stored() {
+        let valid = LinkStatus::Other(0);
+        assert_eq!((valid.is_valid(), &*valid.to_string()), (true, "valid"));
+        assert_eq!(LinkStatus::Other(4).to_string(), "outside_area");
+        assert_eq!(LinkStatus::Other(99).to_string(), "code_99");
     }
 
     #[test]
