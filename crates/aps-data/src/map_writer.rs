@@ -19,9 +19,6 @@ use crate::raster::{Raster, RasterGrid};
 use crate::status::LinkStatus;
 use crate::writer::DatasetWriter;
 
-/// Largest distance of a terminal outside of the image \[m\]: positions from elsewhere are rounded.
-const MARGIN_M: f64 = 1e-3;
-
 /// Data of a map that are known before its links are computed.
 #[derive(Debug, Clone, Copy)]
 pub struct MapInput<'a> {
@@ -246,14 +243,9 @@ fn check_input(input: &MapInput<'_>, grid: RasterGrid) -> Result<(), String> {
             input.buildings.grid()
         ));
     }
-    let size_m = [grid.width, grid.height].map(|pixels| pixels as f64 * grid.metres_per_pixel);
-    let is_on_image = |point: &[f64; 2]| {
-        let on_axis = |(x, size): (&f64, &f64)| (-MARGIN_M..=size + MARGIN_M).contains(x);
-        point.iter().zip(&size_m).all(on_axis)
-    };
     for (name, points) in [("tx", input.tx_m), ("rx", input.rx_m)] {
-        if let Some(i) = points.iter().position(|point| !is_on_image(point)) {
-            let ([x, y], [width, height]) = (points[i], size_m);
+        if let Some(i) = points.iter().position(|&point| !grid.holds(point)) {
+            let ([x, y], [width, height]) = (points[i], grid.size_m());
             return Err(format!(
                 "{name} {i} is at ({x}, {y}) m, outside of the map's image of {width} m x {height} m"
             ));

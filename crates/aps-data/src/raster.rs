@@ -30,6 +30,9 @@ const MAX_COORDINATE_M: f64 = 1e9;
 /// Largest side of an image \[pixels\].
 const MAX_SIDE: usize = 1 << 14;
 
+/// Largest distance of a position outside of the image \[m\].
+const MARGIN_M: f64 = 1e-3;
+
 /// The pixels of a raster: pixel `(x, y)` is the point `(x, y) * metres_per_pixel`.
 ///
 /// The default is that of the released data: 256 x 256 pixels of 1 m.
@@ -62,6 +65,17 @@ impl RasterGrid {
             height: side,
             metres_per_pixel: extent_m / side as f64,
         }
+    }
+
+    /// Width and height of the map that the image shows \[m\].
+    pub fn size_m(&self) -> [f64; 2] {
+        [self.width, self.height].map(|pixels| pixels as f64 * self.metres_per_pixel)
+    }
+
+    /// Tells if a position \[m\] is on the image, or within a millimetre of it: positions from elsewhere are rounded.
+    pub fn holds(&self, position_m: [f64; 2]) -> bool {
+        let on_axis = |(x, size): (f64, f64)| (-MARGIN_M..=size + MARGIN_M).contains(&x);
+        position_m.into_iter().zip(self.size_m()).all(on_axis)
     }
 
     pub(crate) fn problem(&self) -> Option<&'static str> {

@@ -13,9 +13,6 @@ use crate::maps;
 use crate::settings;
 use crate::tally::Tally;
 
-/// Largest distance of an end outside of the map: positions from elsewhere are rounded \[m\].
-const MARGIN_M: f64 = 1e-3;
-
 /// Ends of valid links that are named; more of them are only counted.
 const NAMED: usize = 10;
 
@@ -30,14 +27,9 @@ pub fn check(
     check_counts(dataset, entry, findings)?;
     check_statistics(dataset, entry, map, findings)?;
     if !is_exact {
-        let is_wrong = |p: [f64; 2]| {
-            let grid = map.buildings.grid();
-            let size = [grid.width, grid.height].map(|n| n as f64 * grid.metres_per_pixel);
-            let is_beyond = |(&x, size): (&f64, f64)| !(-MARGIN_M..=size + MARGIN_M).contains(&x);
-            match p.iter().zip(size).any(is_beyond) {
-                true => Some("outside the map"),
-                false => map.buildings.is_deep_inside(p).then_some("in a building"),
-            }
+        let is_wrong = |p: [f64; 2]| match map.buildings.grid().holds(p) {
+            true => map.buildings.is_deep_inside(p).then_some("in a building"),
+            false => Some("outside the map"),
         };
         check_ends(map, is_wrong, findings);
     }
@@ -92,17 +84,17 @@ fn check_counts(dataset: &Dataset, entry: &MapEntry, findings: &mut Findings<'_>
         return Ok(());
     };
     let (tx, rx) = (sampling.tx_per_map, sampling.rx_per_map);
-    let missing = entry.statistics["missing_links"].as_u64().unwrap_or(0) as usize;
-    let is_right =
-        entry.tx == tx && sampling.pool().contains(&entry.rx) && entry.links + missing == tx * rx;
+    let links = tx.saturating_mul(rx);
+    let missing = entry.statistics["missing_links"].as_u64().unwrap_or(0);
+    let counted = missing.saturating_add(entry.links as u64);
+    let is_right = entry.tx == tx && sampling.pool().contains(&entry.rx) && counted == links as u64;
     if !is_right {
         let (t, r, l) = (entry.tx, entry.rx, entry.links);
         let (from, to) = sampling.pool().into_inner();
         findings.add(format!(
             "map {}: {t} transmitters, {r} receivers, {l} links and {missing} missing; its settings make {tx}, {from} to \
-             {to}, {}",
-            entry.id,
-            tx * rx
+             {to}, {links}",
+            entry.id
         ));
     }
     Ok(())
