@@ -47,8 +47,8 @@ pub struct TraceConfig {
     /// every path inside the limits.
     pub dynamic_range_db: Option<f64>,
     /// A link without any path inside the limits goes on with up to this many diffractions, along
-    /// the best chains of mutually visible corners, whose levels are estimates; no more than `max_diffractions`, as by
-    /// default, turns it off.
+    /// the best chains of mutually visible corners, whose levels are estimates; no more than `max_diffractions` or than
+    /// `max_interactions`, as by default, turns it off.
     pub max_fallback_diffractions: usize,
     /// Most images of one terminal: a bound on memory (about 80 bytes each) where walls multiply
     /// them, as in a long corridor.
@@ -158,6 +158,11 @@ impl TraceConfig {
         self.max_reflections.min(self.max_interactions)
     }
 
+    /// Diffractions that any path can have.
+    pub(crate) fn diffraction_limit(&self) -> usize {
+        self.max_diffractions.min(self.max_interactions)
+    }
+
     pub(crate) fn limits(&self) -> Limits {
         let clamp = |v: usize| v.min(2 * MAX_INTERACTIONS) as u32;
         Limits {
@@ -170,6 +175,6 @@ impl TraceConfig {
 
     /// Returns true when links without a path within the limits go on to more diffractions.
     pub(crate) fn has_fallback(&self) -> bool {
-        self.max_fallback_diffractions > self.max_diffractions
+        self.max_fallback_diffractions > self.diffraction_limit()
     }
 }

@@ -57,7 +57,7 @@ pub(crate) fn fall_back(
     if direct(tx.legs.all()).next().is_none() || direct(rx.legs.all()).next().is_none() {
         return Ok(());
     }
-    let first = map.config.max_diffractions + 1;
+    let first = map.config.diffraction_limit() + 1;
     if first == 1 {
         single(map, tx, rx, link);
         if !link.paths.is_empty() {
@@ -226,4 +226,39 @@ fn cut_chains(map: &Map<'_>, link: &mut Link) {
     let strongest = link.paths.iter().map(PathRecord::power).fold(0.0, f64::max);
     let floor = strongest * map.range * map.range;
     link.paths.retain(|p| p.power() >= floor && p.power() > 0.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use crate::{Footprint, Scene, TraceConfig, Tracer};
+
+    #[test]
+    fn chains_begin_with_the_fewest_corners_that_no_path_may_have() {
+        let house = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)].map(DVec2::from);
+        let scene = Scene::new(&[Footprint::new(house)], None).unwrap();
+        let around_one_corner = [DVec2::new(-5.0, 5.0), DVec2::new(10.0, 15.0)];
+        let around_two = [DVec2::new(-5.0, 5.0), DVec2::new(25.0, 5.0)];
+        let corners = |max_diffractions, max_interactions, [tx, rx]: [DVec2; 2]| {
+            let config = TraceConfig {
+                max_reflections: 0,
+                max_diffractions,
+                max_interactions,
+                max_fallback_diffractions: 4,
+                ..TraceConfig::default()
+            };
+            let tracer = Tracer::new(&scene, config).unwrap();
+            tracer.trace(tx, rx).unwrap().fallback_diffractions
+        };
+        for limits in [(0, 0), (1, 0), (4, 0)] {
+            assert_eq!(
+                corners(limits.0, limits.1, around_one_corner),
+                Some(1),
+                "{limits:?}"
+            );
+        }
+        assert_eq!(corners(1, 1, around_one_corner), None);
+        assert_eq!(corners(2, 1, around_two), Some(2));
+    }
 }

@@ -1,6 +1,7 @@
 //! The map: the work done once for all terminals.
 
 use std::borrow::Cow;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec2;
 
@@ -19,6 +20,8 @@ use crate::wedge::Wedge;
 /// A scene prepared for one configuration.
 #[derive(Debug, Clone)]
 pub(crate) struct Map<'s> {
+    /// Number of the map in this process, by which its terminals are known.
+    pub number: u64,
     /// Scene in which everything is computed: moved by `-origin` where it lies far off.
     pub local: Cow<'s, Scene>,
     /// Position of zero in the given scene's coordinates \[m\].
@@ -59,7 +62,7 @@ impl<'s> Map<'s> {
                     .at(config.frequency_hz)
             })
             .collect();
-        let diffractions = config.max_diffractions.min(config.max_interactions);
+        let diffractions = config.diffraction_limit();
         let corners = if diffractions > 0 || config.has_fallback() {
             let with_sights = config.reflection_limit() > 0;
             Corners::new(&local, &reflectors, wavenumber_per_m, with_sights)
@@ -67,7 +70,9 @@ impl<'s> Map<'s> {
             Corners::default()
         };
         let points = corners.wedges.iter().map(|wedge| wedge.point);
+        static MAPS: AtomicU64 = AtomicU64::new(0);
         let mut map = Self {
+            number: MAPS.fetch_add(1, Ordering::Relaxed),
             courtyards_with_corners: local.courtyards_with(points),
             local,
             origin,
