@@ -222,4 +222,12 @@ pub enum TraceError {
         /// Position \[m\].
         position: DVec2,
     },
+    /// A terminal that another tracer prepared.
+    #[error(
+        "the {terminal} was prepared by another tracer; prepare it by the one that traces the link"
+    )]
+    Foreign {
+        /// The terminal.
+        terminal: &'static str,
+    },
 }

@@ -61,6 +61,11 @@ pub(crate) fn trace(
     link.omitted = Omitted::default();
     link.fallback_diffractions = None;
     link.is_enclosed = false;
+    for (terminal, own) in [("transmitter", tx.map), ("receiver", rx.map)] {
+        if own != map.number {
+            return Err(TraceError::Foreign { terminal });
+        }
+    }
     if tx.place.distance(rx.place) < NEAREST_M {
         return Err(TraceError::Coincident {
             position: tx.position,

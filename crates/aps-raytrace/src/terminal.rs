@@ -16,6 +16,8 @@ use crate::map::Map;
 /// A transmitter, prepared: its images over the walls it lights and its waves at the corners.
 #[derive(Debug, Clone)]
 pub struct Transmitter {
+    /// Number of its map.
+    pub(crate) map: u64,
     /// In the scene's coordinates, and in the tracer's own.
     pub(crate) position: DVec2,
     pub(crate) place: DVec2,
@@ -31,6 +33,8 @@ pub struct Transmitter {
 /// A receiver, prepared: the walls it sees and its legs to the corners.
 #[derive(Debug, Clone)]
 pub struct Receiver {
+    /// Number of its map.
+    pub(crate) map: u64,
     /// In the scene's coordinates, and in the tracer's own.
     position: DVec2,
     pub(crate) place: DVec2,
@@ -59,6 +63,7 @@ impl Transmitter {
         };
         let fronts = Fronts::extend(&of, &map.config.limits());
         Ok(Self {
+            map: map.number,
             position: given,
             place,
             courtyard,
@@ -122,6 +127,7 @@ impl Receiver {
             &map.config.limits(),
         );
         Ok(Self {
+            map: map.number,
             position: given,
             place,
             courtyard,

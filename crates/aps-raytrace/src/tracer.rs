@@ -91,7 +91,8 @@ impl<'s> Tracer<'s> {
     /// default limits.
     ///
     /// # Errors
-    /// [`TraceError::Coincident`] when both terminals are at one point,
+    /// [`TraceError::Foreign`] for a terminal of another tracer that is no copy of this one, [`TraceError::Coincident`] when
+    /// both terminals are at one point,
     /// [`TraceError::TooManyChains`] when what a link without a path needs exceeds `max_wave_bytes`.
     pub fn link(&self, tx: &Transmitter, rx: &Receiver, link: &mut Link) -> Result<(), TraceError> {
         link::trace(&self.map, tx, rx, link)
@@ -132,5 +133,30 @@ impl Tracer<'static> {
     /// As [`Tracer::new`].
     pub fn owning(scene: Scene, config: TraceConfig) -> Result<Self, ConfigError> {
         Self::of(Cow::Owned(scene), config)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terminals_of_another_tracer_are_refused() {
+        let scene = Scene::new(&[], None).unwrap();
+        let tracer = || Tracer::new(&scene, TraceConfig::default()).unwrap();
+        let (own, other) = (tracer(), tracer());
+        let (tx, rx) = (DVec2::ZERO, DVec2::new(30.0, 0.0));
+        let of = |tracer: &Tracer<'_>| {
+            (
+                tracer.transmitter(tx).unwrap(),
+                tracer.receiver(rx).unwrap(),
+            )
+        };
+        let ((tx, rx), (other_tx, other_rx)) = (of(&own), of(&other));
+        let link = |tx, rx| own.clone().link(tx, rx, &mut Link::default());
+        assert_eq!(link(&tx, &rx), Ok(()));
+        let refused = |terminal| Err(TraceError::Foreign { terminal });
+        assert_eq!(link(&other_tx, &rx), refused("transmitter"));
+        assert_eq!(link(&tx, &other_rx), refused("receiver"));
     }
 }
