@@ -100,28 +100,29 @@ impl CornerGraph {
                 }
             })
             .collect();
-        let turns: Vec<Vec<f64>> = wedges
-            .par_iter()
-            .enumerate()
-            .map(|(c, wedge)| {
-                let edges = &edges[first[c] as usize..first[c + 1] as usize];
-                let pairs = edges.iter().flat_map(|p| edges.iter().map(move |q| (p, q)));
-                let tie_break = tie_break(wedge.id);
-                pairs
-                    .map(|(p, q)| turn(wedge, &p.ray, &q.ray) * tie_break)
-                    .collect()
-            })
-            .collect();
-        let mut first_turn = Vec::with_capacity(turns.len());
-        let mut count = 0;
-        for t in &turns {
+        let mut turns = vec![0.0; turns];
+        let (mut first_turn, mut count, mut rest) = (Vec::new(), 0, &mut turns[..]);
+        let mut by_corner = Vec::with_capacity(wedges.len());
+        for seen in &neighbours {
+            let (own, others) = rest.split_at_mut(seen.len().pow(2));
             first_turn.push(count);
-            count += t.len();
+            count += own.len();
+            by_corner.push(own);
+            rest = others;
         }
+        let by_corner = by_corner.into_par_iter().zip(wedges).enumerate();
+        by_corner.for_each(|(c, (turns, wedge))| {
+            let edges = &edges[first[c] as usize..first[c + 1] as usize];
+            let pairs = edges.iter().flat_map(|p| edges.iter().map(move |q| (p, q)));
+            let tie_break = tie_break(wedge.id);
+            for (out, (p, q)) in turns.iter_mut().zip(pairs) {
+                *out = turn(wedge, &p.ray, &q.ray) * tie_break;
+            }
+        });
         Ok(Self {
             edges,
             first,
-            turns: turns.concat(),
+            turns,
             first_turn,
         })
     }
