@@ -172,10 +172,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sixteen_bits_never_round_a_bound_down() {
+    fn no_precision_rounds_a_bound_down() {
         for e in -60..40 {
             for mantissa in [1.0, 1.000_000_01, 1.999_999_99, 1.234_567_891] {
                 let bound = mantissa * 10.0_f64.powi(e);
+                assert!(f64::from(rounded_up(bound)) >= bound, "{bound:e}");
                 let rounded = Bound::up(bound).get();
                 assert!(rounded >= bound, "{bound:e}");
                 // Below the normal range of singles steps are wide.
