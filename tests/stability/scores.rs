@@ -105,7 +105,8 @@ fn one_huge_value_leaves_every_statistic_finite() {
                 replicates: 20,
                 ..Bootstrap::default()
             }
-            .draw(&clusters);
+            .draw(&clusters)
+            .unwrap();
             for metric in Metric::ALL {
                 let column = evaluation.column(metric, range);
                 let d = Distribution::of(column.clone()).unwrap();

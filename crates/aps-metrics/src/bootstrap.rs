@@ -14,7 +14,7 @@
 //! // Map and transmitter of six links, and what a metric says of each.
 //! let clusters = [(46, 0), (46, 0), (46, 1), (47, 0), (47, 1), (47, 1)];
 //! let cosine = [0.9, 0.8, 0.7, 0.95, 0.85, 0.9];
-//! let resamples = Bootstrap::default().draw(&clusters);
+//! let resamples = Bootstrap::default().draw(&clusters)?;
 //! let estimate = resamples.mean(&cosine)?.ok_or("no links")?;
 //! assert!((estimate.mean - 0.85).abs() < 1e-12);
 //! assert!(estimate.low < estimate.mean && estimate.mean < estimate.high);
@@ -90,7 +90,13 @@ impl Bootstrap {
     /// Draws replicates for samples in any order; `clusters` gives map and transmitter of each.
     ///
     /// O(replicates * transmitters) time and memory, 4 bytes each.
-    pub fn draw(&self, clusters: &[(u32, u32)]) -> Resamples {
+    ///
+    /// # Errors
+    /// [`Error::Level`] for a level that is no share, [`Error::Replicates`] for more than memory can be taken for.
+    pub fn draw(&self, clusters: &[(u32, u32)]) -> Result<Resamples, Error> {
+        if !(0.0..=1.0).contains(&self.level) {
+            return Err(Error::Level(self.level));
+        }
         let mut keys = clusters.to_vec();
         keys.sort_unstable();
         keys.dedup();
@@ -100,7 +106,15 @@ impl Bootstrap {
         for &cluster in &cluster_of {
             sizes[cluster as usize] += 1.0;
         }
-        let mut drawn = vec![0; self.replicates * keys.len()];
+        let too_many = Error::Replicates {
+            replicates: self.replicates,
+            clusters: keys.len(),
+        };
+        let counts = self.replicates.checked_mul(keys.len());
+        let counts = counts.ok_or(too_many)?;
+        let mut drawn = Vec::new();
+        drawn.try_reserve_exact(counts).map_err(|_| too_many)?;
+        drawn.resize(counts, 0);
         if !keys.is_empty() {
             // The clusters of each map.
             let mut maps: Vec<Range<usize>> = Vec::new();
@@ -120,12 +134,12 @@ impl Bootstrap {
                 }
             });
         }
-        Resamples {
+        Ok(Resamples {
             cluster_of,
             sizes,
             drawn,
-            level: self.level.clamp(0.0, 1.0),
-        }
+            level: self.level,
+        })
     }
 }
 
@@ -151,7 +165,8 @@ impl Resamples {
         }
         let is_bad = |v: &f64| !v.is_finite() || v.abs() > MAX_VALUE;
         if let Some(index) = values.iter().position(is_bad) {
-            return Err(Error::NotFinite { index });
+            let limit = MAX_VALUE;
+            return Err(Error::NotFinite { index, limit });
         }
         if samples == 0 {
             return Ok(None);
@@ -189,8 +204,7 @@ impl Resamples {
     }
 }
 
-/// A whole number below `n`, all equally likely: the remainder of 64 random bits is, to one part in
-/// 2^64 / n.
+/// A whole number below `n`, all equally likely to one part in 2^64 / n: the high word of 64 random bits times `n`.
 fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
     ((u128::from(rng.next_u64()) * n as u128) >> 64) as usize
 }

@@ -18,8 +18,8 @@ pub struct SpectrumPeaks {
 }
 
 impl SpectrumPeaks {
-    /// Returns every peak in order of their bins. Heights are those of the scaled spectrum, whose
-    /// maximum is 1.
+    /// Returns every peak in order of their bins. Heights are those of the spectrum divided as
+    /// [`PeakScaling`] says.
     pub fn all(&self) -> &[Peak] {
         &self.all
     }
@@ -66,7 +66,8 @@ pub fn spectrum_peaks<T: Real>(
     }
     let values: Vec<f64> = spectrum.iter().map(|&v| v.into()).collect();
     if let Some(index) = first_defect(&values) {
-        return Err(Error::NotFinite { index });
+        let limit = crate::MAX_MAGNITUDE;
+        return Err(Error::NotFinite { index, limit });
     }
     let mut peaks = SpectrumPeaks::default();
     PeakSearch::default().run(&values, definition, &mut peaks);

@@ -117,10 +117,23 @@ pub enum Error {
     /// The truth or the prediction of a sample holds a value no metric is defined on.
     #[error("{0}: leave the sample out or repair what produced it")]
     Unscorable(Defect),
-    /// A slice holds a value that is NaN, infinite, or beyond [`crate::MAX_MAGNITUDE`].
-    #[error("value {index} is NaN, infinite or beyond {limit:e}", limit = crate::MAX_MAGNITUDE)]
+    /// A slice holds a value that is NaN, infinite, or beyond a limit.
+    #[error("value {index} is NaN, infinite or beyond {limit:e}")]
     NotFinite {
         /// Index of the value in the slice.
         index: usize,
+        /// The largest magnitude: [`crate::MAX_MAGNITUDE`] of a spectrum, more of a metric.
+        limit: f64,
+    },
+    /// A level of confidence that is no share.
+    #[error("the level must be a share from 0 to 1, got {0}")]
+    Level(f64),
+    /// More replicates than there is memory for.
+    #[error("{replicates} replicates of {clusters} clusters take too much memory: draw fewer")]
+    Replicates {
+        /// Replicates asked for.
+        replicates: usize,
+        /// Transmitters of all maps.
+        clusters: usize,
     },
 }

@@ -4,7 +4,7 @@ use aps_metrics::{Bootstrap, Error, Estimate};
 use proptest::prelude::*;
 
 fn estimate(bootstrap: Bootstrap, clusters: &[(u32, u32)], values: &[f64]) -> Estimate {
-    let estimate = bootstrap.draw(clusters).mean(values);
+    let estimate = bootstrap.draw(clusters).expect("a share").mean(values);
     estimate.expect("finite").expect("samples")
 }
 
@@ -112,20 +112,48 @@ fn no_replicates_leave_the_mean_alone() {
 
 #[test]
 fn no_samples_have_no_mean() {
-    assert_eq!(Bootstrap::default().draw(&[]).mean(&[]), Ok(None));
+    assert_eq!(Bootstrap::default().draw(&[]).unwrap().mean(&[]), Ok(None));
 }
 
 #[test]
 fn values_that_do_not_fit_are_refused() {
-    let resamples = Bootstrap::default().draw(&[(0, 0), (0, 1)]);
+    let resamples = Bootstrap::default().draw(&[(0, 0), (0, 1)]).unwrap();
     let few = Error::ValuesOfSamples {
         values: 1,
         samples: 2,
     };
     assert_eq!(resamples.mean(&[1.0]), Err(few));
-    let bad = Error::NotFinite { index: 1 };
-    assert_eq!(resamples.mean(&[1.0, f64::NAN]), Err(bad));
-    assert_eq!(resamples.mean(&[1.0, f64::INFINITY]), Err(bad));
+    let (index, limit) = (1, 1e160);
+    let bad = Error::NotFinite { index, limit };
+    for value in [f64::NAN, f64::INFINITY, -1.1e160] {
+        assert_eq!(resamples.mean(&[1.0, value]), Err(bad));
+    }
+    assert!(bad.to_string().ends_with("beyond 1e160"), "{bad}");
+}
+
+#[test]
+fn settings_that_make_no_interval_are_refused() {
+    let draw = |replicates, level| {
+        let bootstrap = Bootstrap {
+            replicates,
+            level,
+            ..Bootstrap::default()
+        };
+        bootstrap.draw(&[(0, 0), (1, 0)]).map(|_| ())
+    };
+    assert_eq!([0.0, 1.0].map(|level| draw(1, level)), [Ok(()); 2]);
+    for level in [-0.1, 1.1] {
+        assert_eq!(draw(1, level), Err(Error::Level(level)));
+    }
+    assert!(matches!(draw(1, f64::NAN), Err(Error::Level(_))));
+    for replicates in [usize::MAX, usize::MAX / 2] {
+        let clusters = 2;
+        let too_many = Error::Replicates {
+            replicates,
+            clusters,
+        };
+        assert_eq!(draw(replicates, 0.95), Err(too_many));
+    }
 }
 
 /// Clusters with values.
@@ -137,7 +165,7 @@ proptest! {
     #[test]
     fn ends_move_with_the_values(list in samples(), scale in 0.1..5.0_f64, shift in -9.0..9.0_f64) {
         let (clusters, values): (Vec<_>, Vec<_>) = list.into_iter().unzip();
-        let resamples = with_replicates(200).draw(&clusters);
+        let resamples = with_replicates(200).draw(&clusters).unwrap();
         let plain = resamples.mean(&values).unwrap().unwrap();
         let moved: Vec<f64> = values.iter().map(|v| scale * v + shift).collect();
         let moved = resamples.mean(&moved).unwrap().unwrap();

@@ -162,6 +162,8 @@ fn group(results: &Results, bootstrap: Bootstrap, name: String, links: Vec<usize
     Group {
         name,
         links,
-        resamples: bootstrap.draw(&clusters),
+        resamples: bootstrap
+            .draw(&clusters)
+            .expect("the default level, and links that were read"),
     }
 }
