@@ -25,6 +25,9 @@ pub struct LevelDistance {
 impl LevelDistance {
     /// Compares finite levels \[dB\] bin by bin. A level below the floor counts as the floor. A spectrum that is missing is off by
     /// [`LEVEL_FLOOR_DB`] in every bin.
+    ///
+    /// # Panics
+    /// When the two have not as many bins.
     #[must_use]
     pub fn of(truth_db: &[f64], found_db: Option<&[f64]>) -> Self {
         let Some(found_db) = found_db else {
@@ -33,6 +36,7 @@ impl LevelDistance {
                 worst_db: LEVEL_FLOOR_DB,
             };
         };
+        assert_eq!(truth_db.len(), found_db.len(), "bins of both");
         let floor = truth_db.iter().copied().fold(f64::NEG_INFINITY, f64::max) - LEVEL_FLOOR_DB;
         let (mut sum, mut count, mut worst) = (0.0, 0_u32, 0.0_f64);
         for (&truth, &found) in truth_db.iter().zip(found_db) {

@@ -1,5 +1,8 @@
 //! The two definitions of the benchmark's metrics, and every choice in which they differ.
 
+use std::fmt;
+use std::str::FromStr;
+
 use crate::peaks::Topology;
 
 /// Tolerances of the benchmark's hit and recall columns \[deg\].
@@ -142,6 +145,29 @@ impl Protocol {
         }
     }
 }
+
+/// The name of the protocol.
+impl fmt::Display for Protocol {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// Reads `paper` or `released`, in any case.
+impl FromStr for Protocol {
+    type Err = UnknownProtocol;
+
+    fn from_str(name: &str) -> Result<Self, UnknownProtocol> {
+        let all = [Self::Paper, Self::Released].into_iter();
+        let mut found = all.filter(|protocol| protocol.name().eq_ignore_ascii_case(name));
+        found.next().ok_or_else(|| UnknownProtocol(name.into()))
+    }
+}
+
+/// A name of no protocol.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("unknown protocol `{0}`: use `paper` or `released`")]
+pub struct UnknownProtocol(pub String);
 
 #[cfg(feature = "label")]
 impl From<aps_label::Protocol> for Protocol {
