@@ -220,7 +220,7 @@ impl Labeler {
     }
 
     /// Q(tau, theta) at one point, linear power \[mW\] in `Released`, relative to the power sent in
-    /// `Paper`; no floor. 0 if no path counts.
+    /// `Paper`; no floor. 0 if no path counts, infinite where a power is beyond doubles, above 3083 dB.
     ///
     /// `theta_rad` is in the protocol's sense, as [`angles_deg`](Self::angles_deg). Made for plots
     /// and tests: every term by the formula, in the order of `paths`.
@@ -246,12 +246,15 @@ impl Labeler {
             paths::check(index, path)?;
             if paths::used(protocol, path.gain_db) {
                 let power = libm::exp10(0.1 * paths::power_db(protocol, path.gain_db));
-                let pulse = sinc_squared(self.config.sampling_rate_hz * (tau_s - path.delay_s));
+                let pulses = self.config.sampling_rate_hz * (tau_s - path.delay_s);
+                let pulse = sinc_squared(pulses.clamp(f64::MIN, f64::MAX));
                 let response = self
                     .config
                     .array
                     .power_response(towards_source, path.arrival_azimuth_rad);
-                sum += power * pulse * response;
+                let share = pulse * response;
+                // A power may be infinite.
+                sum += if share > 0.0 { power * share } else { 0.0 };
             }
         }
         Ok(sum)

@@ -100,6 +100,25 @@ fn a_point_that_is_not_finite_is_an_error() {
 }
 
 #[test]
+fn q_is_never_nan() {
+    let labeler = labeler(Protocol::Paper);
+    let strong = PathSample {
+        gain_db: 4000.0,
+        ..GOOD
+    };
+    let pulse_s = 1.0 / labeler.config().sampling_rate_hz;
+    let at = |path: PathSample, tau_s| labeler.q(&[path], tau_s, path.arrival_azimuth_rad);
+    assert_eq!(at(strong, strong.delay_s), Ok(f64::INFINITY));
+    let on_time = PathSample {
+        delay_s: 0.0,
+        ..strong
+    };
+    assert_eq!(at(on_time, pulse_s), Ok(0.0), "a zero of the pulse");
+    assert_eq!(at(GOOD, f64::MAX), Ok(0.0));
+    assert_eq!(at(GOOD, f64::MIN), Ok(0.0));
+}
+
+#[test]
 fn a_bad_configuration_says_what_is_allowed() {
     let config = LabelConfig {
         array: Array::UniformLinear {
@@ -114,12 +133,6 @@ fn a_bad_configuration_says_what_is_allowed() {
         error.to_string(),
         "array of 0 elements: must be between 1 and 4096"
     );
-}
-
-#[test]
-fn one_labeler_serves_all_threads() {
-    fn shared<T: Send + Sync>(_: &T) {}
-    shared(&labeler(Protocol::Paper));
 }
 
 /// Released angles are the direction of travel, Paper's point towards the source.
