@@ -1,6 +1,7 @@
 //! Receiving arrays and their response to one plane wave.
 
 use std::f64::consts::TAU;
+use std::fmt;
 use std::str::FromStr;
 
 use crate::ConfigError;
@@ -171,6 +172,13 @@ impl ArrayForm {
                 radius_wavelengths: elements as f64 * spacing_wavelengths / TAU,
             },
         }
+    }
+}
+
+/// The name of the form.
+impl fmt::Display for ArrayForm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 

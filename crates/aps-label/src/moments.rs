@@ -86,7 +86,8 @@ impl Moments {
     /// Mean and standard deviation, `None` before the first value.
     ///
     /// The variance is the mean square minus the squared mean: relative error about
-    /// 2e-16 (1 + mean^2 / variance).
+    /// 2e-16 (1 + mean^2 / variance). To this comes what the steps cut off: up to 2^-60 of the mean, and
+    /// 2^-60 (1 + 2 |mean|) of the variance.
     pub fn mean_std(&self) -> Option<MeanStd> {
         if self.count == 0 {
             return None;

@@ -54,6 +54,14 @@ pub enum Protocol {
 pub struct ParseProtocolError(String);
 
 impl Protocol {
+    /// `paper` or `released`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Released => "released",
+        }
+    }
+
     /// Power that the protocol takes as sent \[dBm in `Released`, dB relative to itself in `Paper`\]: what a label's
     /// powers exceed the sums of path gains by.
     pub fn sent_power_db(self) -> f64 {
@@ -87,10 +95,7 @@ impl FromStr for Protocol {
 
 impl fmt::Display for Protocol {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Paper => "paper",
-            Self::Released => "released",
-        })
+        f.pad(self.name())
     }
 }
 
