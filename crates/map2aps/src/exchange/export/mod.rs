@@ -85,7 +85,7 @@ impl Export {
     pub fn run(&self, dataset: &Dataset, out: &Path, control: &Control<'_>) -> Result<Exported> {
         self.check_protocol(dataset)?;
         let ids = self.map_ids(dataset)?;
-        self.record(dataset, out)?;
+        self.record(dataset, &ids, out)?;
         #[cfg(feature = "parquet")]
         if self.layout == ExportLayout::Parquet {
             return tables::export(self, &ids, dataset, out, control);
@@ -169,14 +169,15 @@ impl Export {
     }
 
     /// Notes what is exported, or refuses to go on with another export.
-    fn record(&self, dataset: &Dataset, out: &Path) -> Result<()> {
+    fn record(&self, dataset: &Dataset, ids: &[u32], out: &Path) -> Result<()> {
         let manifest = dataset.manifest();
         let record = json!({
             "layout": match self.layout {
-                ExportLayout::Released => "released",
-                ExportLayout::Samples => "samples",
+                ExportLayout::Released => json!("released"),
+                ExportLayout::Samples => json!("samples"),
+                // With its maps, for the files beside the tables are of all of them.
                 #[cfg(feature = "parquet")]
-                ExportLayout::Parquet => "parquet",
+                ExportLayout::Parquet => json!({ "parquet": ids }),
             },
             "seed": manifest.seed,
             "stored": manifest.layout,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use aps_data::released::{LinkName, ProfileFile};
 use aps_data::{Dataset, MapData, PathTable, Profile, replace_unsynced};
 use aps_label::{LabelConfig, Labeler, Status};
+use half::f16;
 use half::slice::HalfFloatSliceExt;
 
 use super::create_folder;
@@ -73,7 +74,7 @@ impl<'a> Released<'a> {
                 }
                 let label = &buffers.label;
                 let delays_s = label.aps_delay_s.iter();
-                let delay_ns: Vec<f64> = delays_s.map(|s| (s * 1e9).clamp(0.0, 1000.0)).collect();
+                let delay_ns: Vec<f64> = delays_s.copied().map(place_ns).collect();
                 Ok([
                     Some(ProfileFile::rounded(&label.aps_db, &delay_ns)),
                     Some(ProfileFile::rounded(&label.pdp_db, &label.pdp_angle_deg)),
@@ -123,6 +124,11 @@ impl<'a> Released<'a> {
     }
 }
 
+/// A delay as it is written: not negative, and within what half precision holds.
+fn place_ns(delay_s: f64) -> f64 {
+    (delay_s * 1e9).clamp(0.0, f16::MAX.to_f64())
+}
+
 /// A stored row in absolute dB, with its places or zeros.
 fn stored(profile: &Profile, link: usize) -> ProfileFile {
     let bins = profile.bins();
@@ -135,4 +141,16 @@ fn stored(profile: &Profile, link: usize) -> ProfileFile {
         stored[link * bins..][..bins].convert_to_f64_slice(&mut places);
     }
     ProfileFile::rounded(&db, &places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn delays_beyond_the_published_grid_are_told() {
+        assert_eq!([-1e-12, 1e-6, 1.5e-6].map(place_ns), [0.0, 1000.0, 1500.0]);
+        let far = ProfileFile::rounded(&[0.0], &[place_ns(1.0)]).to_bytes();
+        assert_eq!(far, ProfileFile::rounded(&[0.0], &[65_504.0]).to_bytes());
+    }
 }

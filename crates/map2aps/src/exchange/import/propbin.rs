@@ -5,6 +5,7 @@
 //! heights and elevations. Gains have no phase there, so they are stored as real, positive numbers.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::iter::repeat_n;
 use std::path::{Path, PathBuf};
@@ -304,7 +305,8 @@ fn add_path(rows: &mut Rows, path: &propbin::Path) -> PathSample {
     let amplitude = libm::exp10(-f64::from(path.loss_db) / 20.0);
     // Theirs points along the way the wave travels, ours back to where it comes from.
     let arrival_azimuth_rad = turned(f64::from(path.arrival.azimuth_rad));
-    let departure_azimuth_rad = f64::from(path.departure.azimuth_rad);
+    // Rounded to single precision, a turn is more than a turn.
+    let departure_azimuth_rad = f64::from(path.departure.azimuth_rad) % TAU;
     let table = &mut rows.paths;
     table.delay_s.push(delay_s);
     table.departure_azimuth_rad.push(departure_azimuth_rad);
@@ -346,7 +348,6 @@ fn add_chain(rows: &mut Rows, chain: &Chain<'_>, [source, receiver]: [[f32; 3]; 
 
 /// An angle half a turn further, in (-pi, pi] if it was.
 fn turned(azimuth_rad: f64) -> f64 {
-    use std::f64::consts::PI;
     if azimuth_rad > 0.0 {
         azimuth_rad - PI
     } else {
@@ -361,4 +362,35 @@ fn place([x, y, _]: [f32; 3]) -> Point {
 
 fn read(path: &Path) -> Result<Propbin> {
     Propbin::read(path).at_file(Place::File, path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_azimuth_is_beyond_a_turn() {
+        for azimuth_rad in [-TAU as f32, -3.0, -0.0, 3.0, 6.25, TAU as f32] {
+            let direction = propbin::Direction {
+                azimuth_rad,
+                elevation_rad: 0.0,
+            };
+            let path = propbin::Path {
+                loss_db: 80.0,
+                length_m: 30.0,
+                delay_ns: 100.0,
+                departure: direction,
+                arrival: direction,
+            };
+            let mut rows = Rows::default();
+            add_path(&mut rows, &path);
+            let stored = [
+                rows.paths.departure_azimuth_rad[0],
+                rows.paths.arrival_azimuth_rad[0],
+            ];
+            assert!(stored.iter().all(|rad| rad.abs() <= TAU), "{stored:?}");
+            let given = f64::from(azimuth_rad);
+            assert!(given.abs() > TAU || stored[0] == given, "{stored:?}");
+        }
+    }
 }

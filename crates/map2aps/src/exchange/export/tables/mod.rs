@@ -21,6 +21,7 @@ use super::{Export, Exported, create_folder};
 use crate::control::{Control, Work};
 use crate::dataset::{stored_paths, stored_pdp};
 use crate::error::{At, Place, Result};
+use crate::exchange::ExchangeError;
 use columns::Column;
 
 /// Most bytes of numbers in a file, so that it stays below 500 MB whatever they compress to; further links of the map go to
@@ -60,6 +61,9 @@ fn export_within(
     out: &Path,
     control: &Control<'_>,
 ) -> Result<Exported> {
+    if let Some(&id) = ids.iter().find(|&&id| i32::try_from(id).is_err()) {
+        return Err(ExchangeError::MapNumber(id).into());
+    }
     let maps = dataset.manifest().maps.iter();
     let maps = maps.filter(|map| ids.contains(&map.id));
     let links: usize = maps.map(|map| map.links).sum();
@@ -105,10 +109,11 @@ fn export_within(
         }
     }
     remove_others(out, ids, &written)?;
-    let buildings = buildings.columns();
-    let shown = Written::make(out, "buildings.parquet".into(), None, ids.len(), || {
-        file::bytes("map", std::iter::once(buildings))
-    })?;
+    // Small, and of another split although of as many rows: it is never kept.
+    let name = "buildings.parquet";
+    let shown = file::bytes("map", std::iter::once(buildings.columns()))?;
+    replace(&out.join(name), &shown)?;
+    let shown = Written::of(name.into(), None, ids.len(), &shown);
     let about = card::About {
         dataset,
         written: &written,
@@ -177,13 +182,17 @@ impl Written {
                 bytes
             }
         };
-        Ok(Self {
+        Ok(Self::of(name, part, rows, &bytes))
+    }
+
+    fn of(name: String, part: Option<Part>, rows: usize, bytes: &[u8]) -> Self {
+        Self {
             name,
             part,
             rows,
             bytes: bytes.len() as u64,
-            sha256: sha256_of(&bytes),
-        })
+            sha256: sha256_of(bytes),
+        }
     }
 }
 

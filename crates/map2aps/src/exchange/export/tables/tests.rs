@@ -341,3 +341,56 @@ fn a_limit_leaves_links_out_and_maps_with_none_have_no_table() {
         assert_eq!(columns.is_empty(), expected == 0);
     }
 }
+
+#[test]
+fn tables_of_other_maps_are_not_put_beside_them() {
+    let (_root, dataset, out) = setting();
+    let export = |maps: [u32; 2]| {
+        let export = Export {
+            maps: Some(maps.to_vec()),
+            ..Export::new(ExportLayout::Parquet)
+        };
+        export.run(&dataset, &out, &Control::default())
+    };
+    let first = export([0, 1]).unwrap();
+    assert_eq!(export([1, 0]).unwrap(), first);
+    let refused = export([2, 3]).unwrap_err().to_string();
+    assert!(refused.contains("of another export"), "{refused}");
+}
+
+#[test]
+fn the_split_of_the_buildings_is_that_of_the_data_set() {
+    let (_root, dataset, out) = setting();
+    let export = Export::new(ExportLayout::Parquet);
+    export.run(&dataset, &out, &Control::default()).unwrap();
+    let path = out.join("buildings.parquet");
+    let whole = read(&path).unwrap();
+    // As many rows as there are maps.
+    let rows = vec![Column {
+        name: "map",
+        unit: "",
+        meaning: "",
+        values: Values::Integers(vec![0; 4]),
+    }];
+    std::fs::write(
+        &path,
+        super::file::bytes("map", std::iter::once(rows)).unwrap(),
+    )
+    .unwrap();
+    export.run(&dataset, &out, &Control::default()).unwrap();
+    assert_eq!(read(&path).unwrap(), whole);
+}
+
+#[test]
+fn a_map_whose_number_has_no_room_is_refused() {
+    let (_root, dataset, out) = setting();
+    let export = Export::new(ExportLayout::Parquet);
+    let control = Control::default();
+    let refused = super::export(&export, &[1 << 31], &dataset, &out, &control).unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .starts_with("map 2147483648: the tables"),
+        "{refused}"
+    );
+}
