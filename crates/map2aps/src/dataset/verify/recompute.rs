@@ -82,12 +82,18 @@ impl<'d> Recomputation<'d> {
             .par_iter()
             .map(|&link| {
                 let [tx, rx] = map.links[link];
-                if self.skips_a_reached_point(&tracer, map, link)? {
-                    return Ok(Some(format!(
-                        "map {}: tx {tx} reaches point {}, which is not among its receivers",
-                        entry.id,
-                        rx - 1
-                    )));
+                let skipped = self.skips_a_reached_point(&tracer, map, link);
+                if !matches!(skipped, Ok(false)) {
+                    let (id, point) = (entry.id, rx - 1);
+                    return Ok(Some(match skipped {
+                        Ok(_) => format!(
+                            "map {id}: tx {tx} reaches point {point}, which is not among its receivers"
+                        ),
+                        Err(error) => format!(
+                            "map {id}: tx {tx} passes over point {point}, which cannot be traced: {}",
+                            error.chain()
+                        ),
+                    }));
                 }
                 let what = match self.link(&tracer, map, link) {
                     Ok(rows) => self.difference(&stored, link, &rows)?,
@@ -167,5 +173,45 @@ impl<'d> Recomputation<'d> {
         let paths = stored.paths.as_ref().map(|table| table.of_links([link]));
         let differ = paths.is_some_and(|paths| !paths.is_same(&rows.paths));
         Ok(differ.then(|| "paths are".into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Control, DatasetPlan, MapSource};
+    use aps_raytrace::scene::Location;
+
+    #[test]
+    fn a_point_in_a_building_that_was_passed_over_is_a_finding() {
+        let root = tempfile::tempdir().unwrap();
+        let plan = DatasetPlan {
+            maps: MapSource::Synthetic { count: 1 },
+            tx_per_map: 1,
+            rx_per_map: 4,
+            ..DatasetPlan::default()
+        };
+        plan.make(root.path(), &[0], &Control::default()).unwrap();
+        let dataset = Dataset::open(root.path()).unwrap();
+        let (entry, mut map) = (&dataset.manifest().maps[0], dataset.map(0).unwrap());
+        let scene = plan.maps.load(0, plan.seed, plan.scene).unwrap();
+        let mut diagonal = (0..256).map(|i| DVec2::splat(f64::from(i)));
+        let indoors = diagonal.find(|&p| matches!(scene.locate(p), Location::Inside { .. }));
+        let link = map.links.iter().position(|&[_, rx]| rx > 0).unwrap();
+        map.rx_m[map.links[link][1] as usize - 1] = indoors.unwrap().to_array();
+        // The link before it, if any, was to that point.
+        map.links.drain(..link);
+        let mut told = Vec::new();
+        let mut found = |finding| told.push(finding);
+        let mut findings = Findings {
+            found: &mut found,
+            count: 0,
+        };
+        let recomputation = Recomputation::new(&dataset).unwrap().unwrap();
+        recomputation
+            .check(entry, &map, &scene, &[0], &mut findings)
+            .unwrap();
+        assert_eq!(findings.count, 2);
+        assert!(told[1].contains("which cannot be traced"), "{told:?}");
     }
 }
