@@ -1,7 +1,7 @@
 //! `.npy` files of numbers, read some rows at a time.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use aps_data::npy::{Header, NpyError};
@@ -19,6 +19,8 @@ pub struct ArrayFile {
     shape: Shape,
     number: Number,
     bytes: Vec<u8>,
+    /// Place of the first row.
+    start: u64,
 }
 
 /// The type of the elements, with their size \[bytes\].
@@ -46,7 +48,7 @@ impl ArrayFile {
         if !matches!(number, Number::Float(_)) {
             return of_type(path, header.dtype, "spectra in <f2, <f4 or <f8");
         }
-        Ok(Self::new(path, reader, shape, number))
+        Self::new(path, reader, shape, number)
     }
 
     /// Opens ids: one axis, integers.
@@ -62,17 +64,27 @@ impl ArrayFile {
         if matches!(number, Number::Float(_)) {
             return of_type(path, header.dtype, "integers");
         }
-        Ok(Self::new(path, reader, Shape { samples, bins: 1 }, number))
+        Self::new(path, reader, Shape { samples, bins: 1 }, number)
     }
 
-    fn new(path: &Path, reader: BufReader<File>, shape: Shape, number: Number) -> Self {
-        Self {
+    fn new(path: &Path, mut reader: BufReader<File>, shape: Shape, number: Number) -> Result<Self> {
+        Ok(Self {
+            start: reader.stream_position().at_file(Place::Reading, path)?,
             path: path.into(),
             reader,
             shape,
             number,
             bytes: Vec::new(),
-        }
+        })
+    }
+
+    /// Goes back to the first row.
+    pub(super) fn rewind(&mut self) -> Result<()> {
+        let start = SeekFrom::Start(self.start);
+        self.reader
+            .seek(start)
+            .at_file(Place::Reading, &self.path)?;
+        Ok(())
     }
 
     /// Path of the file.

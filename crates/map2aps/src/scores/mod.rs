@@ -241,3 +241,24 @@ impl Scoring {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_truth_serves_any_number_of_predictions() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("truth.npy");
+        let values = [0.0_f32, 1.0, 0.0, 0.5, 0.0, 2.0];
+        aps_data::npy::write(&path, &[2, 3], &values).unwrap();
+        let mut truth = Truth::File(ArrayFile::open_spectra(&path).unwrap());
+        for _ in 0..2 {
+            let values = &values;
+            let prediction = Prediction::Values { values, bins: 3 };
+            let scores = Scoring::default().score(&mut truth, prediction).unwrap();
+            let mae = scores.report.overall.get(aps_metrics::Metric::Mae);
+            assert_eq!(mae.map(|mae| mae.mean), Some(0.0));
+        }
+    }
+}

@@ -100,6 +100,7 @@ impl Truth {
         let block = (values / bins).max(1);
         match self {
             Truth::File(file) => {
+                file.rewind()?;
                 let mut rows = Vec::new();
                 for start in (0..samples).step_by(block) {
                     file.read_rows(block.min(samples - start), &mut rows)?;
