@@ -143,7 +143,7 @@ impl Progress for Bar {
         let others = others.into_iter().filter(|&metric| metric != chosen_by);
         let shown: Vec<String> = iter::once(chosen_by)
             .chain(others)
-            .map(|metric| format!("{} {:.4}", metric.label(), mean(group, metric)))
+            .filter_map(|metric| Some(format!("{} {:.4}", metric.label(), mean(group, metric)?)))
             .collect();
         self.0.println(format!(
             "epoch {}, step {}: training loss {:.4}; development {}{}",
@@ -178,8 +178,8 @@ fn table(rows: &[(String, &GroupReport)]) -> String {
     }
     for (name, group) in rows {
         let _ = write!(text, "\n{name:width$}");
-        for metric in columns() {
-            let _ = write!(text, "  {:>10.4}", mean(group, metric));
+        for mean in columns().filter_map(|metric| mean(group, metric)) {
+            let _ = write!(text, "  {mean:>10.4}");
         }
     }
     text

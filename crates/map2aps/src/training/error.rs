@@ -8,6 +8,7 @@ use aps_model::{ModelKind, candle_core};
 use super::Device;
 use crate::differences::Difference;
 use crate::error::Error;
+use crate::maps::MapError;
 
 impl From<candle_core::Error> for Error {
     fn from(error: candle_core::Error) -> Self {
@@ -83,6 +84,12 @@ pub enum TrainingError {
         /// Maps to choose from.
         pool: Vec<u32>,
     },
+    /// A list of development maps that is none.
+    #[error(transparent)]
+    MapIds(#[from] MapError),
+    /// A number of development maps that is none.
+    #[error("'{0}' is not a number of maps; try count:4")]
+    MapCount(String),
     /// Nothing to train on.
     #[error(
         "no map is left to train on beside the development maps {develop:?}; choose fewer, or make a data set of more maps"

@@ -5,6 +5,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use aps_data::replace_file;
+
 use super::TrainingError;
 use crate::error::{At, Place, Result};
 
@@ -25,7 +27,7 @@ impl Log {
                 0 => format!("{columns}\n"),
                 _ => first_lines(&path, columns, rows)?,
             };
-            fs::write(&path, &kept)?;
+            replace_file(&path, kept.as_bytes())?;
             let last = kept.trim_end().rsplit(',').next();
             let last = last.and_then(|cell| cell.parse().ok());
             Ok((OpenOptions::new().append(true).open(&path)?, last))
@@ -81,7 +83,11 @@ mod tests {
         (0..5).for_each(|step| push(&mut log, step));
         log.flush().unwrap();
         let whole = fs::read_to_string(&path).unwrap();
+        // A kill on the way leaves the old one, whole: it is replaced, not cut.
+        let old = folder.path().join("old");
+        fs::hard_link(&path, &old).unwrap();
         let mut log = open(3).unwrap();
+        assert_eq!(fs::read_to_string(&old).unwrap(), whole);
         assert_eq!(log.last(), Some(0.5));
         (3..5).for_each(|step| push(&mut log, step));
         log.flush().unwrap();

@@ -20,16 +20,14 @@ pub enum DevelopmentMaps {
 }
 
 impl FromStr for DevelopmentMaps {
-    type Err = String;
+    type Err = TrainingError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, TrainingError> {
         match text.strip_prefix("count:") {
-            None => Ok(Self::Ids(
-                parse_ids(text).map_err(|error| error.to_string())?,
-            )),
+            None => Ok(Self::Ids(parse_ids(text)?)),
             Some(count) => match count.parse() {
                 Ok(count) if count > 0 => Ok(Self::Count(count)),
-                _ => Err(format!("'{count}' is not a number of maps; try count:4")),
+                _ => Err(TrainingError::MapCount(count.into())),
             },
         }
     }
@@ -122,6 +120,8 @@ mod tests {
                 .contains("map 6")
         );
         assert!(parts(Some("count:6")).is_err());
-        assert!("count:x".parse::<DevelopmentMaps>().is_err());
+        let told = |text: &str| text.parse::<DevelopmentMaps>().unwrap_err().to_string();
+        assert_eq!(told("count:x"), "'x' is not a number of maps; try count:4");
+        assert_eq!(told("4-x"), "'4-x' is not a map id or a range like 0-4");
     }
 }

@@ -11,7 +11,6 @@ pub const STEP_COLUMNS: &str =
 
 /// Cells of the row of a step.
 pub fn step_cells(report: &StepReport) -> [String; 7] {
-    let optional = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
     [
         report.step.to_string(),
         report.epoch.to_string(),
@@ -23,6 +22,10 @@ pub fn step_cells(report: &StepReport) -> [String; 7] {
     ]
 }
 
+fn optional(x: Option<f64>) -> String {
+    x.map(|x| x.to_string()).unwrap_or_default()
+}
+
 /// Names of [`score_cells`].
 pub fn score_columns() -> String {
     let metrics = Metric::ALL.map(|metric| format!(",dev_{}", metric.key()));
@@ -32,7 +35,7 @@ pub fn score_columns() -> String {
 /// Cells of the row of scores of the development links after so many steps; `loss` is the mean since the row before.
 pub fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> Vec<String> {
     let mut cells = vec![steps.to_string(), epochs.to_string(), loss.to_string()];
-    cells.extend(Metric::ALL.map(|metric| score::mean(scores, metric).to_string()));
+    cells.extend(Metric::ALL.map(|metric| optional(score::mean(scores, metric))));
     cells
 }
 

@@ -55,9 +55,9 @@ fn report(evaluation: &Evaluation) -> Result<GroupReport> {
     Ok(evaluation.report(range.ok_or_else(none)?).overall)
 }
 
-/// Mean of a metric; a scored group has one.
-pub fn mean(group: &GroupReport, metric: Metric) -> f64 {
-    group.get(metric).map_or(f64::NAN, |d| d.mean)
+/// Mean of a metric; `None` of a group without samples.
+pub fn mean(group: &GroupReport, metric: Metric) -> Option<f64> {
+    Some(group.get(metric)?.mean)
 }
 
 impl Examples {
@@ -97,7 +97,7 @@ impl Examples {
         Ok(evaluation.push(truth, predicted, None)?)
     }
 
-    /// The mean of the targets: the best prediction by someone who knows no map and no position.
+    /// The mean of the targets, zeros without any: the best prediction by someone who knows no map and no position.
     ///
     /// The same bits for any number of threads.
     ///
@@ -117,7 +117,7 @@ impl Examples {
             .collect();
         let mut total = vec![0.0; ANGLE_BINS];
         sums.iter().for_each(|sum| add(&mut total, sum));
-        total.iter_mut().for_each(|x| *x /= n as f64);
+        total.iter_mut().for_each(|x| *x /= n.max(1) as f64);
         total
     }
 }

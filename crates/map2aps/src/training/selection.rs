@@ -26,10 +26,12 @@ impl Selection {
     }
 }
 
-/// The mean of a metric as a number that is the less the better.
+/// The mean of a metric as a number that is the less the better; infinite without one.
 pub(super) fn cost(group: &GroupReport, metric: Metric) -> f64 {
-    match metric.better() {
-        Better::Lower => mean(group, metric),
-        Better::Higher => -mean(group, metric),
-    }
+    let mean = mean(group, metric);
+    let cost = match metric.better() {
+        Better::Lower => mean,
+        Better::Higher => mean.map(|mean| -mean),
+    };
+    cost.unwrap_or(f64::INFINITY)
 }
