@@ -11,7 +11,7 @@ use crate::control::Control;
 use crate::dataset::{Choice, Made, Making, Run};
 use crate::error::Result;
 use crate::maps::{self, MapError, MapSource, SceneSettings};
-use crate::sampling::{self, Receivers, Sampling};
+use crate::sampling::{self, GRID_M, Receivers, Sampling};
 use crate::settings;
 use crate::tally::Tally;
 
@@ -148,7 +148,7 @@ impl DatasetPlan {
         Sampling {
             tx_per_map: self.tx_per_map,
             rx_per_map: self.rx_per_map,
-            grid_m: 1.0,
+            grid_m: GRID_M,
             receivers: self.receivers,
         }
     }

@@ -1,6 +1,7 @@
 //! Terminal positions: outdoors, on the grid of whole metres, drawn without replacement.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
@@ -10,9 +11,19 @@ use aps_raytrace::scene::Location;
 use rand::RngExt;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::maps::MapError;
+
+/// Spacing of the grid that terminals stand on \[m\].
+pub const GRID_M: f64 = 1.0;
+
+fn grid_m<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    let found = f64::deserialize(from)?;
+    let other = || D::Error::custom(format!("grid_m = {found}: only {GRID_M} is known"));
+    (found == GRID_M).then_some(found).ok_or_else(other)
+}
 
 /// Points that receivers are chosen from, in receivers wanted of each transmitter.
 const POOL: usize = 4;
@@ -25,7 +36,8 @@ pub struct Sampling {
     pub tx_per_map: usize,
     /// Receivers of each transmitter.
     pub rx_per_map: usize,
-    /// Spacing of the grid they stand on \[m\].
+    /// Spacing of the grid they stand on \[m\], [`GRID_M`]: no other is read.
+    #[serde(deserialize_with = "grid_m")]
     pub grid_m: f64,
     /// Choice of the points of receivers. Manifests of format version 1 do not state it: [`Receivers::Outdoor`].
     #[serde(default = "Receivers::of_version_1")]
@@ -49,15 +61,28 @@ impl FromStr for Receivers {
     type Err = MapError;
 
     fn from_str(text: &str) -> Result<Self, MapError> {
-        match text {
-            "reached" => Ok(Self::Reached),
-            "outdoor" => Ok(Self::Outdoor),
-            _ => Err(MapError::Receivers(text.into())),
-        }
+        let all = [Self::Reached, Self::Outdoor].into_iter();
+        let mut found = all.filter(|receivers| receivers.name() == text);
+        found.next().ok_or_else(|| MapError::Receivers(text.into()))
+    }
+}
+
+/// The name of the choice.
+impl fmt::Display for Receivers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 
 impl Receivers {
+    /// `reached` or `outdoor`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Reached => "reached",
+            Self::Outdoor => "outdoor",
+        }
+    }
+
     fn of_version_1() -> Self {
         Self::Outdoor
     }
@@ -188,6 +213,29 @@ mod tests {
             draw(&scene, 1, 3, 1, 1..=1),
             Err(MapError::TooLarge { id: 3, size_m })
         );
+    }
+
+    #[test]
+    fn another_grid_is_refused() {
+        let read = |grid_m: &str| {
+            let text = format!(r#"{{"tx_per_map":1,"rx_per_map":2,"grid_m":{grid_m}}}"#);
+            serde_json::from_str::<Sampling>(&text)
+        };
+        assert_eq!(read("1").unwrap().receivers, Receivers::Outdoor);
+        let refused = read("0.5").unwrap_err().to_string();
+        assert!(
+            refused.starts_with("grid_m = 0.5: only 1 is known"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn choices_of_receivers_are_read_back() {
+        for receivers in [Receivers::Reached, Receivers::Outdoor] {
+            assert_eq!(receivers.to_string().parse(), Ok(receivers));
+            let text = serde_json::to_string(&receivers).unwrap();
+            assert_eq!(text, format!("\"{receivers}\""));
+        }
     }
 
     #[test]

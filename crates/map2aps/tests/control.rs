@@ -210,7 +210,8 @@ fn errors_tell_what_and_where_by_their_types() {
 
     let (missing, available) = (vec![5], vec![0, 1]);
     let expected = MapError::Missing { missing, available };
-    assert_eq!(choose(&[0, 1], &[1, 5]), Err(expected));
+    assert_eq!(choose(&[0, 1], &[5, 1]), Err(expected));
+    assert_eq!(choose(&[0, 1, 2], &[2, 0, 2]), Ok(vec![0, 2]));
 }
 
 #[test]

@@ -33,15 +33,21 @@ pub fn ranges(ids: &[u32]) -> String {
     runs.map(run).collect::<Vec<_>>().join(",")
 }
 
-/// Returns the chosen maps, all of which must be among the available ones, ascending.
+/// Returns the chosen maps ascending, each once; all must be among the available ones, which are ascending.
 ///
 /// # Errors
 /// [`MapError::Missing`].
 pub fn choose(available: &[u32], chosen: &[u32]) -> Result<Vec<u32>, MapError> {
-    let mut missing = chosen.to_vec();
-    missing.retain(|id| available.binary_search(id).is_err());
+    let mut chosen = chosen.to_vec();
+    chosen.sort_unstable();
+    chosen.dedup();
+    let missing: Vec<u32> = chosen
+        .iter()
+        .copied()
+        .filter(|id| available.binary_search(id).is_err())
+        .collect();
     match missing.is_empty() {
-        true => Ok(chosen.to_vec()),
+        true => Ok(chosen),
         false => Err(MapError::Missing {
             missing,
             available: available.to_vec(),
