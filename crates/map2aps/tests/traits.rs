@@ -17,8 +17,8 @@ fn types_can_be_shown_copied_and_shared() {
     is_shared::<(Control<'static>, DatasetPlan, Examples, Export)>();
     is_shared::<(ImportPropbin, ImportReleased, ImportSamples, LinkList)>();
     is_shared::<(Made, MapSource, Sampling, Scores, Tally, TileSettings)>();
-    is_shared::<Verify>();
-    is_sent::<(ArrayFile, City, Prediction<'static>, Scoring, Truth)>();
+    is_shared::<(City, Verify)>();
+    is_sent::<(ArrayFile, Prediction<'static>, Scoring, Truth)>();
     is_error::<Error>();
     is_error::<PathListError>();
 }

@@ -60,7 +60,7 @@ impl TileSettings {
 }
 
 /// A city cut into tiles, some of which are maps.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct City {
     file: PathBuf,
     tiling: Tiling,
