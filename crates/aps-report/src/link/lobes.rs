@@ -355,7 +355,7 @@ mod tests {
     #[test]
     fn a_circular_array_has_sidelobes_and_no_mirrors() {
         // On the larger circle, elements are half a wavelength apart, and a path has a second dominant peak at its back.
-        for (radius_wavelengths, sidelobes) in [(1.0, 0), (4.0 / std::f64::consts::PI, 1)] {
+        for (radius_wavelengths, sidelobes) in [(1.0, 0), (4.0 / PI, 1)] {
             let config = LabelConfig {
                 array: Array::UniformCircular {
                     elements: 16,
