@@ -139,6 +139,9 @@ impl<'a> Context<'a> {
         for difference in trained.differences(&bed.dataset)? {
             self.watch.tell(Event::Foreign(&difference));
         }
+        if let Some(size) = trained.assumed_image_size() {
+            self.watch.tell(Event::ImagesAssumed(size));
+        }
         let trained = trained
             .with_maps(Some(bed.plan.maps.clone()))
             .for_targets(Target::Normalised(bed.test.normalization()));

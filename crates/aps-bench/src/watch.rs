@@ -51,6 +51,8 @@ pub enum Event<'a> {
     },
     /// Weights trained elsewhere learnt other labels than those here.
     Foreign(&'a Difference),
+    /// Nothing tells the size of the images that weights trained elsewhere learnt: so many pixels are assumed.
+    ImagesAssumed(usize),
     /// An entry is left out, since it predicts labels of another meaning.
     LeftOut(&'a Failure),
     /// An entry failed, and the others go on.

@@ -16,10 +16,15 @@ const SHIPPED: [&str; 2] = ["MS-AReg, shipped", "Polar-Reg, shipped"];
 
 #[track_caller]
 fn results(out: &Path, file: Option<&Path>, more: &str) -> Results {
+    watched(out, file, more, Watch::default())
+}
+
+#[track_caller]
+fn watched(out: &Path, file: Option<&Path>, more: &str, watch: Watch<'_>) -> Results {
     let config = Config::resolve(Profile::Smoke, file, more.parse().unwrap()).unwrap();
     let profile = config.profile_name(Profile::Smoke);
     let bench = Benchmark::new(config, out).unwrap().called(profile);
-    bench.run(Watch::default()).unwrap();
+    bench.run(watch).unwrap();
     // What was written, which is what was given.
     Results::load(out).unwrap()
 }
@@ -75,6 +80,19 @@ fn smoke_benchmark_is_whole_and_reused() {
     let html = fs::read_to_string(out.join("report.html")).unwrap();
     let is_told = html.contains("learning_rate");
     assert!(is_told, "the report tells what failed");
+
+    // Weights alone do not tell the size of their images.
+    let alone = folder.path().join("alone.safetensors");
+    fs::copy(&best, &alone).unwrap();
+    let weights = format!("weights.alone = '{}'", alone.display());
+    let (more, assumed) = ([models, &weights].join("\n"), Assumed::default());
+    let watch = Watch {
+        observer: &assumed,
+        ..Watch::default()
+    };
+    let told = watched(&out, Some(&config), &more, watch);
+    assert_eq!(entry(&told, "alone").kind, EntryKind::Shipped);
+    assert_eq!(assumed.0.into_inner(), 64);
 
     // Predictions of other links are refused, and nothing else suffers.
     npy::write(&copy, &[2, 180], &[0.0_f32; 360]).unwrap();
@@ -134,6 +152,20 @@ fn is_whole(results: &Results, out: &Path) {
     assert_eq!(direct.substituted_links, data.test_links - in_sight);
     for file in ["report.html", "report.md", "configuration.json"] {
         assert!(out.join(file).is_file(), "{file}");
+    }
+}
+
+/// Keeps the size of images that was assumed last.
+#[derive(Default)]
+struct Assumed(AtomicUsize);
+
+impl Progress for Assumed {}
+
+impl Observer for Assumed {
+    fn event(&self, event: Event<'_>) {
+        if let Event::ImagesAssumed(size) = event {
+            self.0.store(size, Ordering::Relaxed);
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use map2aps::training::OnnxModel;
 use xtask::{note, say};
 
 use crate::choices::models;
-use crate::predict::advised;
+use crate::predict::{advised, size_assumed};
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -62,6 +62,9 @@ impl Args {
         let model = model.map_err(advised)?;
         if let (Some(weights), false) = (&self.weights, model.report.dropped.is_empty()) {
             note!("weights '{}': {}", weights.display(), model.report);
+        }
+        if let (Some(size), true) = (model.image_size, model.is_size_assumed) {
+            note!("{}", size_assumed(size, "--image-size sets it"));
         }
         replace_file(&self.out, &model.bytes)
             .with_context(|| format!("cannot write '{}'", self.out.display()))?;

@@ -126,6 +126,9 @@ impl Args {
                 "note: no config.json lies beside the weights: nothing tells which labels the model learnt"
             );
         }
+        if let (Some(size), None) = (trained.assumed_image_size(), self.image_size) {
+            note!("{}", size_assumed(size, "--image-size sets it"));
+        }
         let mut output = Output::create(&self.out, targets::labelled_links(&dataset, maps))?;
         let (links, file) = PartialFile::create(&links_file(&self.out))?;
         let mut names = BufWriter::new(file);
@@ -163,6 +166,14 @@ impl Args {
         }
         ConditionConfig { image_size, ..own }
     }
+}
+
+/// Remark on images whose size nothing tells, and on what would.
+pub fn size_assumed(size: usize, remedy: &str) -> String {
+    format!(
+        "note: nothing tells the size of the images that the model learnt, as the config.json beside weights does: {size} pixels are \
+         assumed; {remedy}"
+    )
 }
 
 /// Names the option that helps against an error of the library, which does not know them.

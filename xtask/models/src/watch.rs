@@ -11,6 +11,7 @@ use map2aps::{Progress, Work};
 use xtask::progress::Bar;
 use xtask::{note, output, say};
 
+use crate::predict::size_assumed;
 use crate::run;
 
 /// Prints stages, remarks and tables, and shows bars.
@@ -113,6 +114,9 @@ impl Observer for Printer {
             }
             Event::Foreign(difference) => {
                 note!("note: it learnt other labels than those here: {difference}");
+            }
+            Event::ImagesAssumed(size) => {
+                note!("{}", size_assumed(size, "put that file beside them"));
             }
             Event::LeftOut(it) => note!("{} is left out: {}", it.name, it.message),
             Event::Failed(it) => note!("{} failed, the others go on: {}", it.name, it.message),

@@ -324,6 +324,27 @@ fn weights_with_foreign_metadata_need_the_model_named() {
 }
 
 #[test]
+fn a_size_of_images_that_nothing_tells_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let weights = folder.path().join("w.safetensors");
+    fs::copy(file("best.safetensors"), &weights).unwrap();
+    let [npy, onnx] = ["o.npy", "o.onnx"].map(|name| folder.path().join(name));
+    let predict = format!("predict --data {} --out {}", text(dataset()), text(&npy));
+    let export = format!("export-onnx --overwrite --out {}", text(&onnx));
+    let assumed = ["nothing tells the size", "64 pixels", "--image-size"];
+    for command in [predict, export] {
+        let command = format!("{command} --weights");
+        let alone = format!("{command} {}", text(&weights));
+        assert_told(&remarks(&alone), &assumed);
+        let in_its_run = format!("{command} {}", text(&file("best.safetensors")));
+        for known in [format!("{alone} --image-size 32"), in_its_run] {
+            let told = remarks(&known);
+            assert!(!told.contains("nothing tells the size"), "{known}: {told}");
+        }
+    }
+}
+
+#[test]
 fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let (weights, out) = (file("best.safetensors"), folder.path().join("m.onnx"));

@@ -21,6 +21,8 @@ pub struct OnnxModel {
     pub label: Label,
     /// Rows and columns of its condition images; none if it takes no images.
     pub image_size: Option<usize>,
+    /// True if nothing tells that size, and it is the one that the preset is meant for.
+    pub is_size_assumed: bool,
     /// Account of the tensors that were read.
     pub report: LoadReport,
 }
@@ -87,6 +89,7 @@ impl OnnxModel {
             )?,
             label,
             image_size: has_images.then_some(size),
+            is_size_assumed: has_images && image_size.or(trained_on).is_none(),
             report: loaded.report,
         })
     }

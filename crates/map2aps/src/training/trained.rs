@@ -5,7 +5,7 @@ use std::path::Path;
 use aps_data::Dataset;
 use aps_label::{MeanStd, Normalization};
 use aps_model::candle_core::{Device, Tensor};
-use aps_model::condition::{ConditionConfig, ModelInput};
+use aps_model::condition::{ConditionConfig, InputKind, ModelInput};
 use aps_model::train::predict;
 use aps_model::weights::{Label, LoadReport};
 use aps_model::{ANGLE_BINS, Model, ModelKind, Preset, frozen, trainable};
@@ -153,6 +153,13 @@ impl Trained {
                 frame: settings.frame,
             },
         }
+    }
+
+    /// Rows and columns of condition images that are assumed, since no settings of the training tell them; `None` where they are known,
+    /// and for a model that takes no images.
+    pub fn assumed_image_size(&self) -> Option<usize> {
+        let is_assumed = self.settings.is_none() && self.label.kind.input() == InputKind::Images;
+        is_assumed.then(|| self.images().image_size)
     }
 
     /// Prepares the input of the model for some links.
