@@ -14,6 +14,7 @@ __all__ = [
     "Scene",
     "Tracer",
     "__version__",
+    "array_response",
     "explain",
     "label",
     "label_differences",
@@ -21,6 +22,7 @@ __all__ = [
     "manifest",
     "metrics",
     "shipped",
+    "training_facts",
 ]
 
 __version__: str
@@ -112,3 +114,5 @@ class Examples:
     def links(self) -> npt.NDArray[np.int64]: ...
 def label_differences(protocol: str, learnt: str, found: str) -> list[tuple[bool, str]]: ...
 def shipped(name: str) -> tuple[bytes, str]: ...
+def training_facts(folder: str | os.PathLike[str]) -> str: ...
+def array_response(folder: str | os.PathLike[str]) -> npt.NDArray[np.float64]: ...

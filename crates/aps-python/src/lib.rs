@@ -11,6 +11,7 @@ mod examples;
 mod explain;
 mod given;
 mod labels;
+mod learnt;
 mod making;
 mod maps;
 mod metrics;
@@ -36,6 +37,8 @@ mod _native {
     use super::explain::explain;
     #[pymodule_export]
     use super::labels::label;
+    #[pymodule_export]
+    use super::learnt::{array_response, training_facts};
     #[pymodule_export]
     use super::making::{make_dataset, manifest};
     #[pymodule_export]

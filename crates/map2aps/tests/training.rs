@@ -258,6 +258,45 @@ fn weights_beside_settings_of_another_model_are_refused() {
     );
 }
 
+/// `map2aps.torch.models.save` writes these beside its weights.
+#[test]
+fn settings_of_another_program_need_what_predictions_do() {
+    let (_root, dataset, run) = trained();
+    let settings = run.join("config.json");
+    let text = fs::read_to_string(&settings).unwrap();
+    let mut all: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text).unwrap();
+    let needed = [
+        "model",
+        "preset",
+        "image_size",
+        "sigma_px",
+        "data",
+        "data_configuration",
+        "protocol",
+        "training_statistics",
+    ];
+    let load = || {
+        let device = Device::Cpu.open().unwrap();
+        Trained::load(&run.join("best.safetensors"), None, None, &device)
+    };
+    let size = load().unwrap().images().image_size;
+    all.retain(|name, _| needed.contains(&name.as_str()));
+    fs::write(&settings, serde_json::to_string(&all).unwrap()).unwrap();
+    let known = load().unwrap();
+    assert_eq!(known.images().image_size, size);
+    assert!(known.assumed_image_size().is_none());
+    assert!(known.differences(&dataset).unwrap().is_empty());
+    for name in needed {
+        let mut less = all.clone();
+        less.remove(name);
+        fs::write(&settings, serde_json::to_string(&less).unwrap()).unwrap();
+        let told = load().unwrap_err().chain();
+        assert!(told.contains(name), "{told}");
+    }
+    fs::remove_file(&settings).unwrap();
+    assert!(load().unwrap().assumed_image_size().is_some());
+}
+
 #[test]
 fn what_cannot_be_trained_is_told() {
     let root = tempfile::tempdir().unwrap();

@@ -489,9 +489,16 @@ class PolarSpectrum(nn.Module):
         self.register_buffer("mean", torch.tensor(0.0))
         self.register_buffer("deviation", torch.tensor(1.0))
         self.register_buffer("is_by_link", torch.tensor(0.0))
+        self.register_load_state_dict_post_hook(_look)  # type: ignore[no-untyped-call]
+        self.is_set = False
 
     def forward(self, power: Tensor) -> Tensor:
         """Normalised spectra (link, bin) of power (link, direction)."""
+        # Looked at once: on a GPU a look waits for all that is under way.
+        if not self.is_set:
+            _look(self)
+        if not self.is_set:
+            raise ValueError("model: nobody told it the array of the labels; build('polar_reg', data=...) or set_labels(data) does")
         y = power @ self.array.T
         y = (y / (y.amax(1, keepdim=True) + 1e-9) - self.mean) / self.deviation
         if self.is_by_link == 0:
@@ -500,13 +507,69 @@ class PolarSpectrum(nn.Module):
         return y / (y.square().mean(1, keepdim=True).sqrt() + 1e-8)
 
 
+def _look(spectrum: PolarSpectrum, _keys: object = None) -> None:
+    """Looks if the facts of the labels are there."""
+    spectrum.is_set = bool(spectrum.array.any())
+
+
+def _facts(data: str | os.PathLike[str]) -> dict[str, Tensor]:
+    """Facts of a data set's labels, by the names of the buffers that hold them."""
+    from map2aps import _native
+
+    facts, array = json.loads(_native.training_facts(data)), torch.from_numpy(_native.array_response(data))
+    if array.shape != (BINS, POLAR_DIRECTIONS):
+        raise ValueError(f"data: spectra of {len(array)} bins, the models predict {BINS}")
+    statistics = facts["training_statistics"]
+    numbers = {"mean": statistics["mean"], "deviation": statistics["std"], "is_by_link": float(facts["protocol"] == "released")}
+    return {"array": array} | {name: torch.tensor(number, dtype=torch.float64) for name, number in numbers.items()}
+
+
 class PolarReg(nn.Module):
-    """Polar-Reg, which is given the geometry of ways along rays around the receiver."""
+    """Polar-Reg, which is given the geometry of ways along rays around the receiver.
+
+    Its last step is not learnt: the response of the array that labels are of, and how they are normalised. `set_labels` takes both from a
+    data set, as files of weights have them too.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self.ways = PolarWays()
         self.fixed = PolarSpectrum()
+
+    def set_labels(self, data: str | os.PathLike[str]) -> None:
+        """Takes from a data set what the model computes with instead of learning it: the array's response, and how labels are normalised.
+
+        Parameters
+        ----------
+        data : path-like
+            Folder of the data set.
+
+        Raises
+        ------
+        ValueError
+            For a data set that does not tell its array, and spectra of another number of bins.
+        """
+        facts = _facts(data)
+        with torch.no_grad():
+            for name, tensor in facts.items():
+                getattr(self.fixed, name).copy_(tensor)
+        _look(self.fixed)
+
+    def has_labels(self, data: str | os.PathLike[str]) -> bool:
+        """Tells if the model computes with the array and the statistics of a data set.
+
+        Parameters
+        ----------
+        data : path-like
+            Folder of the data set.
+
+        Returns
+        -------
+        bool
+            Within the digits of half precision, in which weights may be stored.
+        """
+        own = {name: getattr(self.fixed, name).cpu().double() for name in ("array", "mean", "deviation", "is_by_link")}
+        return all(torch.allclose(own[name], of, rtol=2e-3, atol=1e-3 * float(of.abs().max())) for name, of in _facts(data).items())
 
     def power(self, x: Tensor) -> Tensor:
         """Predicts from where the power arrives.
@@ -578,7 +641,7 @@ MODELS: dict[str, Callable[[Preset], nn.Module]] = {
 }
 
 
-def build(name: str, preset: Preset = "paper") -> nn.Module:
+def build(name: str, preset: Preset = "paper", data: str | os.PathLike[str] | None = None) -> nn.Module:
     """Makes a model with random weights.
 
     Parameters
@@ -587,11 +650,14 @@ def build(name: str, preset: Preset = "paper") -> nn.Module:
         One of `MODELS`: "ms_areg", "ms_mlp", "adv_mlp", "resnet_mlp", "radiounet", "vit_reg", "resnet_conv1d", "polar_reg".
     preset : {"paper", "small"}
         Sizes of the paper, or those for CPUs.
+    data : path-like, optional
+        Folder of the data set that the model is to learn: ``settings`` tell it, and Polar-Reg computes with its array and statistics
+        (`PolarReg.set_labels`), without which it predicts nothing.
 
     Returns
     -------
     torch.nn.Module
-        In training mode.
+        In training mode. Its ``settings`` are None without `data`.
 
     Raises
     ------
@@ -604,7 +670,14 @@ def build(name: str, preset: Preset = "paper") -> nn.Module:
         raise ValueError(f"preset: '{preset}' is neither 'paper' nor 'small'")
     model = MODELS[name](preset)
     # As the files of weights tell it.
-    model.kind = f"{name} {preset}"  # type: ignore[assignment]
+    kind, settings = f"{name} {preset}", None
+    if data is not None:
+        from map2aps.torch import _settings
+
+        settings = _settings.facts_of(kind, data)
+        if isinstance(model, PolarReg):
+            model.set_labels(data)
+    model.kind, model.settings = kind, settings  # type: ignore[assignment]
     return model
 
 
@@ -637,9 +710,11 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset |
     Raises
     ------
     ValueError
-        For a name or preset other than the file's own, and a file without a name where none is given.
+        For a name or preset other than the file's own, a file without a name where none is given, and a ``config.json`` of another model.
     """
     from safetensors import safe_open
+
+    from map2aps.torch import _settings
 
     with safe_open(os.fspath(file), "pt") as weights:
         kind = (weights.metadata() or {}).get("model")
@@ -651,10 +726,9 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset |
         wanted = name or told[0], preset or told[1]
         if wanted != told:
             raise ValueError(f"{os.fspath(file)}: it holds {' '.join(told)}, not {' '.join(wanted)}")
+        settings: Any = _settings.beside(file, " ".join(wanted))
         model = build(*wanted)
         model.load_state_dict({tensor: weights.get_tensor(tensor) for tensor in weights.keys()})
-    beside = Path(file).with_name("config.json")
-    settings: Any = json.loads(beside.read_text(encoding="utf-8")) if beside.is_file() else None
     model.settings = settings
     return model.eval()
 
@@ -693,7 +767,7 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
     Parameters
     ----------
     model : torch.nn.Module
-        Of `load` or `shipped`, with ``settings``.
+        With ``settings``: of `load` or `shipped`, or one of your own that `build` or `save` was given the data set of.
     data : path-like
         Folder of the data set.
 
@@ -711,7 +785,9 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
 
     settings = getattr(model, "settings", None)
     if settings is None:
-        raise ValueError("model: it has no settings that tell which labels it learnt")
+        raise ValueError(
+            "model: it has no settings that tell which labels it learnt; build(..., data=...) and save(..., data=...) give it those of a data set"
+        )
     learnt, found = (json.dumps(of) for of in (settings["data_configuration"], Dataset(data).manifest["configuration"]))
     if settings.get("frame", "map") != "map":
         raise ValueError("model: it takes images about the receiver, and ApsDataset draws those of the map")
@@ -724,22 +800,42 @@ def check(model: nn.Module, data: str | os.PathLike[str]) -> None:
         warnings.warn(f"{os.fspath(data)}: the model learnt other labels: {told}", stacklevel=2)
 
 
-def save(model: nn.Module, file: str | os.PathLike[str]) -> None:
+def save(
+    model: nn.Module,
+    file: str | os.PathLike[str],
+    data: str | os.PathLike[str] | None = None,
+    image_size: int | None = None,
+) -> None:
     """Writes the weights of a model so that ``cargo xtask predict`` and ``train --warm-start`` read them.
+
+    Beside them it writes what they do not tell, ``config.json``: size of the images, protocol, array and statistics of the labels. Without
+    `data` these are the model's ``settings``, of `load`, `shipped` or `build`; they become its ``settings``.
 
     Parameters
     ----------
     model : torch.nn.Module
         Of `build`, `load` or `shipped`, also behind ``DataParallel`` or ``torch.compile``.
     file : path-like
-        Safetensors file; one that is there is replaced.
+        Safetensors file; one that is there is replaced, and its folder is made.
+    data : path-like, optional
+        Folder of the data set that the model learnt.
+    image_size : int, optional
+        Rows and columns of the images that it learnt; as its ``settings`` have it by default.
 
     Raises
     ------
     ValueError
-        For a model of another kind.
+        For a model of another kind; an image size that is not known, or of a model that takes no images; and, before anything is written,
+        where a ``config.json`` of another model is there, or one of other weights in the folder.
+
+    Warns
+    -----
+    UserWarning
+        For a model without ``settings``: only its weights are written.
     """
     from safetensors.torch import save_file
+
+    from map2aps.torch import _settings
 
     # The model behind what spreads it over devices, or compiles it.
     while not isinstance(getattr(model, "kind", None), str) or hasattr(model, "_orig_mod"):
@@ -747,5 +843,18 @@ def save(model: nn.Module, file: str | os.PathLike[str]) -> None:
         if not isinstance(inner, nn.Module):
             raise ValueError(f"model: expected one that build, load or shipped made, got {type(model).__name__}")
         model = inner
+    kind = str(model.kind)
+    known: Any = getattr(model, "settings", None)
+    settings: Any = _settings.to_write(kind, known, data, image_size, not isinstance(model, PolarReg))
+    if data is not None and isinstance(model, PolarReg) and not model.has_labels(data):
+        raise ValueError(f"data: the model computes with another array or other statistics than those of {os.fspath(data)}; set_labels(data) sets them")
+    _settings.check_place(file, kind, settings)
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
-    save_file(tensors, os.fspath(file), {"model": str(model.kind)})
+    Path(file).parent.mkdir(parents=True, exist_ok=True)
+    save_file(tensors, os.fspath(file), {"model": kind})
+    if settings is None:
+        told = "nothing beside it tells what the model learnt: give data= and image_size=, for load, check and `cargo xtask predict`"
+        warnings.warn(f"{os.fspath(file)}: {told}", stacklevel=2)
+        return
+    _settings.write(file, settings)
+    model.settings = settings

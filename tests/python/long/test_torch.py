@@ -217,6 +217,7 @@ def test_small_models_have_the_numbers_of_parameters_that_the_rust_ones_have() -
     assert sum(p.numel() for p in models.Regularizer(32).parameters()) == 3_009_697
 
 
+@pytest.mark.filterwarnings("ignore:.*nothing beside it tells:UserWarning")
 def test_weights_go_through_a_file_that_tells_its_model(tmp_path: Path) -> None:
     model = models.build("resnet_mlp", "small")
     models.save(model, tmp_path / "weights.safetensors")
@@ -265,6 +266,114 @@ def test_a_model_learns_from_a_loader(data: Path) -> None:
     assert np.mean(losses[-3:]) < 0.8 * np.mean(losses[:3])
 
 
+def test_polar_reg_is_told_the_array_of_a_data_set(tmp_path: Path) -> None:
+    few: dict[str, Any] = {"tx_per_map": 1, "rx_per_map": 4, "progress": None}
+    paper, released, eight = (
+        map2aps.make_dataset(tmp_path / name, 5, protocol=protocol, array=array, **few).path
+        for name, protocol, array in (("a", "paper", None), ("b", "released", None), ("c", "paper", map2aps.UniformLinear(8)))
+    )
+    conditions, targets = ApsDataset(paper, "train", condition="polar").batch(range(8))
+    silent = models.build("polar_reg")
+    for model in (silent, pickle.loads(pickle.dumps(silent))):
+        with pytest.raises(ValueError, match=r"build\('polar_reg', data=...\) or set_labels"):
+            model(conditions)
+    assert silent.settings is None and not silent.has_labels(paper)
+    # The matrix is that of weights that learnt labels of the same array.
+    model = models.build("polar_reg", data=paper)
+    assert torch.allclose(model.fixed.array, models.shipped("polar_reg").fixed.array, atol=2e-3 * float(model.fixed.array.max()))
+    told = model.settings["training_statistics"]
+    assert torch.allclose(torch.stack([model.fixed.mean, model.fixed.deviation]), torch.tensor([told["mean"], told["std"]]))
+    assert model.fixed.is_by_link == 0 and model.has_labels(paper) and not model.has_labels(released) and not model.has_labels(eight)
+    optimizer = torch.optim.AdamW(model.parameters(), lr=3e-3)
+    losses = []
+    for _ in range(40):
+        optimizer.zero_grad()
+        loss = (model(conditions) - targets).square().mean()
+        loss.backward()
+        optimizer.step()
+        losses.append(loss.item())
+    assert losses[-1] < 0.9 * losses[0]
+    # Of another data set the settings are not written beside it.
+    file = tmp_path / "run" / "weights.safetensors"
+    with pytest.raises(ValueError, match=r"data: .*set_labels\(data\)"):
+        models.save(model, file, data=eight)
+    with pytest.raises(ValueError, match="image_size: polar_reg takes no images"):
+        models.save(model, file, image_size=32)
+    assert not file.parent.exists()
+    models.save(model, file)
+    again = models.load(file)
+    assert torch.equal(again(conditions), model.eval()(conditions)) and again.has_labels(paper)
+    models.check(again, paper)
+    again.set_labels(released)
+    assert again.has_labels(released) and again.fixed.is_by_link == 1
+    models.save(again, tmp_path / "other" / "weights.safetensors", data=released)
+    models.check(again, released)
+
+
+def test_what_weights_do_not_tell_is_kept_beside_them(data: Path, tmp_path: Path) -> None:
+    file = tmp_path / "run" / "weights.safetensors"
+    model = models.build("resnet_mlp", "small")
+    assert model.settings is None
+    for given, told in [
+        ({"data": data}, "image_size: nothing tells it.*ApsDataset"),
+        ({"image_size": 32}, "image_size: .*give data= too"),
+        ({"data": data, "image_size": 0}, "image_size: expected a number of pixels, got int 0"),
+        ({"data": data, "image_size": 32.0}, "image_size: .*float 32.0"),
+    ]:
+        with pytest.raises(ValueError, match=told):
+            models.save(model, file, **given)
+    assert not file.parent.exists()
+    models.save(model, file, data=data, image_size=32)
+    settings = json.loads((file.parent / "config.json").read_text(encoding="utf-8"))
+    assert model.settings == settings == models.load(file).settings
+    found = (settings["model"], settings["preset"], settings["image_size"], settings["protocol"])
+    assert found == ("resnet_mlp", "small", 32, "released")
+    assert settings["data_configuration"] == map2aps.Dataset(data).manifest["configuration"]
+    targets = ApsDataset(data, "train", mirror=False, domain="linear")
+    power = targets.batch(range(len(targets)))[1].double()
+    statistics = settings["training_statistics"]
+    assert abs(statistics["mean"] - float(power.mean())) < 1e-4 and abs(statistics["std"] - float(power.std())) < 1e-4
+    models.check(models.load(file), data)
+    # A tuned model keeps what is known of it, also in parallel; a data set beside it is another training.
+    tuned = models.load(file)
+    models.save(torch.nn.DataParallel(tuned), tmp_path / "tuned" / "weights.safetensors")
+    assert models.load(tmp_path / "tuned" / "weights.safetensors").settings == settings
+    models.save(tuned, tmp_path / "tuned" / "weights.safetensors", image_size=48)
+    assert models.load(tmp_path / "tuned" / "weights.safetensors").settings == settings | {"image_size": 48}
+    built = models.build("ms_mlp", "small", data=data)
+    models.check(built, data)
+    models.save(built, tmp_path / "built.safetensors", image_size=16)
+    assert models.load(tmp_path / "built.safetensors").settings["image_size"] == 16
+
+
+def test_settings_of_other_weights_are_neither_taken_nor_replaced(data: Path, tmp_path: Path) -> None:
+    file, config = tmp_path / "weights.safetensors", tmp_path / "config.json"
+    model, other = models.build("resnet_mlp", "small"), models.build("ms_mlp", "small")
+    models.save(model, file, data=data, image_size=32)
+    kept = config.read_bytes()
+    for given in ({}, {"data": data, "image_size": 32}):
+        with pytest.raises(ValueError, match="config.json: it is of a training of resnet_mlp, preset small, .* are of ms_mlp, preset small"):
+            models.save(other, tmp_path / "other.safetensors", **given)
+    with pytest.raises(ValueError, match="taken for the settings of these weights; give data="):
+        models.save(models.build("resnet_mlp", "small"), tmp_path / "other.safetensors")
+    # Its own are replaced, those of others beside it are not.
+    models.save(model, file, image_size=48)
+    models.save(model, tmp_path / "second.safetensors")
+    with pytest.raises(ValueError, match="another training, whose weights second.safetensors lie there too"):
+        models.save(model, file, image_size=32)
+    assert json.loads(config.read_text(encoding="utf-8"))["image_size"] == 48 and kept != config.read_bytes()
+    config.write_text(config.read_text(encoding="utf-8").replace("resnet_mlp", "radiounet"), encoding="utf-8")
+    with pytest.raises(ValueError, match="config.json: it is of a training of radiounet, preset small, .* move one of them elsewhere"):
+        models.load(file)
+    for text, told in (("{}", "it lacks 'model'"), ("[1]", "no settings of a training"), ("{", "no settings of a training")):
+        config.write_text(text, encoding="utf-8")
+        with pytest.raises(ValueError, match=f"config.json: .*{told}"):
+            models.load(file)
+    config.unlink()
+    with pytest.warns(UserWarning, match="weights.safetensors: nothing beside it tells what the model learnt: give data= and image_size=") as told:
+        models.save(models.build("resnet_mlp", "small"), file)
+    assert told[0].filename == __file__ and not config.exists() and models.load(file).settings is None
+
 
 class Named(ApsDataset):
     """Has something of its own, and another constructor."""
@@ -297,7 +406,7 @@ def test_shipped_weights_load_in_one_line(data: Path, tmp_path: Path) -> None:
             model(torch.zeros(shape))
     with pytest.raises(ValueError, match="protocol: paper in the training, released here"):
         models.check(model, data)
-    with pytest.raises(ValueError, match="no settings"):
+    with pytest.raises(ValueError, match=r"no settings .*save\(..., data=...\)"):
         models.check(models.build("polar_reg"), data)
     few: dict[str, Any] = {"tx_per_map": 1, "rx_per_map": 2, "protocol": "paper", "progress": None}
     with warnings.catch_warnings():

@@ -48,6 +48,22 @@ def test_weights_of_pytorch_predict_the_same_in_rust(name: str, data: Path, tmp_
     assert worst(model, images, predicted(weights, "--data", data, "--split", "test")) < 1e-4
 
 
+@pytest.mark.parametrize("name", ["resnet_mlp", "polar_reg"])
+def test_what_pytorch_keeps_beside_weights_reaches_rust(name: str, data: Path, tmp_path: Path) -> None:
+    torch.manual_seed(1)
+    is_polar = name == "polar_reg"
+    examples = ApsDataset(data, "test", size=32, condition="polar" if is_polar else "image")
+    conditions, _ = examples.batch(np.arange(len(examples)))
+    model = models.build(name, "small", data=data)
+    weights = tmp_path / "run" / "weights.safetensors"
+    models.save(model, weights, image_size=None if is_polar else 32)
+    # Images of 32 pixels, which nothing but the settings tells.
+    assert worst(model, conditions, predicted(weights, "--data", data, "--split", "test")) < 1e-4
+    other = map2aps.make_dataset(tmp_path / "paper", 3, tx_per_map=1, rx_per_map=2, protocol="paper", progress=None)
+    with pytest.raises(subprocess.CalledProcessError):
+        predicted(weights, "--data", other.path, "--split", "test")
+
+
 @pytest.mark.parametrize("name", list(models.MODELS))
 def test_weights_trained_in_rust_predict_the_same_in_pytorch(name: str, data: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"

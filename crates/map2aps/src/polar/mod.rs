@@ -5,6 +5,7 @@ mod cache;
 
 use std::sync::Arc;
 
+use aps_label::Array;
 use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::polar::{
@@ -97,6 +98,17 @@ impl PolarViews {
     /// The rays of a receiver.
     pub fn fan() -> Fan {
         Fan::default()
+    }
+
+    /// Computes the response of an array in each bin of its spectra to unit power along each [ray](Self::fan): (bins, rays), last axis
+    /// fastest.
+    pub fn array_response(array: &Array, angles_deg: impl Iterator<Item = f64>) -> Vec<f64> {
+        let fan = Self::fan();
+        let response = |angle_deg: f64| {
+            let of = move |ray| array.power_response(angle_deg.to_radians(), fan.angle_rad(ray));
+            (0..fan.directions).map(of)
+        };
+        angles_deg.flat_map(response).collect()
     }
 
     /// Begins the ways of links that will be asked for soon. Errors are found again by [`ways`](Self::ways).

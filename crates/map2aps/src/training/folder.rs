@@ -14,6 +14,9 @@ use super::{Device, TrainingError};
 use crate::error::{At, Place, Result};
 
 /// Every setting of a run; written for people and for prediction, read by training to tell that a run which is continued is the same.
+///
+/// Weights that another program trained, as those of `map2aps.torch.models.save`, have what predictions need: what only a run here knows is
+/// empty then.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Name of the model.
@@ -28,8 +31,10 @@ pub struct Settings {
     #[serde(default)]
     pub frame: Frame,
     /// Initial weights: `random`, the file of the backbone, or that of the whole model.
+    #[serde(default)]
     pub initial_weights: String,
     /// Device that the training ran on.
+    #[serde(default)]
     pub device: Device,
     /// The data set's folder.
     pub data: PathBuf,
@@ -40,21 +45,26 @@ pub struct Settings {
     /// Statistics of linear relative power over the training maps, by which targets are normalised.
     pub training_statistics: MeanStd,
     /// Training maps.
+    #[serde(default)]
     pub train_maps: Vec<u32>,
     /// Maps the best weights are chosen by.
+    #[serde(default)]
     pub dev_maps: Vec<u32>,
     /// Number of training links.
+    #[serde(default)]
     pub train_links: usize,
     /// True when the mirror images of each link were trained on too.
     #[serde(default)]
     pub mirrored: bool,
     /// Number of links the best weights are chosen by.
+    #[serde(default)]
     pub dev_links: usize,
     /// Key of the metric the best weights are chosen by; not told by runs of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen_by: Option<String>,
-    /// Settings of the training.
-    pub training: TrainConfig,
+    /// Settings of the training; `None` for a training of another program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub training: Option<TrainConfig>,
 }
 
 impl Settings {

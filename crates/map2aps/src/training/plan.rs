@@ -157,7 +157,7 @@ impl Training {
             mirrored: self.mirror,
             dev_links: development.list().len(),
             chosen_by: Some(chosen_by.key().into()),
-            training: self.config.clone(),
+            training: Some(self.config.clone()),
         };
         if resume && let Some(stored) = Settings::beside(&folder.checkpoint())? {
             let differences = stored.differences(&settings)?;

@@ -30,19 +30,8 @@ pub(super) fn label_facts(
     protocol: Protocol,
     statistics: MeanStd,
 ) -> LabelFacts {
-    let fan = PolarViews::fan();
-    let response = |angle_deg: f64| {
-        let directions = 0..fan.directions;
-        let of = |direction| {
-            let arrives_rad = fan.angle_rad(direction);
-            label
-                .array
-                .power_response(angle_deg.to_radians(), arrives_rad)
-        };
-        directions.map(of).collect::<Vec<_>>()
-    };
     LabelFacts {
-        array: angles_deg.flat_map(response).collect(),
+        array: PolarViews::array_response(&label.array, angles_deg),
         mean: statistics.mean,
         deviation: statistics.std,
         is_by_link: protocol == Protocol::Released,

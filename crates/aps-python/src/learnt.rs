@@ -1,0 +1,47 @@
+//! What a model learns of a data set's labels, besides the spectra.
+
+use std::path::PathBuf;
+
+use map2aps::aps_data::{ConditionConfig, Dataset};
+use map2aps::{PolarViews, ScoreError, settings, targets};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+use serde_json::json;
+
+use crate::arrays::shaped;
+use crate::run::run_owned;
+
+/// Facts of a data set that predictions need, as JSON: those of a run's `config.json` that are not of the model.
+#[pyfunction]
+pub fn training_facts(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
+    run_owned(py, move || {
+        let dataset = Dataset::open(&folder)?;
+        if dataset.manifest().layout.aps.is_none() {
+            return Err(ScoreError::NoSpectra.into());
+        }
+        let (protocol, statistics, _) = targets::learning_target(&dataset)?;
+        let facts = json!({
+            "sigma_px": ConditionConfig::default().sigma_px,
+            "frame": "map",
+            "data": folder,
+            "data_configuration": dataset.manifest().configuration,
+            "protocol": protocol.to_string(),
+            "training_statistics": statistics,
+        });
+        Ok(facts.to_string())
+    })
+}
+
+/// Response of the array that a data set's labels are of, shape (bins, rays).
+#[pyfunction]
+pub fn array_response(py: Python<'_>, folder: PathBuf) -> PyResult<Bound<'_, PyArrayDyn<f64>>> {
+    let (response, bins) = run_owned(py, move || {
+        let dataset = Dataset::open(&folder)?;
+        let manifest = dataset.manifest();
+        let axis = manifest.layout.aps.ok_or(ScoreError::NoSpectra)?.axis;
+        let label = settings::label_of(&manifest.configuration)?;
+        let response = PolarViews::array_response(&label.array, axis.values());
+        Ok((response, axis.count))
+    })?;
+    shaped(py, response, [bins, PolarViews::fan().directions])
+}
