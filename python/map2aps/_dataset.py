@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +23,10 @@ if TYPE_CHECKING:
 
 Progress: TypeAlias = Callable[[int, int], object]
 StrPath: TypeAlias = str | os.PathLike[str]
+
+
+# By the beginning of an array's name what makes a data set store it, if that is not always stored.
+STORED_BY = {"pdp_": "store_pdp=True", "path_": "store_paths=True", "interaction_": "store_paths=True"}
 
 
 class Map:
@@ -92,7 +98,11 @@ class Map:
         ValueError
             For a file of another shape than the manifest says.
         """
-        file = self._files[name]
+        file = self._files.get(name)
+        if file is None:
+            options = [option for begin, option in STORED_BY.items() if str(name).startswith(begin)]
+            remedy = f"; make_dataset(..., {options[0]}) stores it" if options else ""
+            raise KeyError(f"map {self.id} has no array {name!r}, only {', '.join(self._files)}{remedy}")
         path = self._folder / file["name"]
         if 0 in file["shape"]:
             array: npt.NDArray[Any] = np.load(path)
@@ -188,7 +198,10 @@ class Dataset:
         KeyError
             For an id that no map has.
         """
-        return Map(self.path / f"map_{map_id:04}", self._entries[map_id])
+        entry = self._entries.get(map_id)
+        if entry is None:
+            raise KeyError(f"the data set has no map {map_id!r}, only {', '.join(map(str, self._entries))}")
+        return Map(self.path / f"map_{map_id:04}", entry)
 
     def split(self, part: Literal["train", "develop", "test"]) -> list[int]:
         """Tells which maps are in a part of the split.
@@ -284,6 +297,12 @@ def make_dataset(
     -------
     Dataset
         The finished data set.
+
+    Warns
+    -----
+    UserWarning
+        For features of a city that became no building, before anything is made, and for links that are missing since their transmitters
+        reach too few points.
     """
     settings = {
         "maps": maps,
@@ -303,4 +322,24 @@ def make_dataset(
         _native.make_dataset(path, settings, label_settings(protocol, array, sampling_rate_hz), tell, **limits)
     finally:
         close()
-    return Dataset(path)
+    made = Dataset(path)
+    told = _missing_links(made)
+    if told:
+        warnings.warn(f"{os.fspath(path)}: {told}", stacklevel=2)
+    return made
+
+
+def _missing_links(dataset: Dataset) -> str:
+    """Links that were asked for and are not there, and why; empty for none."""
+    of_maps = [entry["statistics"] for entry in dataset.manifest["maps"]]
+    missing = sum(of.get("missing_links", 0) for of in of_maps)
+    if missing == 0:
+        return ""
+    reasons = Counter[str]()
+    for of in of_maps:
+        reasons.update(of.get("points_not_reached", {}))
+    why = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+    return (
+        f"{dataset.links} links of the {dataset.links + missing} asked for: some transmitters reach too few points "
+        f"(not reached: {why}); receivers='outdoor' keeps links without a path"
+    )

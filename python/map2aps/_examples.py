@@ -27,10 +27,11 @@ class Examples:
     split : {"train", "develop", "test"}
         The part; one without labelled links has no examples.
     size : int
-        Rows and columns of a condition, which shows the whole map whatever its size.
+        Rows and columns of an image, which shows the whole map whatever its size; anything, None too, where there are no images.
     mirror : bool
         Adds to each link of the training part its images mirrored in x, in y and in both, whose spectra follow without tracing: link
-        ``n`` has the numbers ``4 n`` to ``4 n + 3``. The other parts have none. Refused for arrays that are not linear.
+        ``n`` has the numbers ``4 n`` to ``4 n + 3``. The other parts have none. Refused for arrays that are not
+        linear, whose data sets need ``mirror=False``.
     domain : {"normalised", "linear"}
         Targets as the benchmark's models learn and are scored on them, or power relative to the link's largest, in [0, 1].
     condition : {"image", "polar"}
@@ -44,7 +45,7 @@ class Examples:
         self,
         path: str | os.PathLike[str],
         split: Literal["train", "develop", "test"] = "train",
-        size: int = 64,
+        size: int | None = 64,
         mirror: bool = True,
         domain: Literal["normalised", "linear"] = "normalised",
         condition: Literal["image", "polar"] = "image",
@@ -56,8 +57,10 @@ class Examples:
             raise ValueError(f"condition: '{condition}' is neither 'image' nor 'polar'")
         if maps is not None and condition == "image":
             raise ValueError("maps: images are drawn of what the data set holds; only condition='polar' takes maps")
+        if size is None and condition == "image":
+            raise ValueError("size: None, as of a model that takes no images; Polar-Reg is given condition='polar'")
         settings = {
-            "size": size,
+            "size": 64 if size is None else size,
             "mirror": mirror,
             "linear": domain == "linear",
             "polar": condition == "polar",

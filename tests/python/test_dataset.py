@@ -1,6 +1,8 @@
 import json
 import pickle
+import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,17 +85,32 @@ def test_maps_settings_of_labels_and_limits_reach_the_data_set(tmp_path: Path) -
     assert of["label"]["array"] == {"uniform_circular": {"elements": 8, "radius_wavelengths": 0.5}}
     assert of["trace"]["max_reflections"] == 1 and of["trace"]["dynamic_range_db"] is None
     assert of["sampling"]["receivers"] == "outdoor"
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match="no map 3, only 2, 5"):
         dataset[3]
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match="map 2 has no array 'pdp_db', only .*aps_db.*; make_dataset.*store_pdp=True"):
         dataset[2]["pdp_db"]
+    with pytest.raises(KeyError, match="no array 'nope', only [a-z_, ]*\"$"):
+        dataset[2]["nope"]
+
+
+def test_links_that_are_missing_are_told_with_the_reasons(tmp_path: Path) -> None:
+    # In sight of a transmitter are not all of the 3,296 points that are outdoors.
+    city = geojson(tmp_path / "city.geojson", HOUSE, HOUSE + 30.0, building="yes")
+    sight: dict[str, Any] = {"tx_per_map": 2, "max_reflections": 0, "max_diffractions": 0, "metric": True, "tile_m": 64.0, "progress": None}
+    for _ in ("made", "there already"):
+        with pytest.warns(UserWarning, match=r"set: \d+ links of the 6400 asked for: .*not reached: \d+ .*receivers='outdoor'") as told:
+            made = map2aps.make_dataset(tmp_path / "set", city, rx_per_map=3200, **sight)
+        assert told[0].filename == __file__ and str(made.links) in str(told[0].message)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        map2aps.make_dataset(tmp_path / "few", city, rx_per_map=3, **sight)
 
 
 def test_settings_that_make_no_data_set_are_named(tmp_path: Path) -> None:
     make = map2aps.make_dataset
     for call, error, told in [
         (lambda: make(tmp_path / "a", 3, map_ids=[7], progress=None), ValueError, "7"),
-        (lambda: make(tmp_path / "a", 3, receivers="all", progress=None), ValueError, "'all'|all"),
+        (lambda: make(tmp_path / "a", 3, receivers="all", progress=None), ValueError, "receivers: 'all' is none of reached, outdoor"),
         (lambda: make(tmp_path / "a", 3, protocol="old", progress=None), ValueError, "`old`"),
         (lambda: make(tmp_path / "a", 3, reflections=3, progress=None), TypeError, "reflections"),
         (lambda: make(tmp_path / "a", tmp_path / "none", progress=None), OSError, "none"),
@@ -187,6 +204,20 @@ def test_an_array_of_another_shape_is_refused(data: Path, tmp_path: Path) -> Non
     np.save(tmp_path / "set" / "map_0000" / "status.npy", np.zeros(5, np.uint8))
     with pytest.raises(ValueError, match=r"\(5,\).*\(3,\)"):
         copy[0]["status"]
+
+
+def test_mirror_images_of_another_array_are_refused_with_the_remedy(tmp_path: Path) -> None:
+    circular = map2aps.UniformCircular(8, 0.5)
+    made = map2aps.make_dataset(tmp_path, 3, tx_per_map=1, rx_per_map=2, array=circular, progress=None)
+    with pytest.raises(ValueError, match="uniform_circular.*mirror=False leaves the mirror images out"):
+        map2aps.Examples(made.path, "train")
+    assert len(map2aps.Examples(made.path, "train", mirror=False)) > 0
+
+
+def test_a_model_without_images_is_told_its_condition(data: Path) -> None:
+    with pytest.raises(ValueError, match="size: None.*condition='polar'"):
+        map2aps.Examples(data, "test", size=None)
+    assert map2aps.Examples(data, "test", size=None, condition="polar").batch([0])[0].shape[2] == 16
 
 
 def test_a_batch_beyond_all_memory_is_refused_before_any_is_taken(data: Path) -> None:

@@ -1,4 +1,5 @@
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,37 @@ def test_polygons_without_a_tag_are_buildings_if_all_are(tmp_path: Path) -> None
         with pytest.raises(ValueError, match="building"):
             map2aps.Scene.from_geojson(city, metric=True, **is_none)
     assert len(map2aps.Scene.from_geojson(city, metric=True, all_polygons=True).walls) == 4
+
+
+def test_features_that_are_no_building_are_told(tmp_path: Path) -> None:
+    city = geojson(tmp_path / "city.geojson", HOUSE, building="yes")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        map2aps.Scene.from_geojson(city, metric=True)
+    whole = json.loads(city.read_text())
+    whole["features"] += json.loads(geojson(tmp_path / "park.geojson", HOUSE + 50.0, HOUSE + 80.0, leisure="park").read_text())["features"]
+    city.write_text(json.dumps(whole))
+    few = {"tx_per_map": 1, "rx_per_map": 2, "metric": True, "progress": None}
+    for call in (lambda: map2aps.Scene.from_geojson(city, metric=True), lambda: map2aps.make_dataset(tmp_path / "set", city, **few)):
+        with pytest.warns(UserWarning, match="city.geojson: 2 features that are no building passed over; all_polygons=True") as told:
+            call()
+        assert told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(map2aps.Scene.from_geojson(city, metric=True, all_polygons=True).outlines) == 3
+        with pytest.raises(UserWarning, match="no building"):
+            map2aps.make_dataset(tmp_path / "other", city, **few)
+    assert not (tmp_path / "other").exists()
+
+
+def test_errors_of_a_city_name_the_argument_that_helps(tmp_path: Path) -> None:
+    metres = geojson(tmp_path / "metres.geojson", HOUSE * 10.0, building="yes")
+    with pytest.raises(ValueError, match=r"metric=True takes its numbers for metres"):
+        map2aps.Scene.from_geojson(metres)
+    park = geojson(tmp_path / "park.geojson", HOUSE, leisure="park")
+    for call in (map2aps.Scene.from_geojson, lambda file, metric: map2aps.make_dataset(tmp_path / "set", file, metric=metric, progress=None)):
+        with pytest.raises(ValueError, match=r"`building` tag.*all_polygons=True takes untagged ones"):
+            call(park, metric=True)
 
 
 @pytest.mark.parametrize("latitude_deg", [0.0, 60.0])

@@ -9,6 +9,8 @@ use map2aps::{Error, MapError};
 use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
+use crate::advice::advice;
+
 /// Digits in a row beyond which a number is cut in a message.
 const MAX_DIGITS: usize = 24;
 
@@ -16,7 +18,7 @@ const MAX_DIGITS: usize = 24;
 /// refused and files that are not there, `KeyboardInterrupt` for what was cancelled, else `ValueError`.
 pub fn exception(error: impl Into<Error>) -> PyErr {
     let error = error.into();
-    let text = shortened(&error.chain());
+    let text = shortened(&error.chain()) + advice(error.cause());
     match of_system(error.cause()) {
         _ if error.is_cancelled() => PyKeyboardInterrupt::new_err(text),
         Some(kind) => io::Error::new(kind, text).into(),

@@ -4,6 +4,7 @@
 //! anything NumPy makes an array of, and are copied; they go out without a copy. Whatever takes long runs on a pool of
 //! threads of its own, without Python's lock, and ends at Ctrl-C or is left behind by it, as `run` tells.
 
+mod advice;
 mod arrays;
 mod differences;
 mod error;

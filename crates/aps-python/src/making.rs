@@ -3,16 +3,15 @@
 use std::path::PathBuf;
 
 use map2aps::maps::TileSettings;
-use map2aps::{Control, Dataset, DatasetPlan, Receivers, Stored};
+use map2aps::{Control, Dataset, DatasetPlan, MapSource, Receivers, Stored};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Argument, Kind};
-use crate::error::exception;
 use crate::given::{Given, optional};
 use crate::labels::LabelSettings;
-use crate::maps::Maps;
+use crate::maps::{Maps, tell_passed_over};
 use crate::run::{run, run_owned};
 use crate::tracer;
 
@@ -49,7 +48,7 @@ pub fn make_dataset(
         .receivers
         .named("receivers")?
         .parse()
-        .map_err(|e: map2aps::MapError| exception(e))?;
+        .map_err(|e: map2aps::MapError| PyValueError::new_err(format!("receivers: {e}")))?;
     let map_ids = settings.map_ids.map(|ids| {
         let ids = Argument::new(&ids, "map_ids", Kind::Integer, &[None])?;
         ids.integers::<u32>()
@@ -86,8 +85,11 @@ pub fn make_dataset(
         trace,
         ..DatasetPlan::default()
     };
+    let maps = run_owned(py, move || source(tiles))?;
+    if let MapSource::City(city) = &maps {
+        tell_passed_over(py, city, 2)?;
+    }
     let made = |control: &Control<'_>| {
-        let maps = source(tiles)?;
         let available = maps.ids()?;
         let ids = match &map_ids {
             Some(chosen) => map2aps::maps::choose(&available, chosen)?,

@@ -1,9 +1,11 @@
 //! Sources of maps.
 
+use std::ffi::CString;
 use std::path::PathBuf;
 
-use map2aps::maps::TileSettings;
+use map2aps::maps::{City, TileSettings};
 use map2aps::{Error, MapSource};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 
 use crate::given::Given;
@@ -45,4 +47,22 @@ impl Maps {
             Err(path) => MapSource::geojson(path, tiles),
         })
     }
+}
+
+/// Warns of what a city's file holds that became no building. The line of Python that the warning is shown with is `level` calls up.
+///
+/// # Errors
+/// The warning, where Python makes exceptions of warnings.
+pub fn tell_passed_over(py: Python<'_>, city: &City, level: i32) -> PyResult<()> {
+    let passed_over = city.passed_over();
+    if passed_over.is_empty() {
+        return Ok(());
+    }
+    let remedy = match city.skipped().features {
+        0 => "",
+        _ => "; all_polygons=True takes every polygon for a building",
+    };
+    let text = format!("{}: {passed_over}{remedy}", city.file().display());
+    let text = CString::new(text).expect("no path holds a zero");
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, level)
 }

@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 use crate::arrays::{Argument, Kind, points, shaped};
 use crate::error::tried;
 use crate::given::{Given, optional};
+use crate::maps::tell_passed_over;
 use crate::run::{run, run_owned};
 
 /// Buildings of a city, checked, repaired and united, seen from above.
@@ -42,8 +43,11 @@ fn of_file(
     close_gaps_m: Option<Given<f64>>,
 ) -> PyResult<Scene> {
     let settings = settings(close_gaps_m)?;
-    let loaded = run_owned(py, move || maps::load_file(&file, tile, tiles, settings));
-    loaded.map(|(scene, _)| Scene { scene })
+    let (scene, city) = run_owned(py, move || maps::load_file(&file, tile, tiles, settings))?;
+    if let Some(city) = city {
+        tell_passed_over(py, &city, 1)?;
+    }
+    Ok(Scene { scene })
 }
 
 /// A building: a ring, or its outer ring and those of its courtyards.

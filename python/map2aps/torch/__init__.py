@@ -40,7 +40,7 @@ class ApsDataset(Dataset[Example]):
         self,
         path: str | os.PathLike[str],
         split: Literal["train", "develop", "test"] = "train",
-        size: int = 64,
+        size: int | None = 64,
         mirror: bool = True,
         domain: Literal["normalised", "linear"] = "normalised",
         condition: Literal["image", "polar"] = "image",

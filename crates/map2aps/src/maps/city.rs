@@ -153,6 +153,41 @@ impl City {
         described
     }
 
+    /// What the file holds that became no building.
+    pub fn skipped(&self) -> Skipped {
+        self.skipped
+    }
+
+    /// The same in words; empty for nothing.
+    pub fn passed_over(&self) -> String {
+        let told = [
+            (
+                self.skipped.features,
+                "feature that is no building",
+                "features that are no building",
+            ),
+            (
+                self.skipped.not_standing,
+                "building planned, under construction, in ruins or demolished",
+                "buildings planned, under construction, in ruins or demolished",
+            ),
+            (
+                self.skipped.without_area,
+                "building without an area",
+                "buildings without an area",
+            ),
+            (
+                self.skipped.rings,
+                "ring without an area",
+                "rings without an area",
+            ),
+        ];
+        let told = told.into_iter().filter(|(count, ..)| *count > 0);
+        let told =
+            told.map(|(count, one, many)| format!("{} passed over", counted(count, one, many)));
+        told.collect::<Vec<_>>().join("; ")
+    }
+
     /// Side of the maps \[m\].
     pub fn side_m(&self) -> f64 {
         self.tiling.side_m()
@@ -198,31 +233,9 @@ impl fmt::Display for City {
         if let Some(crs) = &self.crs {
             write!(f, ", read as {crs}")?;
         }
-        for (count, one, many) in [
-            (
-                self.skipped.features,
-                "feature that is no building",
-                "features that are no building",
-            ),
-            (
-                self.skipped.not_standing,
-                "building planned, under construction, in ruins or demolished",
-                "buildings planned, under construction, in ruins or demolished",
-            ),
-            (
-                self.skipped.without_area,
-                "building without an area",
-                "buildings without an area",
-            ),
-            (
-                self.skipped.rings,
-                "ring without an area",
-                "rings without an area",
-            ),
-        ] {
-            if count > 0 {
-                write!(f, "; {} passed over", counted(count, one, many))?;
-            }
+        let passed_over = self.passed_over();
+        if !passed_over.is_empty() {
+            write!(f, "; {passed_over}")?;
         }
         let [columns, rows] = self.tiling.size();
         let (tiles, side_m) = (
