@@ -53,9 +53,11 @@ class Html:
         Path(file).write_text(self.text, encoding="utf-8")
 
 
-def _check(scene: _native.Scene) -> None:
+def _check(scene: _native.Scene, paths: Paths) -> None:
     if not isinstance(scene, _native.Scene):
         raise TypeError(f"scene: expected Scene, got {type(scene).__name__}")
+    if not held(paths).may_be_of(scene):
+        raise ValueError("scene: its buildings are not those that the paths were traced in; give the scene of their Tracer")
 
 
 def _one(paths: Paths, link: int) -> Paths:
@@ -81,7 +83,7 @@ def explain(
     Parameters
     ----------
     scene : Scene
-        The scene that the paths were traced in.
+        The scene that the paths were traced in; another with the same walls is as good.
     paths : Paths
         Paths of one link or more.
     link : int
@@ -97,8 +99,13 @@ def explain(
     -------
     Html
         The link on its map, its spectrum, and tables of lobes and paths.
+
+    Raises
+    ------
+    ValueError
+        For a scene of other buildings than those that the paths were traced in, and a link that has no path or unknown ends.
     """
-    _check(scene)
+    _check(scene, paths)
     one = _one(paths, link)
     if title is None:
         (x0, y0), (x1, y1) = one.tx_m[0], one.rx_m[0]
@@ -117,7 +124,7 @@ def plot_link(paths: Paths, link: int = 0, scene: _native.Scene | None = None, a
     link : int
         The link among them.
     scene : Scene, optional
-        Buildings to draw.
+        Buildings to draw: those that the paths were traced in.
     ax : matplotlib.axes.Axes, optional
         Axes to draw in; new ones by default.
 
@@ -127,7 +134,7 @@ def plot_link(paths: Paths, link: int = 0, scene: _native.Scene | None = None, a
         The axes drawn in.
     """
     if scene is not None:
-        _check(scene)
+        _check(scene, paths)
     one = _one(paths, link)
     import matplotlib.pyplot as plt
 

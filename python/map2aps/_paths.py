@@ -98,9 +98,7 @@ class Paths:
     rx_m = Column[np.float64]()
 
     def __init__(self, **columns: npt.ArrayLike) -> None:
-        unknown = columns.keys() - COLUMNS
-        if unknown:
-            raise TypeError(f"Paths have no {', '.join(sorted(unknown))}")
+        _known(columns)
         self._hold(_native.Paths(columns))
 
     def _hold(self, held: _native.Paths) -> Paths:
@@ -164,15 +162,19 @@ class Paths:
         -------
         Paths
         """
-        return Paths(**self.__getstate__() | columns)
+        _known(columns)
+        return Paths._of(_native.Paths(self._columns() | columns, self._held.digest))
 
     __replace__ = replace
 
-    def __getstate__(self) -> dict[str, npt.NDArray[Any]]:
+    def _columns(self) -> dict[str, npt.ArrayLike]:
         return {name: getattr(self, name) for name in COLUMNS}
 
-    def __setstate__(self, columns: dict[str, npt.NDArray[Any]]) -> None:
-        self._hold(_native.Paths(columns))
+    def __getstate__(self) -> tuple[dict[str, npt.ArrayLike], str | None]:
+        return self._columns(), self._held.digest
+
+    def __setstate__(self, state: tuple[dict[str, npt.ArrayLike], str | None]) -> None:
+        self._hold(_native.Paths(*state))
 
     def __len__(self) -> int:
         """Number of links."""
@@ -239,6 +241,13 @@ class Paths:
                 "interactions": [" ".join(names[a:b]) or "LoS" for a, b in zip(ends[:-1], ends[1:])],
             }
         )
+
+
+def _known(columns: dict[str, npt.ArrayLike]) -> None:
+    """Refuses columns that paths do not have."""
+    unknown = columns.keys() - COLUMNS
+    if unknown:
+        raise TypeError(f"Paths have no {', '.join(sorted(unknown))}")
 
 
 COLUMNS = tuple(name for name, value in vars(Paths).items() if isinstance(value, Column))

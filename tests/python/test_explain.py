@@ -1,3 +1,4 @@
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,18 @@ def test_the_page_names_the_paths_of_a_link(scene: map2aps.Scene, paths: map2aps
     assert "A &amp; B" in str(map2aps.explain(scene, paths, link, "released", map2aps.UniformLinear(8), title="A & B"))
     page.save(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == str(page)
+
+
+def test_a_scene_of_other_buildings_is_refused(scene: map2aps.Scene, paths: map2aps.Paths) -> None:
+    other = map2aps.Scene.synthetic(seed=4)
+    link = int(np.argmax(np.diff(paths.path_offset)))
+    changed = paths.replace(gain=0.5 * paths.gain)
+    for traced in (paths, paths[link], paths[link:], changed, pickle.loads(pickle.dumps(paths))):
+        at = 0 if len(traced) < len(paths) else link
+        for call in (lambda: map2aps.explain(other, traced, at), lambda: map2aps.plot_link(traced, at, other)):
+            with pytest.raises(ValueError, match="scene: its buildings are not those that the paths were traced in"):
+                call()
+        assert "Lobes and paths" in str(map2aps.explain(map2aps.Scene.synthetic(seed=3), traced, at))
 
 
 def test_links_that_cannot_be_explained_are_named(scene: map2aps.Scene, paths: map2aps.Paths) -> None:

@@ -1,6 +1,7 @@
 //! Paths of links, held as the tracer found them; their columns become arrays when they are asked for.
 
 use std::iter;
+use std::sync::Arc;
 
 use map2aps::aps_data::{InteractionKind, PathTable};
 use map2aps::aps_raytrace::glam::DVec2;
@@ -10,6 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Argument, Kind, shaped};
+use crate::scene::Scene;
 
 /// Paths of links, and where their ends are.
 #[pyclass(module = "map2aps._native", frozen)]
@@ -17,27 +19,35 @@ pub struct Paths {
     pub(crate) table: PathTable,
     /// Transmitter and receiver of each link \[m\]; NaN where they are not known.
     pub(crate) ends_m: Vec<[[f64; 2]; 2]>,
+    /// [`Scene::digest`] of the buildings that they were traced in; `None` for paths of another program.
+    digest: Option<Arc<str>>,
 }
 
 impl Paths {
-    /// Paths of links from a transmitter to a receiver each.
-    pub fn traced(table: PathTable, pairs: impl Iterator<Item = [DVec2; 2]>) -> Self {
+    /// Paths of links from a transmitter to a receiver each, traced in a scene of that digest.
+    pub fn traced(
+        table: PathTable,
+        pairs: impl Iterator<Item = [DVec2; 2]>,
+        digest: &Arc<str>,
+    ) -> Self {
         Self {
             table,
             ends_m: pairs.map(|ends| ends.map(|end| end.to_array())).collect(),
+            digest: Some(Arc::clone(digest)),
         }
     }
 }
 
 #[pymethods]
 impl Paths {
-    /// Reads the columns of a `map2aps.Paths`, by their names.
+    /// Reads the columns of a `map2aps.Paths`, by their names, and the digest of the scene of such paths.
     ///
     /// # Errors
     /// `ValueError` for columns of other types or lengths, and for offsets that do not ascend from 0 to the length of their
     /// columns; `TypeError` for a column that is missing.
     #[new]
-    fn new(columns: &Bound<'_, PyDict>) -> PyResult<Self> {
+    #[pyo3(signature = (columns, digest = None))]
+    fn new(columns: &Bound<'_, PyDict>, digest: Option<String>) -> PyResult<Self> {
         let column = |name: &'static str, kind, shape: &[Option<usize>]| {
             let column = columns.get_item(name)?;
             let missing = || PyTypeError::new_err(format!("no column {name}"));
@@ -89,7 +99,11 @@ impl Paths {
             path = end;
             table.end_link();
         }
-        Ok(Self { table, ends_m })
+        Ok(Self {
+            table,
+            ends_m,
+            digest: digest.map(Arc::from),
+        })
     }
 
     /// Number of links.
@@ -105,7 +119,7 @@ impl Paths {
 
     /// Copies a column into an array, by its name in `map2aps.Paths`.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let Self { table, ends_m } = self;
+        let Self { table, ends_m, .. } = self;
         let (links, paths) = (table.links(), table.delay_s.len());
         let events = table.interaction_kind.len();
         let numbers = |values: &[f64]| Ok(shaped(py, values.to_vec(), [paths])?.into_any());
@@ -147,8 +161,23 @@ impl Paths {
     /// The paths of some links, in their order.
     fn take(&self, links: Vec<usize>) -> Self {
         let ends_m = links.iter().map(|&link| self.ends_m[link]).collect();
-        let table = self.table.of_links(links);
-        Self { table, ends_m }
+        Self {
+            ends_m,
+            table: self.table.of_links(links),
+            digest: self.digest.clone(),
+        }
+    }
+
+    /// Digest of the buildings that the paths were traced in; None for paths of another program.
+    #[getter]
+    fn digest(&self) -> Option<&str> {
+        self.digest.as_deref()
+    }
+
+    /// Tells if the paths may have been traced in a scene: in one of the same walls, or nobody knows in which.
+    fn may_be_of(&self, scene: &Bound<'_, Scene>) -> bool {
+        let is_same = |digest: &Arc<str>| **digest == *scene.get().digest();
+        self.digest.as_ref().is_none_or(is_same)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use map2aps::aps_data::RasterGrid;
+use map2aps::aps_data::{RasterGrid, sha256_of};
 use map2aps::aps_raytrace::glam::DVec2;
 use map2aps::aps_raytrace::scene::{Area, Location, SceneConfig};
 use map2aps::aps_raytrace::{self, Footprint};
@@ -24,6 +24,15 @@ use crate::run::{run, run_owned};
 #[pyclass(module = "map2aps", frozen)]
 pub struct Scene {
     pub(crate) scene: aps_raytrace::Scene,
+}
+
+impl Scene {
+    /// Digest of the walls: equal for the same buildings.
+    pub fn digest(&self) -> String {
+        let walls = self.scene.walls().iter();
+        let ends = walls.flat_map(|wall| [wall.a.x, wall.a.y, wall.b.x, wall.b.y]);
+        sha256_of(&ends.flat_map(f64::to_le_bytes).collect::<Vec<u8>>())
+    }
 }
 
 fn settings(close_gaps_m: Option<Given<f64>>) -> PyResult<SceneSettings> {

@@ -1,5 +1,7 @@
 //! The tracer.
 
+use std::sync::Arc;
+
 use map2aps::aps_raytrace::glam::DVec2;
 use map2aps::aps_raytrace::{self, Material, TraceConfig};
 use map2aps::{Error, trace_links, trace_pairs};
@@ -18,6 +20,7 @@ use crate::scene::Scene;
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct Tracer {
     tracer: aps_raytrace::Tracer<'static>,
+    digest: Arc<str>,
 }
 
 #[pymethods]
@@ -29,10 +32,12 @@ impl Tracer {
         scene: &Bound<'_, Scene>,
         limits: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let digest = Arc::from(scene.get().digest());
         let (scene, config) = (scene.get().scene.clone(), config(limits)?);
         let make = move || Ok(aps_raytrace::Tracer::owning(scene, config)?);
         Ok(Self {
             tracer: run_owned(py, make)?,
+            digest,
         })
     }
 
@@ -47,7 +52,7 @@ impl Tracer {
             trace_links(&self.tracer, &tx, &rx, control)
         })?;
         let pairs = tx.iter().flat_map(|&tx| rx.iter().map(move |&rx| [tx, rx]));
-        Ok(Paths::traced(table, pairs))
+        Ok(Paths::traced(table, pairs, &self.digest))
     }
 
     fn trace_pairs(
@@ -66,7 +71,7 @@ impl Tracer {
         let table = run(py, None, |control| {
             trace_pairs(&self.tracer, &pairs, |paths| paths, control)
         })?;
-        Ok(Paths::traced(table, pairs.into_iter()))
+        Ok(Paths::traced(table, pairs.into_iter(), &self.digest))
     }
 }
 
