@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
+SPEED_OF_LIGHT_M_PER_S = 299_792_458.0
+# Lengths of paths are rounded by less.
+LENGTH_ROUNDING_M = 1e-6
+
+
 class Limits(TypedDict, total=False):
     """Settings of a trace, as `Tracer` lists them."""
 
@@ -218,6 +223,12 @@ class Paths:
         """Number of the link that each path belongs to, shape (paths,)."""
         return np.repeat(np.arange(len(self)), np.diff(self.path_offset))
 
+    def _straight(self) -> list[str]:
+        """Name of each path if it has no interactions: the line of sight is as long as the link, whose ends must be known."""
+        apart_m = np.hypot(*(self.tx_m - self.rx_m).T)[self.link]
+        is_straight = np.abs(self.delay_s * SPEED_OF_LIGHT_M_PER_S - apart_m) <= LENGTH_ROUNDING_M
+        return ["LoS" if is_one else "?" for is_one in is_straight]
+
     def to_pandas(self) -> Any:
         """Makes a table of one row a path.
 
@@ -225,7 +236,8 @@ class Paths:
         -------
         pandas.DataFrame
             Columns ``link``, ``delay_s``, ``departure_azimuth_rad``, ``arrival_azimuth_rad``, ``gain_db``, and ``interactions`` like
-            ``"R12 D7"``.
+            ``"R12 D7"``: "LoS" for a path without any that is as long as its link, "?" for others without any, of which they are not
+            known.
         """
         import pandas as pd
 
@@ -238,7 +250,7 @@ class Paths:
                 "departure_azimuth_rad": self.departure_azimuth_rad,
                 "arrival_azimuth_rad": self.arrival_azimuth_rad,
                 "gain_db": self.gain_db,
-                "interactions": [" ".join(names[a:b]) or "LoS" for a, b in zip(ends[:-1], ends[1:])],
+                "interactions": [" ".join(names[a:b]) or straight for a, b, straight in zip(ends[:-1], ends[1:], self._straight())],
             }
         )
 
@@ -295,6 +307,10 @@ class Tracer:
     def __init__(self, scene: _native.Scene, **limits: Unpack[Limits]) -> None:
         self.scene = scene
         self._tracer = _native.Tracer(scene, **limits)
+        self._limits = limits
+
+    def __repr__(self) -> str:
+        return f"Tracer({', '.join([repr(self.scene), *(f'{name}={value!r}' for name, value in self._limits.items())])})"
 
     def trace(self, tx: npt.ArrayLike, rx: npt.ArrayLike) -> Paths:
         """Traces the links from each transmitter to each receiver.

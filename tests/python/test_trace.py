@@ -206,3 +206,7 @@ def test_paths_are_read_alone_and_others_are_made_of_them(paths: map2aps.Paths) 
     del columns["rx_m"]
     with pytest.raises(TypeError, match="no column rx_m"):
         map2aps.Paths(**columns)
+
+
+def test_a_tracer_tells_its_scene_and_limits(scene: map2aps.Scene) -> None:
+    assert repr(map2aps.Tracer(scene, max_reflections=1, material="pec")) == f"Tracer({scene!r}, max_reflections=1, material='pec')"
