@@ -154,6 +154,12 @@ class Dataset:
         return sum(int(entry["links"]) for entry in self.manifest["maps"])
 
     @property
+    def protocol(self) -> Protocol | None:
+        """Definition of the labels, "paper" or "released"; None where the data set does not tell it."""
+        found: Protocol | None = self.manifest["configuration"].get("label", {}).get("protocol")
+        return found
+
+    @property
     def angle_deg(self) -> npt.NDArray[np.float64]:
         """Azimuth of each bin of the spectra in degrees, shape (bins,)."""
         axis = self.manifest["layout"]["aps"]["axis"]

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _native
 from ._arrays import USUAL_PROTOCOL, Protocol
+from ._dataset import Dataset
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +97,7 @@ class Scores:
 def metrics(
     truth: npt.ArrayLike,
     prediction: npt.ArrayLike,
-    protocol: Protocol = USUAL_PROTOCOL,
+    protocol: Protocol | Dataset = USUAL_PROTOCOL,
     map_ids: npt.ArrayLike | None = None,
     data_range: float | None = None,
 ) -> Scores:
@@ -106,8 +107,9 @@ def metrics(
     ----------
     truth, prediction : array_like, shape (samples, bins)
         Spectra in one unit: normalised ones, as learning targets are and the benchmark scores, or linear power; not decibels.
-    protocol : {"released", "paper"}
-        Definition of the metrics; numbers of one must not be compared with numbers of the other.
+    protocol : {"released", "paper"} or Dataset
+        Definition of the metrics, which does not follow from the numbers: give the data set of the true spectra to take that of its
+        labels. Numbers of one must not be compared with numbers of the other.
     map_ids : array_like of int, shape (samples,), optional
         Map of each sample, for scores by map.
     data_range : float, optional
@@ -122,6 +124,11 @@ def metrics(
     UserWarning
         For true spectra without a value above 0, as those in decibels.
     """
+    if isinstance(protocol, Dataset):
+        of_labels = protocol.protocol
+        if of_labels is None:
+            raise ValueError(f"protocol: {protocol.path} does not tell that of its labels; name it, 'released' or 'paper'")
+        protocol = of_labels
     found = _native.metrics(truth, prediction, protocol, map_ids, data_range)
     known = np.asarray(truth)
     if known.size > 0 and known.max() <= 0:

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -99,3 +101,16 @@ def test_scores_are_a_dict_of_metrics() -> None:
     scores = map2aps.metrics(truth, truth[::-1])
     assert "mae" in scores and "none" not in scores and len(scores) == len(list(scores))
     assert dict(scores).keys() == scores.values.keys()
+
+
+def test_the_protocol_is_that_of_the_data_set_if_one_is_given(spectra: tuple[np.ndarray, np.ndarray], tmp_path: Path) -> None:
+    few = {"tx_per_map": 1, "rx_per_map": 2, "progress": None}
+    for protocol in ("paper", "released"):
+        made = map2aps.make_dataset(tmp_path / protocol, 1, protocol=protocol, **few)
+        assert made.protocol == protocol
+        found, expected = (map2aps.metrics(*spectra, protocol=of) for of in (made, protocol))
+        assert found.report == expected.report and np.array_equal(found["ple_deg"], expected["ple_deg"])
+    made.manifest["configuration"].pop("label")
+    assert made.protocol is None
+    with pytest.raises(ValueError, match="protocol: .*released does not tell that of its labels; name it"):
+        map2aps.metrics(*spectra, protocol=made)
