@@ -2,24 +2,22 @@
 
 #[path = "../../../tests/end_to_end/command.rs"]
 mod command;
+#[path = "../../../tests/end_to_end/lobes.rs"]
+mod lobes;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use aps_data::{
-    Dataset, DatasetConfig, DatasetWriter, LinkRows, LinkStatus, Links, MapInput, Part,
-    ProfileRows, Raster, RasterGrid, Split, npy,
-};
+use aps_data::{Dataset, Part, npy};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use command::{assert_told, fail, remarks, succeed, words};
+use lobes::{BINS, dataset_of};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_xtask-models");
-
-const BINS: usize = 180;
 
 /// The committed maps and data sets.
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data");
@@ -28,69 +26,9 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// Four maps of 2 x 8 links, one of each map's without a label; spectra are a lobe towards the transmitter.
 fn dataset() -> &'static Path {
     static DATASET: OnceLock<TempDir> = OnceLock::new();
     DATASET.get_or_init(|| dataset_of("paper")).path()
-}
-
-fn dataset_of(protocol: &str) -> TempDir {
-    let root = tempfile::tempdir().unwrap();
-    let config = DatasetConfig {
-        seed: 1,
-        configuration: json!({
-            "label": { "protocol": protocol, "array": { "uniform_linear": {} } },
-        }),
-        ..DatasetConfig::default()
-    };
-    let writer = DatasetWriter::open(root.path(), config).unwrap();
-    for id in 0..4 {
-        write_map(&writer, id);
-    }
-    let split = Split {
-        train: vec![0, 1],
-        develop: vec![2],
-        test: vec![3],
-    };
-    writer.finish(&split).unwrap();
-    root
-}
-
-fn write_map(writer: &DatasetWriter, id: u32) {
-    let (x, y) = (40.0 + 30.0 * f64::from(id), 90.0);
-    let house = vec![[x, y], [x + 40.0, y], [x + 40.0, y + 20.0], [x, y + 20.0]];
-    let buildings = Raster::of_outlines(&[house], RasterGrid::default()).unwrap();
-    let tx_m = [[10.0, 20.0 + f64::from(id)], [240.0, 200.0]];
-    let rx_m: Vec<[f64; 2]> = (0..8)
-        .map(|i| [30.0 + 25.0 * f64::from(i), 150.0 + 7.0 * f64::from(i)])
-        .collect();
-    let input = MapInput {
-        buildings: &buildings,
-        tx_m: &tx_m,
-        rx_m: &rx_m,
-        links: Links::Grid,
-    };
-    let mut map = writer.begin_map(id, &input).unwrap();
-    let mut db = Vec::new();
-    for tx in tx_m {
-        for rx in &rx_m {
-            let angle = (tx[1] - rx[1]).atan2(tx[0] - rx[0]).to_degrees();
-            let level = |bin: usize| -0.01 * (2.0 * bin as f64 - 180.0 - angle).powi(2) - 80.0;
-            db.extend((0..BINS).map(level));
-        }
-    }
-    let mut status = [LinkStatus::Valid; 16];
-    status[3] = LinkStatus::NoPath;
-    map.push(&LinkRows {
-        status: &status,
-        aps: Some(ProfileRows {
-            db: &db,
-            argmax: None,
-        }),
-        ..LinkRows::default()
-    })
-    .unwrap();
-    map.finish().unwrap();
 }
 
 /// The command of a short training of `model` into `out`.

@@ -171,6 +171,8 @@ impl Export {
     /// Notes what is exported, or refuses to go on with another export.
     fn record(&self, dataset: &Dataset, ids: &[u32], out: &Path) -> Result<()> {
         let manifest = dataset.manifest();
+        #[cfg(not(feature = "parquet"))]
+        let _ = ids;
         let record = json!({
             "layout": match self.layout {
                 ExportLayout::Released => json!("released"),
