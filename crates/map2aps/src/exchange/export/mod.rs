@@ -85,7 +85,14 @@ impl Export {
     pub fn run(&self, dataset: &Dataset, out: &Path, control: &Control<'_>) -> Result<Exported> {
         self.check_protocol(dataset)?;
         let ids = self.map_ids(dataset)?;
-        self.record(dataset, &ids, out)?;
+        let layout = match self.layout {
+            ExportLayout::Released => json!("released"),
+            ExportLayout::Samples => json!("samples"),
+            // With its maps, for the files beside the tables are of all of them.
+            #[cfg(feature = "parquet")]
+            ExportLayout::Parquet => json!({ "parquet": ids }),
+        };
+        Self::record(dataset, layout, out)?;
         #[cfg(feature = "parquet")]
         if self.layout == ExportLayout::Parquet {
             return tables::export(self, &ids, dataset, out, control);
@@ -169,18 +176,10 @@ impl Export {
     }
 
     /// Notes what is exported, or refuses to go on with another export.
-    fn record(&self, dataset: &Dataset, ids: &[u32], out: &Path) -> Result<()> {
+    fn record(dataset: &Dataset, layout: Value, out: &Path) -> Result<()> {
         let manifest = dataset.manifest();
-        #[cfg(not(feature = "parquet"))]
-        let _ = ids;
         let record = json!({
-            "layout": match self.layout {
-                ExportLayout::Released => json!("released"),
-                ExportLayout::Samples => json!("samples"),
-                // With its maps, for the files beside the tables are of all of them.
-                #[cfg(feature = "parquet")]
-                ExportLayout::Parquet => json!({ "parquet": ids }),
-            },
+            "layout": layout,
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
