@@ -127,6 +127,7 @@ impl Header {
         let (receivers, rest) = bytes.split_at(self.receivers * RECEIVER_BYTES);
         let (paths, entries) = rest.split_at(self.paths * self.version.path_bytes());
         let mut of_receivers = 0_usize;
+        let mut has_receiver = vec![false; self.paths];
         let receivers = receivers.chunks_exact(RECEIVER_BYTES).enumerate();
         let receivers = receivers.map(|(i, bytes)| {
             let receiver = receiver(Fields(bytes));
@@ -137,10 +138,14 @@ impl Header {
             } else if !receiver.position_m.iter().all(|v| v.is_finite()) {
                 Err(entry("receiver", i, "its place is not finite"))
             } else {
+                has_receiver[receiver.paths.clone()].fill(true);
                 Ok(receiver)
             }
         });
         let receivers = receivers.collect::<Result<_, _>>()?;
+        if let Some(path) = has_receiver.iter().position(|has| !has) {
+            return Err(entry("path", path, "it belongs to no receiver"));
+        }
         let paths = paths.chunks_exact(self.version.path_bytes()).enumerate();
         let paths = paths.map(|(i, bytes)| {
             let stored = match self.version {

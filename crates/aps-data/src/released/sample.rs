@@ -1,6 +1,6 @@
 //! Preprocessed samples: `.npz` archives of a model's target and input.
 
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{self, Cursor, Read, Seek, Write};
 
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
@@ -168,7 +168,7 @@ fn array<R: Read + Seek>(
             .collect();
         return Err(SampleError::Missing { array, found });
     };
-    let file = zip.by_index(index)?;
+    let mut file = zip.by_index(index)?;
     let method = file.compression();
     if !matches!(
         method,
@@ -183,7 +183,14 @@ fn array<R: Read + Seek>(
         return Err(SampleError::TooLarge { array, bytes });
     }
     let found =
-        npy::from_reader(file, bytes).map_err(|source| SampleError::Npy { array, source })?;
+        npy::from_reader(&mut file, bytes).map_err(|source| SampleError::Npy { array, source })?;
+    // The archive's checksum is compared at the end of the entry, where nothing may be left.
+    let left = io::copy(&mut file, &mut io::sink()).map_err(ZipError::Io)?;
+    if left > 0 {
+        let (shape, extra) = (found.shape, left);
+        let source = NpyError::Longer { shape, extra };
+        return Err(SampleError::Npy { array, source });
+    }
     match found.data.iter().all(|v: &f32| v.is_finite()) {
         true => Ok(found),
         false => Err(SampleError::NotFinite { array }),

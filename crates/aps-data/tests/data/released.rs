@@ -86,6 +86,32 @@ fn replace(bytes: &mut [u8], old: &[u8], new: &[u8]) {
     }
 }
 
+/// A number of an array that is not compressed, changed by the last bit of its mantissa, is a number as good as before.
+#[test]
+fn a_changed_bit_of_an_array_is_found_by_its_checksum() {
+    let whole = Sample::from_npz(golden!("sample.npz")).unwrap();
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let options =
+        zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    for (name, shape, data) in [
+        ("aps_norm.npy", &[180][..], &whole.aps_norm),
+        ("cond_img.npy", &[3, 8, 4], &whole.cond_img),
+    ] {
+        zip.start_file(name, options).unwrap();
+        npy::write_to(&mut zip, shape, data).unwrap();
+    }
+    let bytes = zip.finish().unwrap().into_inner();
+    assert_eq!(Sample::from_npz(&bytes).unwrap(), whole);
+    for value in [whole.aps_norm[90], whole.cond_img[95]] {
+        let value = value.to_le_bytes();
+        let at = bytes.windows(4).rposition(|four| four == value).unwrap();
+        let mut changed = bytes.clone();
+        changed[at] ^= 1;
+        let told = Sample::from_npz(&changed).unwrap_err();
+        assert!(matches!(told, SampleError::Zip(_)), "{told}");
+    }
+}
+
 #[test]
 fn a_missing_array_is_named_with_those_that_are_there() {
     let error = archive(|bytes| replace(bytes, b"aps_norm.npy", b"arr_0.npy\0\0\0"));
@@ -280,6 +306,8 @@ fn faults_of_propbin_are_named() {
     assert_eq!(entry(read(&|b| b[60] = 1)), ("receiver", 0));
     assert_eq!(entry(read(&|b| b[39] = 0x7f)), ("receiver", 0));
     assert_eq!(entry(read(&|b| b[10..12].fill(0xff))), ("source", 0));
+    // The first receiver claims two of its three paths.
+    assert_eq!(entry(read(&|b| b[56] = 2)), ("path", 2));
     let chain = 96 + 36 + 28;
     assert_eq!(entry(read(&|b| b[chain] = 200)), ("path", 1));
 }
