@@ -317,11 +317,7 @@ fn files_whose_names_tell_no_link_are_refused() {
             folder.arg("back")
         ))
     };
-    for name in [
-        "aps_1_2.5_3_4_5.npy",
-        "aps_0_2_3_4_5.npy",
-        "aps_1_02_3_4_5.npy",
-    ] {
+    for name in ["aps_1_2.5_3_4_5.npy", "aps_0_2_3_4_5.npy"] {
         let renamed = files.join(name);
         fs::rename(&file, &renamed).unwrap();
         let told = import();
@@ -331,12 +327,6 @@ fn files_whose_names_tell_no_link_are_refused() {
         );
         fs::rename(&renamed, &file).unwrap();
     }
-    fs::rename(&root, root.with_file_name("map_01")).unwrap();
-    let told = import();
-    assert!(
-        told.contains("map_01") && told.contains("does not tell"),
-        "{told}"
-    );
 }
 
 #[test]

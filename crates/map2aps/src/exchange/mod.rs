@@ -3,6 +3,7 @@
 mod export;
 mod import;
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use aps_data::released::LinkName;
@@ -80,6 +81,67 @@ pub enum ExchangeError {
         .0[0].display(), .0[1].display()
     )]
     SameTransmitter([PathBuf; 2]),
+    /// Two files of one link.
+    #[error("'{}' and '{}' are the same link; import one of them", .0[0].display(), .0[1].display())]
+    SameLink([PathBuf; 2]),
+    /// A folder of a map whose number is too large.
+    #[error("'{}': maps have numbers up to {}; rename it", .0.display(), u32::MAX)]
+    MapNumber(PathBuf),
+    /// A value that no label has.
+    #[error(
+        "bin {bin}: its {column} is {value}, expected {} to {}; the first column is power, in dB relative to isotropic antennas or 1 mW, \
+         the second the place of its maximum",
+        expected.start(), expected.end()
+    )]
+    Impossible {
+        /// The bin.
+        bin: usize,
+        /// The value.
+        value: f64,
+        /// What the column holds, with its unit.
+        column: &'static str,
+        /// Values that are possible.
+        expected: RangeInclusive<f64>,
+    },
+    /// A sample whose spectrum is not normalised.
+    #[error(
+        "aps_norm has the mean {mean:.3} and the deviation {deviation:.3}, expected 0 and 1: it is power relative to the maximum, minus \
+         its mean, divided by its deviation"
+    )]
+    NotNormalised {
+        /// Mean of the spectrum.
+        mean: f64,
+        /// Its population deviation.
+        deviation: f64,
+    },
+    /// A condition image whose spot is not where the name of the sample says.
+    #[error(
+        "by its name the {end} is at {place_m:?} m, but its plane of cond_img is brightest at column {}, row {}: a pixel is a metre, rows \
+         are y, and the planes are buildings, transmitter, receiver",
+        brightest[0], brightest[1]
+    )]
+    Spot {
+        /// `transmitter` or `receiver`.
+        end: &'static str,
+        /// Its place by the name \[m\].
+        place_m: [i32; 2],
+        /// Column and row of a pixel that is at least as bright.
+        brightest: [usize; 2],
+    },
+    /// A labelled link that ends inside a building.
+    #[error(
+        "it has a label, but its {end} at {place_m:?} m is inside a building of the map '{}', which is not the one that the label was made \
+         on; give the maps of the labels, or none",
+        map.display()
+    )]
+    InBuilding {
+        /// `transmitter` or `receiver`.
+        end: &'static str,
+        /// Its place \[m\].
+        place_m: [f64; 2],
+        /// The file of the map.
+        map: PathBuf,
+    },
     /// More receivers asked for than there are.
     #[error("it has only {found} receivers, {asked} were asked for")]
     Receivers {

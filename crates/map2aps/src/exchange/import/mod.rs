@@ -1,25 +1,25 @@
 //! The files of the published data as a data set.
 
+mod buildings;
+mod named;
 mod propbin;
 mod released;
 mod samples;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{
-    DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Raster, RasterGrid, Split, Totals,
-};
+use aps_data::{DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Raster, Split, Totals};
 use rayon::prelude::*;
 
 use super::ExchangeError;
 use crate::control::{Control, Work};
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
-use crate::maps::{self, MapSource, SceneSettings};
 
+use buildings::Buildings;
+use named::{LinkFile, map_number};
 pub use propbin::{ImportPropbin, LeftOut};
 pub use released::ImportReleased;
 pub use samples::ImportSamples;
@@ -72,12 +72,13 @@ fn make<T>(
 fn write_named(
     writer: &DatasetWriter,
     id: u32,
-    names: &[LinkName],
+    files: &[LinkFile],
     buildings: &Raster,
     control: &Control<'_>,
-    link: impl Fn(&LinkName) -> Result<Rows> + Send + Sync,
+    link: impl Fn(&LinkFile) -> Result<Rows> + Send + Sync,
 ) -> Result<()> {
-    let ends = Ends::of(names);
+    let names: Vec<LinkName> = files.iter().map(|file| file.name).collect();
+    let ends = Ends::of(&names);
     let layout = writer.config().layout;
     let input = MapInput {
         buildings,
@@ -86,15 +87,15 @@ fn write_named(
         links: Links::List(&ends.links),
     };
     let mut map = writer.begin_map(id, &input)?;
-    for names in names.chunks(LINKS_AT_ONCE) {
+    for files in files.chunks(LINKS_AT_ONCE) {
         control.check()?;
-        let links: Vec<Result<Rows>> = names.par_iter().map(&link).collect();
+        let links: Vec<Result<Rows>> = files.par_iter().map(&link).collect();
         let mut rows = Rows::default();
         for link in links {
             rows.append(link?);
         }
         map.push(&without_ends(rows.link_rows(&layout)))?;
-        control.progress.advance(names.len() as u64);
+        control.progress.advance(files.len() as u64);
     }
     map.finish()?;
     Ok(())
@@ -106,17 +107,6 @@ fn without_ends(rows: LinkRows<'_>) -> LinkRows<'_> {
         links: None,
         fallback: None,
         ..rows
-    }
-}
-
-/// The image of a map's buildings: drawn from its footprints, or empty where none are given.
-fn buildings(maps: Option<&MapSource>, id: u32) -> Result<Raster> {
-    match maps {
-        Some(maps) => {
-            let scene = maps.load(id, 0, SceneSettings::default())?;
-            maps::raster(&scene, maps.raster())
-        }
-        None => Ok(Raster::empty(RasterGrid::default())?),
     }
 }
 
@@ -150,26 +140,6 @@ impl Ends {
     }
 }
 
-/// The files of a folder with such a beginning and end, which are named after links, in the order of the names.
-///
-/// # Errors
-/// [`ExchangeError::Unnamed`] for one whose name is no link's: it would be left out without a word.
-fn named_files(folder: &Path, beginning: &str, end: &str) -> Result<Vec<LinkName>> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let Some(name) = name.to_str() else { continue };
-        if !(name.starts_with(beginning) && name.ends_with(end)) {
-            continue;
-        }
-        let link = LinkName::of_file(name, beginning, end);
-        names.push(link.ok_or_else(|| ExchangeError::Unnamed(entry.path()))?);
-    }
-    names.sort_unstable();
-    Ok(names)
-}
-
 fn must_have_maps<T>(
     maps: &BTreeMap<u32, Vec<T>>,
     folder: &Path,
@@ -181,5 +151,135 @@ fn must_have_maps<T>(
             expected,
         }),
         false => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::PathBuf;
+
+    use aps_data::Dataset;
+
+    use super::*;
+    use crate::maps::MapSource;
+    use crate::{DatasetPlan, Export, ExportLayout};
+
+    const SYNTHETIC: MapSource = MapSource::Synthetic { count: 2 };
+
+    /// The labels of a data set of synthetic cities as published files, in the folder that is returned.
+    fn released() -> (tempfile::TempDir, PathBuf, usize) {
+        let root = tempfile::tempdir().unwrap();
+        let [data, files] = ["data", "files"].map(|name| root.path().join(name));
+        let plan = DatasetPlan {
+            maps: SYNTHETIC,
+            tx_per_map: 2,
+            rx_per_map: 30,
+            // Synthetic maps are loaded with the seed of an import.
+            seed: 0,
+            stored: aps_data::Stored {
+                paths: true,
+                ..Default::default()
+            },
+            ..DatasetPlan::default()
+        };
+        plan.make(&data, &[0, 1], &Control::default()).unwrap();
+        let dataset = Dataset::open(&data).unwrap();
+        let export = Export::new(ExportLayout::Released);
+        let exported = export.run(&dataset, &files, &Control::default()).unwrap();
+        (root, files, exported.links)
+    }
+
+    fn import(folder: &Path, maps: Option<MapSource>) -> Result<Imported> {
+        let out = tempfile::tempdir().unwrap();
+        let import = ImportReleased {
+            folder: folder.into(),
+            maps,
+            seed: 0,
+        };
+        import.run(out.path(), &Control::default())
+    }
+
+    fn told(result: Result<Imported>) -> String {
+        result.unwrap_err().chain()
+    }
+
+    #[test]
+    fn zeros_before_numbers_do_not_hide_a_file_nor_make_two_links_of_one() {
+        let (root, files, links) = released();
+        let old = files.join("map_1/1_adps");
+        let mut entries = fs::read_dir(old.join("aps")).unwrap();
+        let aps = entries.next().unwrap().unwrap().path();
+        let name = aps.file_name().unwrap().to_str().unwrap();
+        let padded = name.replace("aps_1_", "aps_001_0");
+        let renamed = aps.with_file_name(&padded);
+        fs::copy(&aps, &renamed).unwrap();
+        let error = told(import(&files, None));
+        assert!(error.contains("are the same link"), "{error}");
+        assert!(error.contains(name) && error.contains(&padded), "{error}");
+
+        fs::remove_file(&aps).unwrap();
+        let [pdp, other] =
+            [name, &padded].map(|name| old.join("pdp").join(name.replace("aps_", "pdp_")));
+        fs::rename(pdp, other).unwrap();
+        fs::rename(&old, files.join("map_1/01_adps")).unwrap();
+        fs::rename(files.join("map_1"), files.join("map_001")).unwrap();
+        let imported = import(&files, None).unwrap();
+        assert_eq!(
+            (imported.totals.maps, imported.totals.links),
+            (2, links as u64)
+        );
+
+        let large = files.join("map_99999999999999");
+        fs::rename(files.join("map_001"), &large).unwrap();
+        let error = told(import(&files, None));
+        assert!(
+            error.contains("map_99999999999999") && error.contains("4294967295"),
+            "{error}"
+        );
+        let propbin = ImportPropbin {
+            source: large.join("source_0.propbin"),
+            map_id: 0,
+            maps: None,
+            rx_per_map: None,
+            label: Default::default(),
+            stored: aps_data::Stored::default(),
+            seed: 0,
+        };
+        fs::write(&propbin.source, "").unwrap();
+        let error = told(propbin.run(&root.path().join("out"), &Control::default()));
+        assert!(error.contains("map_99999999999999"), "{error}");
+    }
+
+    #[test]
+    fn labels_with_the_buildings_of_another_map_are_refused() {
+        let (_root, files, links) = released();
+        let imported = import(&files, Some(SYNTHETIC)).unwrap();
+        assert_eq!(imported.totals.links, links as u64);
+        // The cities of each other.
+        for (from, to) in [("map_0", "aside"), ("map_1", "map_0"), ("aside", "map_1")] {
+            fs::rename(files.join(from), files.join(to)).unwrap();
+        }
+        for (new, old) in [(0, 1), (1, 0)] {
+            let map = files.join(format!("map_{new}"));
+            fs::rename(
+                map.join(format!("{old}_adps")),
+                map.join(format!("{new}_adps")),
+            )
+            .unwrap();
+            for kind in ["aps", "pdp"] {
+                for entry in fs::read_dir(map.join(format!("{new}_adps/{kind}"))).unwrap() {
+                    let path = entry.unwrap().path();
+                    let name = path.file_name().unwrap().to_str().unwrap();
+                    let [old, new] = [old, new].map(|id| format!("{kind}_{id}_"));
+                    fs::rename(&path, path.with_file_name(name.replacen(&old, &new, 1))).unwrap();
+                }
+            }
+        }
+        let error = told(import(&files, Some(SYNTHETIC)));
+        assert!(
+            error.contains("inside a building of the map") && error.contains("link "),
+            "{error}"
+        );
     }
 }

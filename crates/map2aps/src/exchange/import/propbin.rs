@@ -23,7 +23,8 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::{
-    ExchangeError, Imported, LINKS_AT_ONCE, buildings, make, must_have_maps, without_ends,
+    Buildings, ExchangeError, Imported, LINKS_AT_ONCE, make, map_number, must_have_maps,
+    without_ends,
 };
 use crate::control::Control;
 use crate::dataset::Rows;
@@ -146,12 +147,9 @@ impl ImportPropbin {
     /// The number of the innermost folder `map_N` around a file.
     fn map_of(&self, path: &Path) -> Result<u32> {
         let whole = std::path::absolute(path)?;
-        let number = |folder: &Path| {
-            let name = folder.file_name()?.to_str()?;
-            name.strip_prefix("map_")?.parse().ok()
-        };
-        let found = whole.ancestors().skip(1).find_map(number);
-        Ok(found.unwrap_or(self.map_id))
+        let mut folders = whole.ancestors().skip(1);
+        let found = folders.find_map(|folder| map_number(folder).transpose());
+        Ok(found.transpose()?.unwrap_or(self.map_id))
     }
 
     fn map(
@@ -182,10 +180,11 @@ impl ImportPropbin {
             links.extend(receivers.map(|&rx| [tx as u32, rx]));
         }
         let metres = |(x, y): Point| [x, y].map(|bits| f64::from(f32::from_bits(bits)));
+        let buildings = Buildings::of(self.maps.as_ref(), id)?;
         let mut map = writer.begin_map(
             id,
             &MapInput {
-                buildings: &buildings(self.maps.as_ref(), id)?,
+                buildings: &buildings.image,
                 tx_m: &places.iter().map(|(tx, _)| metres(*tx)).collect::<Vec<_>>(),
                 rx_m: &rx.iter().copied().map(metres).collect::<Vec<_>>(),
                 links: Links::List(&links),
@@ -194,7 +193,8 @@ impl ImportPropbin {
         for path in files {
             control.check()?;
             let file = read(path)?;
-            let written = write_links(&mut map, writer, &file, &row, labeler, left_out);
+            let links = (&file, &row, &buildings);
+            let written = write_links(&mut map, writer, links, labeler, left_out);
             written.at_file(Place::File, path)?;
             control.progress.advance(1);
         }
@@ -225,8 +225,7 @@ impl ImportPropbin {
 fn write_links(
     map: &mut MapWriter<'_>,
     writer: &DatasetWriter,
-    file: &Propbin,
-    row: &HashMap<Point, u32>,
+    (file, row, buildings): (&Propbin, &HashMap<Point, u32>, &Buildings),
     labeler: &Labeler,
     left_out: &mut LeftOut,
 ) -> Result<()> {
@@ -244,7 +243,7 @@ fn write_links(
     for receivers in receivers.chunks(LINKS_AT_ONCE) {
         let parts: Vec<Result<(Rows, usize)>> = receivers
             .par_chunks(64)
-            .map(|receivers| label_links(file, receivers, labeler))
+            .map(|receivers| label_links(file, receivers, buildings, labeler))
             .collect();
         let mut rows = Rows::default();
         for part in parts {
@@ -261,6 +260,7 @@ fn write_links(
 fn label_links(
     file: &Propbin,
     receivers: &[&Receiver],
+    buildings: &Buildings,
     labeler: &Labeler,
 ) -> Result<(Rows, usize)> {
     let (mut scratch, mut label, mut samples) = (Scratch::default(), Label::default(), Vec::new());
@@ -293,6 +293,12 @@ fn label_links(
             }
             Status::NoPath => LinkStatus::NoPath,
         };
+        if status == LinkStatus::Valid {
+            let [tx_m, rx_m] =
+                [file.source_m(), receiver.position_m].map(|[x, y, _]| [x, y].map(f64::from));
+            let checked = buildings.check_ends(tx_m, rx_m);
+            checked.at(Place::Receiver(receiver.id.into()))?;
+        }
         rows.paths.end_link();
         rows.push_label(labeler, status, &label);
     }

@@ -2,18 +2,28 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use aps_data::released::{LinkName, ProfileFile};
+use aps_data::released::ProfileFile;
 use aps_data::{Axis, DatasetConfig, Layout, LinkStatus, Precision, ProfileLayout};
 use aps_label::{ANGLE_BINS, LabelConfig};
 use serde_json::json;
 
-use super::{ExchangeError, Imported, buildings, make, must_have_maps, named_files, write_named};
+use super::{
+    Buildings, ExchangeError, Imported, LinkFile, make, map_number, must_have_maps, write_named,
+};
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
 use crate::maps::MapSource;
+
+/// Powers that antennas can receive, relative to isotropic ones or to a milliwatt \[dB\].
+const POWERS_DB: RangeInclusive<f64> = f64::NEG_INFINITY..=0.0;
+/// Delays of the released axis \[ns\].
+const DELAYS_NS: RangeInclusive<f64> = 0.0..=1000.0;
+/// Azimuths within a full turn of 0 \[deg\].
+const AZIMUTHS_DEG: RangeInclusive<f64> = -360.0..=360.0;
 
 /// Import of labels in `map_N/N_adps/aps/aps_*.npy`, and PDPs beside them.
 #[derive(Debug, Clone)]
@@ -41,7 +51,7 @@ impl ImportReleased {
             "folders map_N/N_adps/aps with files aps_N_TXX_TXY_RXX_RXY.npy",
         )?;
         let first = maps.values().flatten().next();
-        let pdp = first.is_some_and(|name| self.folder.join(name.pdp_file()).exists());
+        let pdp = first.is_some_and(|file| file.pdp().exists());
         let exact = |axis| ProfileLayout {
             axis,
             // Values that came in half precision must leave as they came: the stored values are relative to the maximum.
@@ -63,78 +73,147 @@ impl ImportReleased {
                 "label": LabelConfig { pdp, ..LabelConfig::released() },
             }),
         };
-        make(out, config, &maps, control, |writer, id, names| {
-            let buildings = buildings(source, id)?;
-            let link = |name: &LinkName| self.link(name, &layout);
-            write_named(writer, id, names, &buildings, control, link)
+        make(out, config, &maps, control, |writer, id, files| {
+            let buildings = Buildings::of(source, id)?;
+            let link = |file: &LinkFile| read_link(file, &layout, &buildings);
+            write_named(writer, id, files, &buildings.image, control, link)
         })
     }
 
-    /// The links of each map.
-    fn find(&self) -> Result<BTreeMap<u32, Vec<LinkName>>> {
-        let mut maps = BTreeMap::new();
+    /// The files of each map in the order of their links.
+    fn find(&self) -> Result<BTreeMap<u32, Vec<LinkFile>>> {
+        let mut maps: BTreeMap<u32, Vec<LinkFile>> = BTreeMap::new();
         for entry in fs::read_dir(&self.folder).at_file(Place::Reading, &self.folder)? {
-            let entry = entry?;
-            let name = entry.file_name();
-            let id = name
-                .to_str()
-                .and_then(|n| n.strip_prefix("map_")?.parse::<u32>().ok());
-            let Some(id) = id else { continue };
-            let folder = entry.path().join(format!("{id}_adps/aps"));
-            if !folder.is_dir() {
+            let folder = entry?.path();
+            let Some(id) = map_number(&folder)?.filter(|_| folder.is_dir()) else {
                 continue;
-            }
-            let names = named_files(&folder, "aps_", ".npy")?;
-            // Files are read by the names that they must have.
-            let lost = names.iter().find(|link| {
-                let file = self.folder.join(link.aps_file());
-                link.map != id || name != *format!("map_{id}") || !file.is_file()
-            });
-            if let Some(link) = lost {
-                let file = folder.join(format!("aps_{link}.npy"));
-                return Err(ExchangeError::Unnamed(file).into());
-            }
-            if !names.is_empty() {
-                maps.insert(id, names);
+            };
+            for entry in fs::read_dir(&folder).at_file(Place::Reading, &folder)? {
+                let labels = entry?.path();
+                let name = labels.file_name().unwrap_or_default().to_string_lossy();
+                let number = name.strip_suffix("_adps").and_then(|n| n.parse().ok());
+                let folder = labels.join("aps");
+                if number != Some(id) || !folder.is_dir() {
+                    continue;
+                }
+                let files = LinkFile::all(&folder, "aps_", ".npy")?;
+                if let Some(file) = files.iter().find(|file| file.name.map != id) {
+                    return Err(ExchangeError::Unnamed(file.path.clone()).into());
+                }
+                maps.entry(id).or_default().extend(files);
             }
         }
+        maps.retain(|_, files| !files.is_empty());
+        maps.values_mut()
+            .try_for_each(|files| LinkFile::order(files))?;
         Ok(maps)
-    }
-
-    /// One link: zeros are a link without path, numbers that are not finite a label that failed.
-    fn link(&self, name: &LinkName, layout: &Layout) -> Result<Rows> {
-        let aps = read(&self.folder.join(name.aps_file()), ANGLE_BINS)?;
-        let pdp = layout
-            .pdp
-            .map(|pdp| read(&self.folder.join(name.pdp_file()), pdp.axis.count))
-            .transpose()?;
-        let is_finite = aps.is_finite() && pdp.as_ref().is_none_or(ProfileFile::is_finite);
-        let status = match is_finite {
-            _ if aps.is_all_zero() => LinkStatus::NoPath,
-            true => LinkStatus::Valid,
-            false => LinkStatus::Unlabelled,
-        };
-        let mut rows = Rows {
-            status: vec![status],
-            ..Rows::default()
-        };
-        for (profile, values) in [(Some(aps), &mut rows.aps), (pdp, &mut rows.pdp)] {
-            let bins = profile.map(|p| p.bins).unwrap_or_default();
-            values.db.extend(bins.iter().map(|bin| bin[0].to_f64()));
-            values.places.extend(bins.iter().map(|bin| bin[1].to_f64()));
-        }
-        Ok(rows)
     }
 }
 
-fn read(path: &Path, expected: usize) -> Result<ProfileFile> {
+/// One link: zeros are a link without path, numbers that are not finite a label that failed.
+fn read_link(file: &LinkFile, layout: &Layout, buildings: &Buildings) -> Result<Rows> {
+    let aps = read(&file.path, ANGLE_BINS, "delay [ns]", DELAYS_NS)?;
+    let angle = "azimuth [deg]";
+    let pdp = layout
+        .pdp
+        .map(|pdp| read(&file.pdp(), pdp.axis.count, angle, AZIMUTHS_DEG))
+        .transpose()?;
+    let is_finite = aps.is_finite() && pdp.as_ref().is_none_or(ProfileFile::is_finite);
+    let status = match is_finite {
+        _ if aps.is_all_zero() => LinkStatus::NoPath,
+        true => LinkStatus::Valid,
+        false => LinkStatus::Unlabelled,
+    };
+    if status == LinkStatus::Valid {
+        let [tx_m, rx_m] = [file.name.tx_m, file.name.rx_m].map(|place| place.map(f64::from));
+        let checked = buildings.check_ends(tx_m, rx_m);
+        checked.at(Place::LinkName(file.name))?;
+    }
+    let mut rows = Rows {
+        status: vec![status],
+        ..Rows::default()
+    };
+    for (profile, values) in [(Some(aps), &mut rows.aps), (pdp, &mut rows.pdp)] {
+        let bins = profile.map(|p| p.bins).unwrap_or_default();
+        values.db.extend(bins.iter().map(|bin| bin[0].to_f64()));
+        values.places.extend(bins.iter().map(|bin| bin[1].to_f64()));
+    }
+    Ok(rows)
+}
+
+/// Reads a file of so many bins, whose second column holds such places.
+fn read(
+    path: &Path,
+    expected: usize,
+    places: &'static str,
+    range: RangeInclusive<f64>,
+) -> Result<ProfileFile> {
     let profile = || -> Result<ProfileFile> {
         let profile = ProfileFile::from_bytes(&fs::read(path)?)?;
         let found = profile.bins.len();
-        match found == expected {
-            true => Ok(profile),
-            false => Err(ExchangeError::Bins { found, expected }.into()),
+        if found != expected {
+            return Err(ExchangeError::Bins { found, expected }.into());
         }
+        if profile.is_finite() {
+            check_values(&profile, places, &range)?;
+        }
+        Ok(profile)
     };
     profile().at_file(Place::File, path)
+}
+
+/// Refuses values that are no powers and places: of another unit, or in the other column.
+fn check_values(
+    profile: &ProfileFile,
+    places: &'static str,
+    range: &RangeInclusive<f64>,
+) -> Result<(), ExchangeError> {
+    for (bin, values) in profile.bins.iter().enumerate() {
+        let columns = [("power [dB]", &POWERS_DB), (places, range)];
+        for (value, (column, range)) in values.iter().zip(columns) {
+            let value = value.to_f64();
+            if !range.contains(&value) {
+                return Err(ExchangeError::Impossible {
+                    bin,
+                    value,
+                    column,
+                    expected: range.clone(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DELAY: (&str, &RangeInclusive<f64>) = ("delay [ns]", &DELAYS_NS);
+    const ANGLE: (&str, &RangeInclusive<f64>) = ("azimuth [deg]", &AZIMUTHS_DEG);
+
+    #[test]
+    fn values_of_another_column_or_unit_are_refused() {
+        let check = |power: f64, (places, range): (&'static str, _), place: f64| {
+            let profile = ProfileFile::rounded(&[-80.0, power], &[0.0, place]);
+            check_values(&profile, places, range)
+        };
+        for (power, axis, place) in [
+            (-91.3, DELAY, 212.6),
+            (0.0, DELAY, 1000.0),
+            (-350.0, ANGLE, -180.0),
+        ] {
+            check(power, axis, place).unwrap();
+        }
+        for (power, axis, place, told) in [
+            (212.6, DELAY, -91.3, "power [dB] is 212.625"),
+            (0.5, DELAY, 212.6, "power [dB] is 0.5"),
+            (-80.0, DELAY, -5.0, "delay [ns] is -5"),
+            (-80.0, DELAY, 1001.0, "delay [ns] is 1001"),
+            (-80.0, ANGLE, 400.0, "azimuth [deg] is 400"),
+        ] {
+            let error = check(power, axis, place).unwrap_err().to_string();
+            assert!(error.contains(told) && error.contains("bin 1"), "{error}");
+        }
+    }
 }
