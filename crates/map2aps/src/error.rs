@@ -280,6 +280,18 @@ impl fmt::Display for Place {
     }
 }
 
+/// Refuses what is no file: a folder, or a pipe, which has no length.
+pub(crate) fn must_be_file(path: &Path) -> io::Result<()> {
+    let kind = std::fs::metadata(path)?.file_type();
+    match (kind.is_file(), kind.is_dir()) {
+        (true, _) => Ok(()),
+        (_, true) => Err(io::Error::other("it is a folder, not a file")),
+        _ => Err(io::Error::other(
+            "it is a pipe or a device, not a file; copy what it gives into one",
+        )),
+    }
+}
+
 /// Adds the place to an error.
 pub(crate) trait At<T> {
     fn at(self, place: Place) -> Result<T>;
@@ -310,6 +322,16 @@ mod tests {
     #[derive(Debug, thiserror::Error)]
     #[error("i/o error: {0}")]
     struct Repeats(#[from] io::Error);
+
+    #[test]
+    fn what_is_no_file_is_told_as_what_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let told = |path: &Path| must_be_file(path).unwrap_err().to_string();
+        assert!(told(folder.path()).contains("a folder"));
+        assert!(told(&folder.path().join("none")).starts_with("No such file"));
+        #[cfg(unix)]
+        assert!(told(Path::new("/dev/null")).contains("a device"));
+    }
 
     #[test]
     fn causes_are_told_once() {

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, radiomapseer, ranges};
 use crate::counted;
-use crate::error::{At, Error, Place, Result};
+use crate::error::{At, Error, Place, Result, must_be_file};
 
 /// Tiles with a larger share of buildings have no room for terminals.
 const MAX_BUILT_SHARE: f64 = 0.95;
@@ -275,8 +275,11 @@ pub fn load_file(
     tiles: TileSettings,
     settings: SceneSettings,
 ) -> Result<(Scene, Option<City>)> {
-    if !file.is_file() {
-        return Err(MapError::NoFile).at_file(Place::MapFile, file);
+    match must_be_file(file) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Err(MapError::NoFile).at_file(Place::MapFile, file);
+        }
+        is_file => is_file.at_file(Place::MapFile, file)?,
     }
     let bytes = std::fs::read(file).at_file(Place::MapFile, file)?;
     load_bytes(&bytes, file, tile, tiles, settings)

@@ -103,12 +103,20 @@ pub struct InteractionEntry {
 }
 
 impl LinkList {
-    /// Reads a list.
+    /// Reads a list, with or without a byte order mark.
     ///
     /// # Errors
     /// [`PathListError::Form`] and [`PathListError::MoreText`].
-    pub fn read(reader: impl Read) -> Result<Self, PathListError> {
-        let mut json = serde_json::Deserializer::from_reader(reader);
+    pub fn read(mut reader: impl Read) -> Result<Self, PathListError> {
+        const MARK: &[u8] = b"\xef\xbb\xbf";
+        let mut start = Vec::new();
+        let read = reader
+            .by_ref()
+            .take(MARK.len() as u64)
+            .read_to_end(&mut start);
+        read.map_err(|error| PathListError::Form(error.to_string()))?;
+        let start = start.strip_prefix(MARK).unwrap_or(&start);
+        let mut json = serde_json::Deserializer::from_reader(start.chain(reader));
         let list = serde_path_to_error::deserialize(&mut json)
             .map_err(|error| PathListError::Form(error.to_string()))?;
         json.end().map_err(PathListError::MoreText)?;
@@ -220,5 +228,18 @@ impl From<&Interaction> for InteractionEntry {
             corner,
             point: i.point.to_array(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_byte_order_mark_is_passed_over() {
+        let text = r#"{ "links": [{ "paths": [] }] }"#;
+        let read = |text: String| LinkList::read(text.as_bytes());
+        assert_eq!(read(format!("\u{feff}{text}")).unwrap().links.len(), 1);
+        assert!(read(format!("\u{feff}\u{feff}{text}")).is_err());
     }
 }

@@ -9,7 +9,7 @@ use aps_metrics::Shape;
 use half::f16;
 
 use super::ScoreError;
-use crate::error::{At, Place, Result};
+use crate::error::{At, Place, Result, must_be_file};
 
 /// An open `.npy` file, its header checked against its length, at its first unread row.
 #[derive(Debug)]
@@ -136,6 +136,7 @@ impl ArrayFile {
 
 /// Header and element type of a file whose length agrees with them.
 fn open(path: &Path) -> Result<(Header, Number, BufReader<File>)> {
+    must_be_file(path).at_file(Place::File, path)?;
     let file = File::open(path).at_file(Place::File, path)?;
     let length = file.metadata().at_file(Place::File, path)?.len();
     let mut reader = BufReader::new(file);
