@@ -83,11 +83,8 @@ pub fn frozen(parameters: &VarMap) -> Result<VarBuilder<'static>> {
 pub fn trainable(parameters: &VarMap) -> Vec<(String, Var)> {
     let mut all = sorted(parameters);
     all.retain(|(name, var)| {
-        let is_running = |part| name.rsplit('.').next() == Some(part);
-        !is_counter(var)
-            && !is_fixed(name)
-            && !is_running("running_mean")
-            && !is_running("running_var")
+        let is_mean = name.rsplit('.').next() == Some("running_mean");
+        !is_counter(var) && !is_fixed(name) && !is_mean && !is_variance(name)
     });
     all
 }
@@ -163,6 +160,11 @@ pub(crate) fn sorted(parameters: &VarMap) -> Vec<(String, Var)> {
 /// so that state dicts go both ways without a tensor too many or too few.
 pub(crate) fn is_counter(tensor: &Tensor) -> bool {
     tensor.dtype().is_int()
+}
+
+/// Returns true for the name of a variance that a batch normalisation divides by.
+pub(crate) fn is_variance(name: &str) -> bool {
+    name.rsplit('.').next() == Some("running_var")
 }
 
 struct Seeded {

@@ -5,7 +5,7 @@ use candle_core::{D, DType, Tensor, Var};
 use super::LoadReport;
 use super::names::{Names, listed};
 use super::source::Source;
-use crate::parameters::is_counter;
+use crate::parameters::{is_counter, is_variance};
 use crate::{Error, Result};
 
 /// Inputs that a matrix of the file lacks: its last columns, which are filled with zeros.
@@ -52,6 +52,8 @@ pub(super) fn assign(
             let tensor = source.tensor(stored)?;
             if !is_counter(var) && !is_finite(&tensor)? {
                 problems.push(format!("{name} holds values that are not finite"));
+            } else if is_variance(name) && !has_no_sign(&tensor)? {
+                problems.push(format!("{name} holds a variance below 0"));
             }
             let tensor = match zeros {
                 Some(zeros) => tensor.pad_with_zeros(D::Minus1, 0, zeros.count)?,
@@ -105,7 +107,13 @@ fn explain(mut problems: Vec<String>, names: &Names, others: &[String]) -> Vec<S
 }
 
 fn is_finite(tensor: &Tensor) -> Result<bool> {
-    let values = tensor.to_dtype(DType::F32)?.flatten_all()?;
-    let values: Vec<f32> = values.to_vec1()?;
-    Ok(values.iter().all(|v| v.is_finite()))
+    Ok(values(tensor)?.iter().all(|v| v.is_finite()))
+}
+
+fn has_no_sign(tensor: &Tensor) -> Result<bool> {
+    Ok(values(tensor)?.iter().all(|&v| v >= 0.0))
+}
+
+fn values(tensor: &Tensor) -> Result<Vec<f32>> {
+    Ok(tensor.to_dtype(DType::F32)?.flatten_all()?.to_vec1()?)
 }

@@ -6,8 +6,8 @@
 //! model may be wrapped as well. Of several copies that of `p_state_dict`, `g_state_dict`, `model_state_dict`, `state_dict`,
 //! `model_state`, `model` or `net` is meant, in this order; without such a name they are an error.
 //!
-//! A tensor that is missing, unknown, of another shape or not finite is an error, which names them, of more than 24 the
-//! first, and the model keeps its values. What is left out is listed in the [`LoadReport`].
+//! A tensor that is missing, unknown, of another shape, not finite or a variance below 0 is an error, which names them, of more
+//! than 24 the first, and the model keeps its values. What is left out is listed in the [`LoadReport`].
 //!
 //! ```
 //! use aps_model::candle_core::{DType, Device};

@@ -211,7 +211,11 @@ fn record(pickle: &Pickle, id: Id) -> Result<Option<TensorRecord>, String> {
             Some((REBUILD_TENSOR, _)) => record(pickle, *tensor),
             _ => Ok(None),
         },
-        Some((REBUILD_TENSOR, [storage, offset, shape, strides, ..])) => {
+        Some((REBUILD_TENSOR, [storage, offset, shape, strides, rest @ ..])) => {
+            // After two arguments of its gradient.
+            if let Some(&pending) = rest.get(2) {
+                refuse_pending(pickle, pending)?;
+            }
             let (dtype, storage) = self::storage(pickle, *storage)?;
             let record = TensorRecord {
                 shape: sizes(pickle, *shape)?,
@@ -227,6 +231,20 @@ fn record(pickle: &Pickle, id: Id) -> Result<Option<TensorRecord>, String> {
             Ok(Some(record))
         }
         _ => Ok(None),
+    }
+}
+
+/// Refuses a view that PyTorch computes when it is read: it marks one as negated or conjugated, and stores the values before.
+fn refuse_pending(pickle: &Pickle, marks: Id) -> Result<(), String> {
+    match dict(pickle, marks) {
+        Some((marks, _)) if !marks.is_empty() => {
+            let names: Vec<&str> = marks.iter().map(|(name, _)| name.as_str()).collect();
+            Err(format!(
+                "a view that is marked as {}; save tensor.resolve_neg().resolve_conj() instead",
+                names.join(" and ")
+            ))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -333,6 +351,26 @@ mod tests {
         bytes.push(b'.');
         let refusal = describe(&bytes).unwrap_err();
         assert!(refusal.starts_with("it holds no dictionary"), "{refusal}");
+    }
+
+    #[test]
+    fn a_view_that_is_marked_as_negated_is_refused() {
+        let file = |marks: &[u8]| {
+            let storage =
+                b"(X\x07\0\0\0storagectorch\nFloatStorage\nX\x01\0\0\00X\x03\0\0\0cpuK\x06tQ";
+            let beginning = b"\x80\x02}X\x01\0\0\0wctorch._utils\n_rebuild_tensor_v2\n(";
+            let sizes = b"K\0K\x06\x85K\x01\x85\x89}";
+            [beginning, &storage[..], sizes, marks, b"tRs."].concat()
+        };
+        for marks in [&b""[..], b"}", b"N"] {
+            let entries = describe(&file(marks)).unwrap();
+            assert_eq!(entries.tensors["w"].shape, [6], "{marks:?}");
+        }
+        let refusal = describe(&file(b"}X\x03\0\0\0neg\x88s")).unwrap_err();
+        assert!(
+            refusal.contains("w (a view that is marked as neg;"),
+            "{refusal}"
+        );
     }
 
     #[test]

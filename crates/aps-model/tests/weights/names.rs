@@ -127,6 +127,21 @@ fn weights_that_are_not_finite_are_refused() {
 }
 
 #[test]
+fn a_variance_below_0_is_refused() {
+    let changed = |by: f64| {
+        load_changed(|tensors| {
+            let mut all = tensors.iter_mut();
+            let (_, variance) = all.find(|(name, _)| name == "bn.running_var").unwrap();
+            *variance = (&*variance - by).unwrap();
+        })
+    };
+    // They are 5 and 5.125.
+    assert!(changed(5.0).is_ok());
+    let problems = changed(5.0625).unwrap_err();
+    assert_eq!(problems, ["bn.running_var holds a variance below 0"]);
+}
+
+#[test]
 fn counters_of_old_pytorch_may_lack() {
     let loaded =
         load_changed(|tensors| tensors.retain(|(name, _)| !name.ends_with("num_batches_tracked")))
