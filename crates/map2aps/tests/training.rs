@@ -102,6 +102,13 @@ fn continues_to_the_same_bytes(training: Training) {
         "{told}"
     );
     fs::rename(&aside, &checkpoint).unwrap();
+    // Nor does a run go on whose best weights are gone.
+    let best = parts.join("best.safetensors");
+    fs::rename(&best, &aside).unwrap();
+    let refused = training.run(&dataset, &parts, &Control::default());
+    let told = refused.unwrap_err().chain();
+    assert!(told.contains("has its best weights in"), "{told}");
+    fs::rename(&aside, &best).unwrap();
     for name in [
         "steps.csv",
         "scores.csv",

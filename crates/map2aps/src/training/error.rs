@@ -141,12 +141,27 @@ pub enum TrainingError {
         "after {0} steps the predictions of development links are not finite: the training diverged; try a lower learning rate"
     )]
     Diverged(u64),
+    /// Statistics of targets that no power can be normalised by.
+    #[error(
+        "training_statistics are mean {mean} and deviation {std}: the deviation must be positive and no rounding; restore the file"
+    )]
+    Statistics {
+        /// Mean of the training's powers.
+        mean: f64,
+        /// Their deviation.
+        std: f64,
+    },
+    /// A run to continue whose best weights are gone.
+    #[error(
+        "the run has its best weights in '{}', which is not there; restore it, or start anew in another folder", .0.display()
+    )]
+    NoBest(PathBuf),
     /// A log of other columns.
     #[error("its columns are not those of this run; move it away to continue without it")]
     LogColumns,
     /// A log that lacks rows.
     #[error(
-        "it has fewer rows than its checkpoint has seen; restore it, or start anew in another folder"
+        "it has fewer rows than its checkpoint has seen; restore it, or move it away to continue without it"
     )]
     LogRows,
     /// A run without a score.

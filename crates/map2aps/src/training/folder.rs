@@ -100,7 +100,13 @@ impl Settings {
 
     /// Reads the settings in the text of a `config.json`.
     pub(super) fn parse(text: &str) -> Result<Self> {
-        Ok(serde_json::from_str(text)?)
+        let settings: Self = serde_json::from_str(text)?;
+        let MeanStd { mean, std } = settings.training_statistics;
+        // What is predicted is in single precision.
+        match mean.is_finite() && std > 0.0 && (1.0 / std) < f64::from(f32::MAX) {
+            true => Ok(settings),
+            false => Err(TrainingError::Statistics { mean, std }.into()),
+        }
     }
 
     /// Method by which the targets of the training were made; `None` for a protocol that this version does not know.
@@ -185,5 +191,30 @@ impl RunFolder {
     pub(super) fn write_settings(&self, settings: &Settings) -> Result<()> {
         let text = serde_json::to_string_pretty(settings)? + "\n";
         Ok(aps_data::replace_file(&self.settings(), text.as_bytes())?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use aps_model::ModelKind;
+    use aps_model::weights::Shipped;
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn statistics_that_cannot_be_divided_by_are_refused() {
+        let shipped = Shipped::of(ModelKind::MsAreg).unwrap().settings;
+        let mut settings: Value = serde_json::from_str(shipped).unwrap();
+        Settings::parse(shipped).unwrap();
+        for std in [json!(0.0), json!(-1), json!(1e-320)] {
+            settings["training_statistics"]["std"] = std;
+            let told = Settings::parse(&settings.to_string()).unwrap_err();
+            assert!(
+                told.chain().contains("training_statistics"),
+                "{}",
+                told.chain()
+            );
+        }
     }
 }

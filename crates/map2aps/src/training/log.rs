@@ -20,12 +20,13 @@ pub struct Log {
 }
 
 impl Log {
-    /// Opens a log of such columns that has `rows` rows of the run so far; what a stopped run wrote beyond its checkpoint is dropped.
-    pub fn open(path: PathBuf, columns: &str, rows: u64) -> Result<Self> {
+    /// Opens a log of such columns, the first a number of steps, whose row `last` is the last of the run so far, if it has one; what
+    /// a stopped run wrote beyond its checkpoint is dropped. A log that was moved away begins anew.
+    pub fn open(path: PathBuf, columns: &str, last: Option<u64>) -> Result<Self> {
         let open = || -> Result<(File, Option<f64>)> {
-            let kept = match rows {
-                0 => format!("{columns}\n"),
-                _ => first_lines(&path, columns, rows)?,
+            let kept = match last {
+                Some(last) if path.exists() => lines_to(&path, columns, last)?,
+                _ => format!("{columns}\n"),
             };
             replace_file(&path, kept.as_bytes())?;
             let last = kept.trim_end().rsplit(',').next();
@@ -53,18 +54,27 @@ impl Log {
     }
 }
 
-fn first_lines(path: &Path, columns: &str, rows: u64) -> Result<String> {
+/// The names of the columns, and the rows to that which begins with `last`, unless the log was begun anew since.
+fn lines_to(path: &Path, columns: &str, last: u64) -> Result<String> {
     let text = fs::read_to_string(path)?;
-    let wanted = usize::try_from(rows).map_or(usize::MAX, |rows| rows.saturating_add(1));
-    let lines: Vec<&str> = text.split_inclusive('\n').take(wanted).collect();
-    let head = lines.first().map(|line| line.trim_end());
-    if head != Some(columns) {
+    let mut lines = text
+        .split_inclusive('\n')
+        .filter(|line| line.ends_with('\n'));
+    let head = lines.next().unwrap_or_default();
+    if head.trim_end() != columns {
         return Err(TrainingError::LogColumns.into());
     }
-    if lines.len() != wanted || lines.iter().any(|line| !line.ends_with('\n')) {
-        return Err(TrainingError::LogRows.into());
+    let number = |line: &str| {
+        line.split(',')
+            .next()
+            .and_then(|cell| cell.parse::<u64>().ok())
+    };
+    let is_kept = |line: &&str| number(line).is_some_and(|number| number <= last);
+    let rows: Vec<&str> = lines.take_while(is_kept).collect();
+    match rows.last() {
+        Some(row) if number(row) != Some(last) => Err(TrainingError::LogRows.into()),
+        _ => Ok(head.to_owned() + &rows.concat()),
     }
-    Ok(lines.concat())
 }
 
 #[cfg(test)]
@@ -75,25 +85,36 @@ mod tests {
     fn a_continued_log_loses_what_its_checkpoint_has_not_seen() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("steps.csv");
-        let open = |rows| Log::open(path.clone(), "step,loss", rows);
+        let open = |last| Log::open(path.clone(), "step,loss", last);
         let push = |log: &mut Log, step: usize| {
             log.push(&[step.to_string(), "0.5".into()]).unwrap();
         };
-        let mut log = open(0).unwrap();
+        let mut log = open(None).unwrap();
         (0..5).for_each(|step| push(&mut log, step));
         log.flush().unwrap();
         let whole = fs::read_to_string(&path).unwrap();
         // A kill on the way leaves the old one, whole: it is replaced, not cut.
         let old = folder.path().join("old");
         fs::hard_link(&path, &old).unwrap();
-        let mut log = open(3).unwrap();
+        let mut log = open(Some(2)).unwrap();
         assert_eq!(fs::read_to_string(&old).unwrap(), whole);
         assert_eq!(log.last(), Some(0.5));
         (3..5).for_each(|step| push(&mut log, step));
         log.flush().unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), whole);
-        assert!(open(6).is_err(), "rows are missing");
-        fs::write(&path, "other,columns\n0,1\n").unwrap();
-        assert!(open(1).is_err());
+        assert!(open(Some(5)).is_err(), "a row is missing");
+        for other in ["other,columns\n0,1\n", ""] {
+            fs::write(&path, other).unwrap();
+            assert!(open(Some(0)).is_err());
+        }
+        // Moved away, as the errors advise, it begins anew, and goes on as often as it is stopped.
+        fs::remove_file(&path).unwrap();
+        open(Some(4)).unwrap();
+        let mut log = open(Some(4)).unwrap();
+        (5..8).for_each(|step| push(&mut log, step));
+        log.flush().unwrap();
+        drop(open(Some(6)).unwrap());
+        let text = fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "step,loss\n5,0.5\n6,0.5\n");
     }
 }

@@ -206,9 +206,13 @@ impl Training {
             }
             false => State::default(),
         };
-        let steps = Log::open(folder.steps(), rows::STEP_COLUMNS, trainer.steps_done())?;
-        let scores = Log::open(folder.scores(), &rows::score_columns(), state.scores)?;
-        let times = Log::open(folder.times(), rows::TIME_COLUMNS, state.scores)?;
+        if state.has_best() && !folder.best().is_file() {
+            return Err(TrainingError::NoBest(folder.best()).into());
+        }
+        let (last_step, scored) = (trainer.steps_done().checked_sub(1), state.last_scored());
+        let steps = Log::open(folder.steps(), rows::STEP_COLUMNS, last_step)?;
+        let scores = Log::open(folder.scores(), &rows::score_columns(), scored)?;
+        let times = Log::open(folder.times(), rows::TIME_COLUMNS, scored)?;
         folder.write_settings(&settings)?;
         if self.config.budget_s.is_none() {
             // A checkpoint keeps the time of a training that time ends.

@@ -35,6 +35,18 @@ pub(super) struct State {
     best: Option<(u64, u64)>,
 }
 
+impl State {
+    /// Steps made before the last score, if there is one.
+    pub fn last_scored(&self) -> Option<u64> {
+        (self.scores > 0).then_some(self.scored_at)
+    }
+
+    /// True if there are weights that did best so far.
+    pub fn has_best(&self) -> bool {
+        self.best.is_some()
+    }
+}
+
 /// Scores of the development links after a step.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
