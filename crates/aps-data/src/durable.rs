@@ -1,6 +1,7 @@
 //! Files and folders that are there whole or not at all, also after a crash.
 
 use std::collections::hash_map::RandomState;
+use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
 use std::hash::{BuildHasher, Hasher};
 use std::io::{self, Read, Write};
@@ -183,6 +184,12 @@ impl PartialFolder {
 }
 
 const PARTIAL: &str = ".partial-";
+
+/// Returns true for the name of a file that [`PartialFile`] has not given its own yet, or never will if its process was killed.
+pub fn is_partial(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    name.starts_with('.') && name.contains(PARTIAL)
+}
 
 /// A random number of this process. Process numbers would not do: in containers, and on the machines of a cluster, many
 /// processes that share a folder have the same.

@@ -106,7 +106,9 @@ mod writer;
 
 pub use aps_label::Axis;
 pub use condition::{ConditionConfig, ConditionImages};
-pub use durable::{LOCK_FILE, PartialFile, lock_folder, replace_file, replace_unsynced, sha256_of};
+pub use durable::{
+    LOCK_FILE, PartialFile, is_partial, lock_folder, replace_file, replace_unsynced, sha256_of,
+};
 pub use error::{Difference, Error};
 pub use json::differences;
 pub use layout::{Layout, Precision, ProfileLayout, Stored};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use aps_data::{Access, DatasetConfig, Layout, Split, Stored};
+use aps_data::{Access, DatasetConfig, Layout, Split, Stored, npy, sha256_of};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::scene::RepairReport;
@@ -164,6 +164,15 @@ impl DatasetPlan {
     }
 
     fn make_maps(&self, making: &Making, control: &Control<'_>) -> Result<Made> {
+        if let Some(first) = making.first_there()? {
+            // One that cannot be read any more cannot be compared.
+            if let Ok(scene) = self.maps.load(first.id, self.seed, self.scene) {
+                let image = maps::raster(&scene, self.maps.raster())?;
+                let (grid, mut bytes) = (image.grid(), Vec::new());
+                npy::write_to(&mut bytes, &[grid.height, grid.width], image.pixels())?;
+                making.must_have(&first, "buildings.npy", &sha256_of(&bytes))?;
+            }
+        }
         let of_map = self.tx_per_map.saturating_mul(self.rx_per_map);
         let links = making.todo.len().saturating_mul(of_map) as u64;
         let mut repairs = Vec::new();
@@ -202,4 +211,54 @@ fn all(split: &Split) -> Vec<u32> {
     let mut maps = [&split.train[..], &split.develop, &split.test].concat();
     maps.sort_unstable();
     maps
+}
+
+#[cfg(test)]
+mod tests {
+    use aps_raytrace::scene::CityConfig;
+
+    use super::*;
+
+    /// A folder of maps that are those of synthetic cities from this seed on.
+    fn folder_of_maps(seed: u64) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for id in 0..2 {
+            let config = CityConfig {
+                seed: seed + id,
+                ..CityConfig::default()
+            };
+            let outlines = config.footprints().unwrap().into_iter().map(|footprint| {
+                let ring = footprint.outer.iter().map(|p| p.to_array());
+                ring.collect::<Vec<_>>()
+            });
+            let text = serde_json::to_string(&outlines.collect::<Vec<_>>()).unwrap();
+            std::fs::write(folder.path().join(format!("{id}.json")), text).unwrap();
+        }
+        folder
+    }
+
+    #[test]
+    fn a_data_set_is_not_continued_with_other_maps_of_the_same_settings() {
+        let [own, other] = [0, 7].map(folder_of_maps);
+        let out = tempfile::tempdir().unwrap();
+        let make = |maps: &tempfile::TempDir, index| {
+            let plan = DatasetPlan {
+                maps: MapSource::Folder(maps.path().into()),
+                tx_per_map: 1,
+                rx_per_map: 3,
+                ..DatasetPlan::default()
+            };
+            let shard = Access::Shard { index, count: 2 };
+            plan.make_shard(out.path(), &[0, 1], shard, &Control::default())
+        };
+        make(&own, 0).unwrap();
+        let told = make(&other, 1).unwrap_err().chain();
+        assert!(
+            told.contains("map 0 in") && told.contains("buildings.npy"),
+            "{told}"
+        );
+        make(&own, 1).unwrap();
+        // All is there, so that nothing is made of them.
+        make(&other, 1).unwrap();
+    }
 }

@@ -11,12 +11,15 @@ mod verify;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, PathTable, Profile};
+use aps_data::{
+    Access, Dataset, DatasetConfig, DatasetWriter, MapEntry, PathTable, Profile, Survey,
+};
 use aps_label::Labeler;
 use aps_raytrace::scene::RepairReport;
 
 use crate::control::{Control, Work};
 use crate::error::{At, Error, Place, Result};
+use crate::maps::MapError;
 use crate::tally::Tally;
 
 pub use merge::{MergeError, MissingPart, merge};
@@ -110,6 +113,29 @@ impl Making {
                 Access::Shard { count, .. } => Some(count),
             },
         })
+    }
+
+    /// Returns the first map that is there, where others are left to do.
+    pub fn first_there(&self) -> Result<Option<MapEntry>> {
+        let mut there = self.maps.iter().filter(|&&id| self.writer.has_map(id));
+        let Some(&first) = there.next().filter(|_| !self.todo.is_empty()) else {
+            return Ok(None);
+        };
+        let mut maps = Survey::of(&self.folder)?.maps.into_iter();
+        Ok(maps.find(|map| map.id == first))
+    }
+
+    /// Refuses a source in which a map that is there has another file of this name.
+    pub fn must_have(&self, map: &MapEntry, file: &str, sha256: &str) -> Result<(), MapError> {
+        let mut files = map.files.iter();
+        match files.any(|stored| stored.name == file && stored.sha256 != sha256) {
+            true => Err(MapError::OtherSource {
+                id: map.id,
+                file: file.into(),
+                folder: self.folder.clone(),
+            }),
+            false => Ok(()),
+        }
     }
 
     /// Makes the maps left to do, which have so many links, one after the other.

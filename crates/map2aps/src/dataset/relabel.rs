@@ -66,6 +66,16 @@ pub fn relabel(
     let maps: Vec<u32> = manifest.maps.iter().map(|map| map.id).collect();
     let labeler = Labeler::new(&label)?;
     let making = Making::open(out, config, labeler, &maps, Access::Whole)?;
+    if let Some(first) = making.first_there()? {
+        let mut maps = manifest.maps.iter();
+        let own = maps.find(|map| map.id == first.id);
+        // What a relabelled map takes as it is.
+        for name in ["buildings", "tx", "rx", "link_tx", "link_rx"].map(|n| format!("{n}.npy")) {
+            let file = own.and_then(|own| own.files.iter().find(|file| file.name == name));
+            let sha256 = file.map_or("", |file| &file.sha256);
+            making.must_have(&first, &name, sha256)?;
+        }
+    }
     let is_left = |map: &&MapEntry| making.todo.contains(&map.id);
     let todo = manifest.maps.iter().filter(is_left);
     let links = todo.map(|map| map.links as u64).sum();
@@ -137,5 +147,63 @@ impl Run<'_> {
         rows.count_shapes(self.labeler, &self.writer.config().layout)?;
         self.control.progress.advance(links.len() as u64);
         Ok(rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use aps_data::Survey;
+
+    use super::*;
+    use crate::{DatasetPlan, MapSource};
+
+    #[test]
+    fn labels_of_another_source_are_not_put_beside_those_of_the_first() {
+        let root = tempfile::tempdir().unwrap();
+        let [own, other, out] = ["own", "other", "out"].map(|name| root.path().join(name));
+        let stored = Stored {
+            paths: true,
+            ..Stored::default()
+        };
+        for (folder, seed) in [(&own, 42), (&other, 43)] {
+            let plan = DatasetPlan {
+                maps: MapSource::Synthetic { count: 2 },
+                tx_per_map: 1,
+                rx_per_map: 2,
+                stored,
+                seed,
+                ..DatasetPlan::default()
+            };
+            plan.make(folder, &[0, 1], &Control::default()).unwrap();
+            // So that nothing but the maps tells them apart.
+            for name in ["manifest.json", "map_0000/map.json", "map_0001/map.json"] {
+                let text = std::fs::read_to_string(folder.join(name)).unwrap();
+                std::fs::write(
+                    folder.join(name),
+                    text.replace("\"seed\": 43", "\"seed\": 42"),
+                )
+                .unwrap();
+            }
+        }
+        let [own, other] = [own, other].map(|folder| Dataset::open(folder).unwrap());
+        let run = |source| {
+            relabel(
+                source,
+                &out,
+                &LabelConfig::paper(),
+                stored,
+                &Control::default(),
+            )
+        };
+        run(&own).unwrap();
+        std::fs::remove_file(out.join("manifest.json")).unwrap();
+        std::fs::remove_dir_all(out.join("map_0001")).unwrap();
+        let told = run(&other).unwrap_err().chain();
+        assert!(
+            told.contains("map 0 in") && told.contains("made from another one"),
+            "{told}"
+        );
+        assert_eq!(Survey::of(&out).unwrap().maps.len(), 1);
+        run(&own).unwrap();
     }
 }

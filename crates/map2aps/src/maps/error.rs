@@ -52,6 +52,20 @@ pub enum MapError {
         "map {0} cannot have copies in other orientations: ids from 1000000 on are those of copies"
     )]
     NoRoomForCopies(u32),
+    /// Maps of which one differs from the map that a data set was begun with.
+    #[error(
+        "map {id} in '{}' has another {file} than it has of the source now given: it was made from another one; give that one, or another \
+         folder",
+        folder.display()
+    )]
+    OtherSource {
+        /// The map.
+        id: u32,
+        /// The file that differs.
+        file: String,
+        /// The folder of the data set.
+        folder: PathBuf,
+    },
     /// A folder without maps.
     #[error("no map in '{}': expected files named 0.json, 1.json, ...", .0.display())]
     NoMap(PathBuf),

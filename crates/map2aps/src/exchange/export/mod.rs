@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{Dataset, MapData, Part, replace_unsynced};
+use aps_data::{Dataset, Manifest, MapData, Part, is_partial, replace_unsynced, sha256_of};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -178,21 +178,30 @@ impl Export {
     /// Notes what is exported, or refuses to go on with another export.
     fn record(dataset: &Dataset, layout: Value, out: &Path) -> Result<()> {
         let manifest = dataset.manifest();
-        let record = json!({
+        let mut record = json!({
             "layout": layout,
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
+            "source": source(manifest, None)?,
         });
         create_folder(out)?;
         let path = out.join(RECORD_FILE);
         match fs::read(&path) {
             Ok(bytes) => {
                 let found: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+                // Earlier versions did not note it.
+                record["source"] = match found["source"]["map"].as_u64() {
+                    Some(map) => source(manifest, Some(map))?,
+                    None => found["source"].clone(),
+                };
+                if found.get("source").is_none() {
+                    record.as_object_mut().map(|record| record.remove("source"));
+                }
                 // Through text, as the stored one went.
                 let given: Value = serde_json::from_slice(&serde_json::to_vec(&record)?)?;
                 match found == given {
-                    true => Ok(()),
+                    true => remove_partial_files(out),
                     false => Err(ExchangeError::OtherExport(path).into()),
                 }
             }
@@ -206,6 +215,31 @@ impl Export {
             Err(error) => Err(error).at_file(Place::Reading, &path),
         }
     }
+}
+
+/// A map of a data set, else its first, with the checksum of its list of files; null where it is not there. More maps do not change it.
+fn source(manifest: &Manifest, map: Option<u64>) -> Result<Value> {
+    let mut maps = manifest.maps.iter();
+    let map = maps.find(|entry| map.is_none_or(|map| map == u64::from(entry.id)));
+    Ok(match map {
+        Some(map) => json!({ "map": map.id, "files": sha256_of(&serde_json::to_vec(&map.files)?) }),
+        None => Value::Null,
+    })
+}
+
+/// Removes what an export that was killed left half-written in a folder and those below. Another export that writes there at the same
+/// time stops with an error.
+fn remove_partial_files(folder: &Path) -> Result<()> {
+    for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
+        let entry = entry.at_file(Place::Reading, folder)?;
+        let path = entry.path();
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            remove_partial_files(&path)?;
+        } else if is_partial(&entry.file_name()) {
+            fs::remove_file(&path).at_file(Place::Removing, &path)?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes the files of some links of a map on all threads, each with buffers of its own; returns the bytes written.
@@ -258,4 +292,52 @@ fn names_of(map: &MapData) -> Result<Vec<(usize, LinkName)>, ExchangeError> {
         }
     });
     named.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DatasetPlan, MapSource};
+
+    #[test]
+    fn an_export_is_continued_by_its_data_set_alone_and_without_what_a_killed_one_left() {
+        let root = tempfile::tempdir().unwrap();
+        let [data, other, out] = ["data", "other", "out"].map(|name| root.path().join(name));
+        for (folder, maps) in [(&data, [0, 1]), (&other, [2, 3])] {
+            let plan = DatasetPlan {
+                maps: MapSource::Synthetic { count: 4 },
+                tx_per_map: 1,
+                rx_per_map: 2,
+                ..DatasetPlan::default()
+            };
+            plan.make(folder, &maps, &Control::default()).unwrap();
+        }
+        let [data, other] = [data, other].map(|folder| Dataset::open(folder).unwrap());
+        let export = Export::new(ExportLayout::Samples);
+        let run = |dataset| export.run(dataset, &out, &Control::default());
+        run(&data).unwrap();
+        let told = run(&other).unwrap_err().chain();
+        assert!(told.contains("is of another export"), "{told}");
+
+        let samples = out.join("samples");
+        let (partial, file) = aps_data::PartialFile::create(&samples.join("x.npz")).unwrap();
+        let left = fs::read_dir(&samples)
+            .unwrap()
+            .map(|entry| entry.unwrap().path());
+        let left = left.filter(|path| is_partial(path.file_name().unwrap()));
+        let left: Vec<_> = left.collect();
+        assert_eq!(left.len(), 1);
+        drop((partial, file));
+        fs::write(&left[0], "half").unwrap();
+        fs::write(samples.join(".hidden"), "own").unwrap();
+        run(&data).unwrap();
+        assert!(!left[0].exists() && samples.join(".hidden").exists());
+
+        // The record of an earlier version.
+        let record = out.join(RECORD_FILE);
+        let mut told: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
+        told.as_object_mut().unwrap().remove("source").unwrap();
+        fs::write(&record, told.to_string()).unwrap();
+        run(&data).unwrap();
+    }
 }
