@@ -9,7 +9,7 @@ use aps_model::weights::Shipped;
 use aps_report::benchmark::Entry;
 use map2aps::targets::Target;
 use map2aps::training::Trained;
-use map2aps::{Draw, Examples};
+use map2aps::{Draw, Examples, check_links};
 use serde_json::{Value, json};
 
 use crate::answer::{self, Answer};
@@ -105,10 +105,13 @@ impl<'a> Context<'a> {
             (Job::LineOfSight, _) => baselines::line_of_sight(test, &bed.plan, mean)?,
             (&Job::Tracer(interactions), _) => self.trace(Found::Within(interactions))?,
             (Job::StrongestPath, _) => self.trace(Found::Strongest)?,
-            (Job::External(_, file), _) => Answer {
-                predictions: test.choose(&bed.dataset, answer::spectra(file)?)?,
-                ..Answer::default()
-            },
+            (Job::External(_, file), _) => {
+                check_links(&bed.dataset, SplitPart::Test, file)?;
+                Answer {
+                    predictions: test.choose(&bed.dataset, answer::spectra(file)?)?,
+                    ..Answer::default()
+                }
+            }
             (Job::Weights(_, file), _) => {
                 self.ask(Trained::load(file, None, None, &bed.device)?)?
             }

@@ -95,11 +95,18 @@ fn smoke_benchmark_is_whole_and_reused() {
     assert_eq!(assumed.0.into_inner(), 64);
 
     // Predictions of other links are refused, and nothing else suffers.
+    let other = folder.path().join("other.npy");
+    fs::rename(&copy, &other).unwrap();
+    fs::write(map2aps::links_file(&other), "row,map,link\n0,0,0\n").unwrap();
     npy::write(&copy, &[2, 180], &[0.0_f32; 360]).unwrap();
-    let more = ["models = ['resnet_mlp']", &external].join("\n");
+    let other = format!("external.other = '{}'", other.display());
+    let more = ["models = ['resnet_mlp']", &external, &other].join("\n");
     let third = results(&out, None, &more);
-    let is_told = third.failed[0].message.contains("2 spectra");
-    assert!(is_told, "{:?}", third.failed);
+    for (name, told) in [("own", "2 spectra"), ("other", "other links, from row 0")] {
+        let is_told =
+            |f: &aps_report::benchmark::Failure| f.name == name && f.message.contains(told);
+        assert!(third.failed.iter().any(is_told), "{:?}", third.failed);
+    }
     assert!(!third.entries.iter().any(|e| e.name == "MS-AReg"));
 }
 

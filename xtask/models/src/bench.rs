@@ -140,7 +140,7 @@ impl Args {
             let parsed = format!("value = {text}").parse::<Table>().ok();
             let value = parsed.and_then(|mut table| table.remove("value"));
             let value = value.unwrap_or_else(|| Value::from(text.as_str()));
-            put(&mut flags, &key.split('.').collect::<Vec<_>>(), value)?;
+            Config::flag(&mut flags, &key.split('.').collect::<Vec<_>>(), value)?;
         }
         let seed = self.seed.map(i64::try_from).transpose();
         let seed = seed.context("a seed must be below 2^63")?;
@@ -157,38 +157,17 @@ impl Args {
         ];
         for (key, value) in given {
             if let Some(value) = value {
-                put(&mut flags, key, value)?;
+                Config::flag(&mut flags, key, value)?;
             }
         }
         for (table, pairs) in [("external", &self.external), ("weights", &self.weights)] {
             for (name, file) in pairs {
-                put(
-                    &mut flags,
-                    &[table, name.as_str()],
-                    Value::from(file.as_str()),
-                )?;
+                let file = Value::from(file.as_str());
+                Config::flag(&mut flags, &[table, name.as_str()], file)?;
             }
         }
         Ok(flags)
     }
-}
-
-/// Sets a value in tables within tables.
-fn put(table: &mut Table, key: &[&str], value: Value) -> Result<()> {
-    let [first, rest @ ..] = key else {
-        bail!("a setting needs a name");
-    };
-    if rest.is_empty() {
-        table.insert((*first).into(), value);
-        return Ok(());
-    }
-    let inner = table.entry(*first).or_insert(Value::Table(Table::new()));
-    let inner = inner.as_table_mut();
-    put(
-        inner.with_context(|| format!("{first} is a value, not a table"))?,
-        rest,
-        value,
-    )
 }
 
 /// Names the option that helps against an error of the library, which does not know them.

@@ -29,7 +29,7 @@ order of their rows. This is what the metrics expect:
 
   cargo xtask metrics --truth DATA --split test --prediction pred.npy
 
-pred.links.csv, beside pred.npy, names map, row, transmitter and receiver of each.";
+pred.links.csv, beside pred.npy, names map, row, transmitter, receiver and labels of each.";
 
 /// Predict spectra with a trained model.
 #[derive(Debug, clap::Args)]
@@ -137,7 +137,11 @@ impl Args {
         for &id in maps {
             let examples = Examples::of_maps(&dataset, &[id], Target::Linear, None)?;
             for (offset, example) in examples.list().iter().enumerate() {
-                writeln!(names, "{}", link_line(output.rows + offset, example))?;
+                writeln!(
+                    names,
+                    "{}",
+                    link_line(&dataset, output.rows + offset, example)
+                )?;
             }
             let input = trained.input(&examples, images).map_err(advised)?;
             trained.predict_batches(&*input, &examples, self.batch, |spectra| {

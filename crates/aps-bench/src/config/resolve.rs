@@ -33,6 +33,24 @@ impl Config {
         Config::of(table)
     }
 
+    /// Adds a setting to flags, by its keys from the outermost on.
+    ///
+    /// # Errors
+    /// A setting that is given twice, or as a value and as a table; it is named.
+    pub fn flag(flags: &mut Table, keys: &[&str], value: Value) -> Result<()> {
+        let twice = || Error::Setting(format!("{} is given twice; give it once", keys.join(".")));
+        let (last, tables) = keys.split_last().expect("a setting has a name");
+        let mut table = flags;
+        for &key in tables {
+            let inner = table.entry(key).or_insert(Value::Table(Table::new()));
+            table = inner.as_table_mut().ok_or_else(twice)?;
+        }
+        match table.insert((*last).into(), value) {
+            Some(_) => Err(twice()),
+            None => Ok(()),
+        }
+    }
+
     /// The settings of a table that is whole.
     pub(super) fn of(table: Table) -> Result<Self> {
         let config: Config = table.try_into().map_err(|e| in_one_line(&e))?;
@@ -99,6 +117,32 @@ mod tests {
         assert!(ModelKind::ALL.iter().all(|&kind| batch(&config, kind) == 1));
         let areg = config.training(ModelKind::MsAreg).unwrap();
         assert_eq!(areg.learning_rate, 0.5);
+    }
+
+    #[test]
+    fn flags_that_are_given_twice_are_refused() {
+        let given = |all: &[&[&str]]| {
+            let mut flags = Table::new();
+            let mut all = all.iter();
+            all.try_for_each(|keys| Config::flag(&mut flags, keys, Value::from("x")))
+        };
+        given(&[&["external", "a"], &["external", "b"], &["models"]]).unwrap();
+        for (flags, told) in [
+            (
+                [["external", "a"], ["external", "a"]]
+                    .each_ref()
+                    .map(|k| &k[..]),
+                "external.a is given twice",
+            ),
+            ([&["models", "x"][..], &["models"]], "models is given twice"),
+            (
+                [&["models"], &["models", "x"][..]],
+                "models.x is given twice",
+            ),
+        ] {
+            let error = chain(&given(&flags).unwrap_err());
+            assert!(error.contains(told), "{error}");
+        }
     }
 
     #[test]

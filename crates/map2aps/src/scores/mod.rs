@@ -13,7 +13,7 @@ use aps_metrics::{DataRange, Defect, Error as MetricsError, Evaluation, Report, 
 use crate::error::{At, Place, Result};
 
 pub use array_file::ArrayFile;
-pub use links::{LINK_COLUMNS, link_line, links_file};
+pub use links::{LINK_COLUMNS, check_links, link_line, links_file};
 pub use truth::{Labels, Truth};
 
 /// Values of spectra held at a time: 16 MB in f64, beside the scores of 120 bytes a sample.
@@ -69,6 +69,22 @@ pub enum ScoreError {
         path: PathBuf,
         /// The first row of another link.
         row: usize,
+    },
+    /// A prediction of other labels, by the file beside it that names them.
+    #[error(
+        "by '{}' the prediction is of labels of the {what} {found}, those to be scored are of {expected}: the same spectrum means something else \
+         there; predict those that are to be scored, or remove that file if it is not of this prediction",
+        path.display()
+    )]
+    OtherLabels {
+        /// The file.
+        path: PathBuf,
+        /// `protocol` or `array`.
+        what: &'static str,
+        /// That of the prediction.
+        found: String,
+        /// That of the labels.
+        expected: String,
     },
     /// No sample without NaN and infinities.
     #[error(

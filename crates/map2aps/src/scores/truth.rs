@@ -160,7 +160,7 @@ impl Labels {
 
     /// Refuses a prediction that is of other links, as far as a file beside it tells.
     pub(super) fn check_links(&self, prediction: &Path) -> Result<()> {
-        links::check(&self.dataset, self.part, prediction)
+        links::check_links(&self.dataset, self.part, prediction)
     }
 
     fn bins(&self) -> usize {
