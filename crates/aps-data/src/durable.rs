@@ -186,8 +186,8 @@ impl PartialFolder {
 const PARTIAL: &str = ".partial-";
 
 /// Returns true for the name of a file that [`PartialFile`] has not given its own yet, or never will if its process was killed.
-pub fn is_partial(name: &OsStr) -> bool {
-    let name = name.to_string_lossy();
+pub fn is_partial(name: impl AsRef<OsStr>) -> bool {
+    let name = name.as_ref().to_string_lossy();
     name.starts_with('.') && name.contains(PARTIAL)
 }
 
@@ -200,10 +200,6 @@ impl Drop for PartialFolder {
         // After `complete` there is nothing left under this name. If removal fails the next run tries again.
         let _ = fs::remove_dir_all(&self.path);
     }
-}
-
-fn is_partial(name: &str) -> bool {
-    name.starts_with('.') && name.contains(PARTIAL)
 }
 
 fn is_lock_of_shard(name: &str) -> bool {

@@ -357,7 +357,7 @@ mod tests {
     fn a_view_that_is_marked_as_negated_is_refused() {
         let file = |marks: &[u8]| {
             let storage =
-                b"(X\x07\0\0\0storagectorch\nFloatStorage\nX\x01\0\0\00X\x03\0\0\0cpuK\x06tQ";
+                b"(X\x07\0\0\0storagectorch\nFloatStorage\nX\x01\0\0\x000X\x03\0\0\0cpuK\x06tQ";
             let beginning = b"\x80\x02}X\x01\0\0\0wctorch._utils\n_rebuild_tensor_v2\n(";
             let sizes = b"K\0K\x06\x85K\x01\x85\x89}";
             [beginning, &storage[..], sizes, marks, b"tRs."].concat()

@@ -176,7 +176,7 @@ pub enum ExchangeError {
     /// A map whose number the tables have no room for.
     #[cfg(feature = "parquet")]
     #[error("map {0}: the tables have room for numbers up to {max}; give the map a smaller one", max = i32::MAX)]
-    MapNumber(u32),
+    NoRoomForMap(u32),
     /// A sample of another map.
     #[error("its buildings are not those of the map's first sample")]
     OtherBuildings,

@@ -235,7 +235,7 @@ fn remove_partial_files(folder: &Path) -> Result<()> {
         let path = entry.path();
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             remove_partial_files(&path)?;
-        } else if is_partial(&entry.file_name()) {
+        } else if is_partial(entry.file_name()) {
             fs::remove_file(&path).at_file(Place::Removing, &path)?;
         }
     }

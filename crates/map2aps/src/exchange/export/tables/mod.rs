@@ -62,7 +62,7 @@ fn export_within(
     control: &Control<'_>,
 ) -> Result<Exported> {
     if let Some(&id) = ids.iter().find(|&&id| i32::try_from(id).is_err()) {
-        return Err(ExchangeError::MapNumber(id).into());
+        return Err(ExchangeError::NoRoomForMap(id).into());
     }
     let maps = dataset.manifest().maps.iter();
     let maps = maps.filter(|map| ids.contains(&map.id));
