@@ -241,7 +241,7 @@ pub struct TraceArgs {
     #[arg(long, conflicts_with = "dynamic_range_db")]
     pub no_prune: bool,
     /// A link without a path goes on with up to this many diffractions along the best chains of corners, whose levels are
-    /// estimates; 0 turns it off.
+    /// estimates; no more than a path may have turns it off.
     #[arg(long, default_value_t = TraceConfig::default().max_fallback_diffractions)]
     pub max_fallback_diffractions: usize,
     /// Carrier [Hz].

@@ -178,8 +178,9 @@ fn table(rows: &[(String, &GroupReport)]) -> String {
     }
     for (name, group) in rows {
         let _ = write!(text, "\n{name:width$}");
-        for mean in columns().filter_map(|metric| mean(group, metric)) {
-            let _ = write!(text, "  {mean:>10.4}");
+        for metric in columns() {
+            let mean = mean(group, metric).map_or("-".into(), |mean| format!("{mean:.4}"));
+            let _ = write!(text, "  {mean:>10}");
         }
     }
     text

@@ -70,7 +70,7 @@ impl Corners {
         let next_of = |outlook: &mut Outlook, near: &Corner| {
             outlook.look(scene, near.point);
             let is_next = |far: &Corner| near.bends(far.point) && far.bends(near.point);
-            let next = in_sight(scene, &corners, near.point, outlook, is_next);
+            let next = in_sight(scene, &corners, outlook, is_next);
             next.take_while(|_| take(size_of::<(u32, f64)>())).collect()
         };
         let next = corners.par_iter().map_init(Outlook::default, next_of);
@@ -95,7 +95,7 @@ impl Corners {
     /// Corners in sight of a place, with their distance \[m\].
     pub fn in_sight(&self, scene: &Scene, from: DVec2) -> Vec<(u32, f64)> {
         let outlook = Outlook::from(scene, from);
-        in_sight(scene, &self.corners, from, &outlook, |_| true).collect()
+        in_sight(scene, &self.corners, &outlook, |_| true).collect()
     }
 
     /// Selects the corners in sight of a place that a tight string from there bends at.
@@ -173,14 +173,13 @@ impl TightString {
 fn in_sight(
     scene: &Scene,
     corners: &[Corner],
-    from: DVec2,
     outlook: &Outlook,
     is_of_kind: impl Fn(&Corner) -> bool,
 ) -> impl Iterator<Item = (u32, f64)> {
     let is_seen = move |corner: &Corner| outlook.sees(scene, corner.point);
     let all = (0..).zip(corners);
     let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner));
-    seen.map(move |(c, corner)| (c, from.distance(corner.point)))
+    seen.map(move |(c, corner)| (c, outlook.from.distance(corner.point)))
 }
 
 /// The corners that diffract: ways bend around the same.

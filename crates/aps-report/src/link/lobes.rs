@@ -17,9 +17,8 @@ const LEADING: f64 = 0.2;
 /// Lobes are mirror images when they are this near to it, two bins \[deg\].
 const MIRROR_TOLERANCE_DEG: f64 = 4.1;
 
-/// Where a circular array answers a path with at least this part of its largest response, there is its main lobe: sidelobes of 16
-/// elements reach 0.3.
-const MAIN_LOBE: f64 = 0.4;
+/// Between a path and a sidelobe of a circular array its response falls below this part of the sidelobe's.
+const VALLEY: f64 = 0.9;
 
 /// The maximum of a lobe lies at the nearest bin, which of a narrow one may be half a lobe away \[deg\].
 const BIN_DEG: f64 = 2.0;
@@ -58,9 +57,15 @@ impl Side {
             ..
         } = array
         else {
-            let response = array.power_response(angle_deg.to_radians(), own_deg.to_radians());
-            let is_main = response >= MAIN_LOBE || apart_deg(angle_deg, own_deg) <= BIN_DEG;
-            return if is_main { Self::Own } else { Self::Sidelobe };
+            let response = |deg: f64| array.power_response(deg.to_radians(), own_deg.to_radians());
+            let apart = (angle_deg - own_deg + 180.0).rem_euclid(360.0) - 180.0;
+            let on_the_way =
+                (1..=180).map(|part| response(own_deg + apart * f64::from(part) / 180.0));
+            let has_valley = on_the_way.fold(1.0, f64::min) < VALLEY * response(angle_deg);
+            return match has_valley && apart.abs() > BIN_DEG {
+                true => Self::Sidelobe,
+                false => Self::Own,
+            };
         };
         let [there, own] = [angle_deg, own_deg].map(|deg| deg.to_radians().sin());
         if (spacing_wavelengths * (there - own)).abs() > 0.5 {
@@ -354,11 +359,13 @@ mod tests {
 
     #[test]
     fn a_circular_array_has_sidelobes_and_no_mirrors() {
-        // On the larger circle, elements are half a wavelength apart, and a path has a second dominant peak at its back.
-        for (radius_wavelengths, sidelobes) in [(1.0, 0), (4.0 / PI, 1)] {
+        // Where elements are half a wavelength apart, a path has more dominant peaks than its own: four answer nearly as well at the back.
+        for (elements, radius_wavelengths, sidelobes) in
+            [(16, 1.0, 0), (16, 4.0 / PI, 1), (4, 1.0 / PI, 1)]
+        {
             let config = LabelConfig {
                 array: Array::UniformCircular {
-                    elements: 16,
+                    elements,
                     radius_wavelengths,
                 },
                 ..LabelConfig::paper()
