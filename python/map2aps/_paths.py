@@ -13,11 +13,6 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-SPEED_OF_LIGHT_M_PER_S = 299_792_458.0
-# Lengths of paths are rounded by less.
-LENGTH_ROUNDING_M = 1e-6
-
-
 class Limits(TypedDict, total=False):
     """Settings of a trace, as `Tracer` lists them."""
 
@@ -223,12 +218,6 @@ class Paths:
         """Number of the link that each path belongs to, shape (paths,)."""
         return np.repeat(np.arange(len(self)), np.diff(self.path_offset))
 
-    def _straight(self) -> list[str]:
-        """Name of each path if it has no interactions: the line of sight is as long as the link, whose ends must be known."""
-        apart_m = np.hypot(*(self.tx_m - self.rx_m).T)[self.link]
-        is_straight = np.abs(self.delay_s * SPEED_OF_LIGHT_M_PER_S - apart_m) <= LENGTH_ROUNDING_M
-        return ["LoS" if is_one else "?" for is_one in is_straight]
-
     def to_pandas(self) -> Any:
         """Makes a table of one row a path.
 
@@ -242,6 +231,7 @@ class Paths:
         import pandas as pd
 
         names = [f"{'RD?'[min(kind, 2)]}{i}" for kind, i in zip(self.interaction_kind, self.interaction_id)]
+        straight = ["LoS" if is_one else "?" for is_one in self._held.is_straight()]
         ends = self.interaction_offset
         return pd.DataFrame(
             {
@@ -250,7 +240,7 @@ class Paths:
                 "departure_azimuth_rad": self.departure_azimuth_rad,
                 "arrival_azimuth_rad": self.arrival_azimuth_rad,
                 "gain_db": self.gain_db,
-                "interactions": [" ".join(names[a:b]) or straight for a, b, straight in zip(ends[:-1], ends[1:], self._straight())],
+                "interactions": [" ".join(names[a:b]) or alone for a, b, alone in zip(ends[:-1], ends[1:], straight)],
             }
         )
 

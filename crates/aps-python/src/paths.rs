@@ -4,6 +4,7 @@ use std::iter;
 use std::sync::Arc;
 
 use map2aps::aps_data::{InteractionKind, PathTable};
+use map2aps::aps_raytrace::SPEED_OF_LIGHT_M_PER_S;
 use map2aps::aps_raytrace::glam::DVec2;
 use numpy::Complex64;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
@@ -12,6 +13,9 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{Argument, Kind, shaped};
 use crate::scene::Scene;
+
+/// Lengths of paths are rounded by less \[m\].
+const LENGTH_ROUNDING_M: f64 = 1e-6;
 
 /// Paths of links, and where their ends are.
 #[pyclass(module = "map2aps._native", frozen)]
@@ -156,6 +160,20 @@ impl Paths {
             "rx_m" => end(1),
             _ => Err(PyKeyError::new_err(name.to_owned())),
         }
+    }
+
+    /// Tells of each path if it is as long as its link, as a line of sight is; of none where the ends are not known.
+    fn is_straight(&self) -> Vec<bool> {
+        let links = self.ends_m.iter().enumerate();
+        let of_link = |(link, &[tx, rx]): (usize, &[[f64; 2]; 2])| {
+            let apart_m = DVec2::from(tx).distance(rx.into());
+            let is_straight = move |delay_s: &f64| {
+                (delay_s * SPEED_OF_LIGHT_M_PER_S - apart_m).abs() <= LENGTH_ROUNDING_M
+            };
+            let delays_s = &self.table.delay_s[self.table.paths_of(link)];
+            delays_s.iter().map(is_straight)
+        };
+        links.flat_map(of_link).collect()
     }
 
     /// The paths of some links, in their order.
