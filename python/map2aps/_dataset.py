@@ -154,6 +154,16 @@ class Dataset:
         return sum(int(entry["links"]) for entry in self.manifest["maps"])
 
     @property
+    def missing_links(self) -> int:
+        """Number of links wanted of transmitters that reach too few points; 0 where the data set does not tell it."""
+        return sum(int(of.get("missing_links", 0)) for of in self._statistics)
+
+    @property
+    def _statistics(self) -> list[dict[str, Any]]:
+        """What is told of each map that tells something."""
+        return [entry["statistics"] for entry in self.manifest["maps"] if entry.get("statistics")]
+
+    @property
     def protocol(self) -> Protocol | None:
         """Definition of the labels, "paper" or "released"; None where the data set does not tell it."""
         found: Protocol | None = self.manifest["configuration"].get("label", {}).get("protocol")
@@ -307,8 +317,8 @@ def make_dataset(
     Warns
     -----
     UserWarning
-        For features of a city that became no building, before anything is made, and for links that are missing since their transmitters
-        reach too few points.
+        For features of a city that became no building, before anything is made, and where more than a tenth of the links is missing
+        since their transmitters reach too few points; `Dataset.missing_links` tells any.
     """
     settings = {
         "maps": maps,
@@ -329,23 +339,22 @@ def make_dataset(
     finally:
         close()
     made = Dataset(path)
-    told = _missing_links(made)
+    told = _many_missing(made)
     if told:
         warnings.warn(f"{os.fspath(path)}: {told}", stacklevel=2)
     return made
 
 
-def _missing_links(dataset: Dataset) -> str:
-    """Links that were asked for and are not there, and why; empty for none."""
-    of_maps = [entry["statistics"] for entry in dataset.manifest["maps"]]
-    missing = sum(of.get("missing_links", 0) for of in of_maps)
-    if missing == 0:
+def _many_missing(dataset: Dataset) -> str:
+    """Links that were asked for and are not there, and why; empty where they are no more than a tenth."""
+    asked_for = dataset.links + dataset.missing_links
+    if 10 * dataset.missing_links <= asked_for:
         return ""
     reasons = Counter[str]()
-    for of in of_maps:
+    for of in dataset._statistics:
         reasons.update(of.get("points_not_reached", {}))
     why = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
     return (
-        f"{dataset.links} links of the {dataset.links + missing} asked for: some transmitters reach too few points "
+        f"{dataset.links} links of the {asked_for} asked for: some transmitters reach too few points "
         f"(not reached: {why}); receivers='outdoor' keeps links without a path"
     )

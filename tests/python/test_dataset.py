@@ -1,5 +1,6 @@
 import json
 import pickle
+import shutil
 import warnings
 from pathlib import Path
 from typing import Any
@@ -93,7 +94,7 @@ def test_maps_settings_of_labels_and_limits_reach_the_data_set(tmp_path: Path) -
         dataset[2]["nope"]
 
 
-def test_links_that_are_missing_are_told_with_the_reasons(tmp_path: Path) -> None:
+def test_many_links_that_are_missing_are_told_with_the_reasons(tmp_path: Path) -> None:
     # In sight of a transmitter are not all of the 3,296 points that are outdoors.
     city = geojson(tmp_path / "city.geojson", HOUSE, HOUSE + 30.0, building="yes")
     sight: dict[str, Any] = {"tx_per_map": 2, "max_reflections": 0, "max_diffractions": 0, "metric": True, "tile_m": 64.0, "progress": None}
@@ -101,9 +102,24 @@ def test_links_that_are_missing_are_told_with_the_reasons(tmp_path: Path) -> Non
         with pytest.warns(UserWarning, match=r"set: \d+ links of the 6400 asked for: .*not reached: \d+ .*receivers='outdoor'") as told:
             made = map2aps.make_dataset(tmp_path / "set", city, rx_per_map=3200, **sight)
         assert told[0].filename == __file__ and str(made.links) in str(told[0].message)
+        assert made.missing_links == 6400 - made.links
+        of_maps = map2aps.Dataset(made.path).manifest["maps"]
+        assert made.missing_links == sum(one["statistics"]["missing_links"] for one in of_maps)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        map2aps.make_dataset(tmp_path / "few", city, rx_per_map=3, **sight)
+        assert map2aps.make_dataset(tmp_path / "none", city, rx_per_map=3, **sight).missing_links == 0
+        # Up to a tenth is usual where receivers are drawn.
+        few = map2aps.make_dataset(tmp_path / "few", city, rx_per_map=1850, **sight)
+    assert 0 < few.missing_links == 3700 - few.links < 370
+
+
+def test_a_data_set_that_does_not_tell_misses_no_links(data: Path, tmp_path: Path) -> None:
+    shutil.copytree(data, tmp_path / "set")
+    manifest = map2aps.Dataset(data).manifest
+    for one in manifest["maps"]:
+        one["statistics"] = None
+    (tmp_path / "set" / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    assert map2aps.Dataset(tmp_path / "set").missing_links == 0
 
 
 def test_settings_that_make_no_data_set_are_named(tmp_path: Path) -> None:
