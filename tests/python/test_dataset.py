@@ -1,6 +1,8 @@
 import json
+import os
 import pickle
 import shutil
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -120,6 +122,15 @@ def test_a_data_set_that_does_not_tell_misses_no_links(data: Path, tmp_path: Pat
         one["statistics"] = None
     (tmp_path / "set" / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     assert map2aps.Dataset(tmp_path / "set").missing_links == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="there, names are Unicode")
+def test_a_folder_need_not_be_named_in_utf_8(data: Path, tmp_path: Path) -> None:
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    folder.symlink_to(data)
+    told, expected = (json.loads(_native.training_facts(of)) for of in (folder, data))
+    assert told.pop("data") == f"{tmp_path}/caf\ufffd" and expected.pop("data") == str(data)
+    assert told == expected
 
 
 def test_settings_that_make_no_data_set_are_named(tmp_path: Path) -> None:

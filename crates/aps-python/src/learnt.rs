@@ -23,7 +23,8 @@ pub fn training_facts(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
         let facts = json!({
             "sigma_px": ConditionConfig::default().sigma_px,
             "frame": "map",
-            "data": folder,
+            // JSON is of UTF-8, which a path need not be.
+            "data": folder.to_string_lossy(),
             "data_configuration": dataset.manifest().configuration,
             "protocol": protocol.to_string(),
             "training_statistics": statistics,
