@@ -34,6 +34,7 @@ def answers(seed: int) -> list[np.ndarray]:
     found = [is_outdoor, scene.raster(64), paths.gain, spectra, map2aps.pdp(paths).pdp_db, scored["mae"]]
     found.append(map2aps.PolarView(scene).ways(rx[0], rx[5:7]))
     with tempfile.TemporaryDirectory() as folder:
-        made = map2aps.make_dataset(folder, 1, tx_per_map=1, rx_per_map=2, seed=seed, progress=None)
+        made = map2aps.make_dataset(folder, 1, tx_per_map=2, rx_per_map=6, seed=seed, progress=None)
+        assert made.links > 0
         found += [np.array(made[0]["aps_db"]), np.array(made[0]["rx"])]
     return found
