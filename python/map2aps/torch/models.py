@@ -539,6 +539,8 @@ class PolarReg(nn.Module):
     def set_labels(self, data: str | os.PathLike[str]) -> None:
         """Takes from a data set what the model computes with instead of learning it: the array's response, and how labels are normalised.
 
+        Its ``settings`` are then those of the data set.
+
         Parameters
         ----------
         data : path-like
@@ -549,7 +551,11 @@ class PolarReg(nn.Module):
         ValueError
             For a data set that does not tell its array, and spectra of another number of bins.
         """
-        facts = _facts(data)
+        from map2aps.torch import _settings
+
+        facts, kind = _facts(data), getattr(self, "kind", None)
+        if isinstance(kind, str):
+            self.settings: Any = _settings.facts_of(kind, data)
         with torch.no_grad():
             for name, tensor in facts.items():
                 getattr(self.fixed, name).copy_(tensor)
@@ -809,7 +815,7 @@ def save(
     """Writes the weights of a model so that ``cargo xtask predict`` and ``train --warm-start`` read them.
 
     Beside them it writes what they do not tell, ``config.json``: size of the images, protocol, array and statistics of the labels. Without
-    `data` these are the model's ``settings``, of `load`, `shipped` or `build`; they become its ``settings``.
+    `data` these are the model's ``settings``, of `load`, `shipped`, `build` or `PolarReg.set_labels`; they become its ``settings``.
 
     Parameters
     ----------

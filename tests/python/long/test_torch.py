@@ -306,8 +306,18 @@ def test_polar_reg_is_told_the_array_of_a_data_set(tmp_path: Path) -> None:
     models.check(again, paper)
     again.set_labels(released)
     assert again.has_labels(released) and again.fixed.is_by_link == 1
-    models.save(again, tmp_path / "other" / "weights.safetensors", data=released)
     models.check(again, released)
+    # Without `data` the settings are those of the labels that it was told last.
+    models.save(again, tmp_path / "other" / "weights.safetensors")
+    other = models.load(tmp_path / "other" / "weights.safetensors")
+    models.check(other, released)
+    assert other.has_labels(released) and other.settings["protocol"] == "released"
+    with pytest.raises(ValueError, match="the model learnt labels of another meaning"):
+        models.check(other, paper)
+    # Its class alone tells no preset, and so has no settings.
+    bare = models.PolarReg()
+    bare.set_labels(paper)
+    assert bare.has_labels(paper)
 
 
 def test_what_weights_do_not_tell_is_kept_beside_them(data: Path, tmp_path: Path) -> None:
