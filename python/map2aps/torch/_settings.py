@@ -16,6 +16,8 @@ Settings: TypeAlias = dict[str, Any]
 
 # What may differ between two accounts of one training.
 FREE = ("data", "device", "initial_weights")
+# What images are of, which no data set tells.
+OF_IMAGES = ("frame", "sigma_px", "image_size")
 
 
 def facts_of(kind: str, data: StrPath) -> Settings:
@@ -52,12 +54,13 @@ def to_write(kind: str, known: Settings | None, data: StrPath | None, image_size
             raise ValueError(f"image_size: {kind.split()[0]} takes no images")
         if isinstance(image_size, bool) or not isinstance(image_size, int | np.integer) or image_size < 1:
             raise ValueError(f"image_size: expected a number of pixels, got {type(image_size).__name__} {image_size!r}")
-    settings = known if data is None else facts_of(kind, data)
+    known_of_images = {name: known[name] for name in OF_IMAGES if name in known} if known else {}
+    settings = known if data is None else facts_of(kind, data) | known_of_images
     if settings is None:
         if image_size is None:
             return None
         raise ValueError("image_size: it is kept with what else the model learnt; give data= too")
-    size = image_size or (known or {}).get("image_size")
+    size = image_size or known_of_images.get("image_size")
     if size is None and has_images:
         raise ValueError("image_size: nothing tells it; give the rows and columns of the images that the model learnt, the size= of ApsDataset")
     return settings | {"image_size": int(size or 0)}

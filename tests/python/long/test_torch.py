@@ -385,6 +385,19 @@ def test_settings_of_other_weights_are_neither_taken_nor_replaced(data: Path, tm
     assert told[0].filename == __file__ and not config.exists() and models.load(file).settings is None
 
 
+def test_how_images_are_drawn_is_kept_where_labels_are_told_anew(data: Path, tmp_path: Path) -> None:
+    file, config = tmp_path / "weights.safetensors", tmp_path / "config.json"
+    models.save(models.build("resnet_mlp", "small"), file, data=data, image_size=32)
+    drawn = {"frame": "receiver", "sigma_px": 3.5, "image_size": 48}
+    settings = json.loads(config.read_text(encoding="utf-8")) | drawn
+    config.write_text(json.dumps(settings), encoding="utf-8")
+    model = models.load(file)
+    models.save(model, tmp_path / "tuned" / "weights.safetensors", data=data)
+    assert model.settings == models.load(tmp_path / "tuned" / "weights.safetensors").settings == settings
+    models.save(model, tmp_path / "larger" / "weights.safetensors", data=data, image_size=64)
+    assert model.settings == settings | {"image_size": 64}
+
+
 class Named(ApsDataset):
     """Has something of its own, and another constructor."""
 
