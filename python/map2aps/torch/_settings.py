@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -83,9 +85,16 @@ def check_place(file: StrPath, kind: str, settings: Settings | None) -> None:
             raise ValueError(f"{path}: it tells another training, whose weights {others[0]} lie there too; give another folder")
 
 
-def write(file: StrPath, settings: Settings) -> None:
-    """Writes settings beside a file of weights; it appears whole."""
+@contextmanager
+def written(file: StrPath, settings: Settings) -> Iterator[None]:
+    """Writes settings beside a file of weights that is written within: they appear whole and after it, or not at all if that fails."""
     path = Path(file).with_name("config.json")
     partial = path.with_name(f".config.json.{os.getpid()}")
-    partial.write_text(json.dumps(settings, indent=2) + "\n", encoding="utf-8")
-    os.replace(partial, path)
+    text = json.dumps(settings, indent=2) + "\n"
+    try:
+        partial.write_text(text, encoding="utf-8")
+        yield
+        os.replace(partial, path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise

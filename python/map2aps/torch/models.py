@@ -857,10 +857,11 @@ def save(
     _settings.check_place(file, kind, settings)
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
     Path(file).parent.mkdir(parents=True, exist_ok=True)
-    save_file(tensors, os.fspath(file), {"model": kind})
     if settings is None:
+        save_file(tensors, os.fspath(file), {"model": kind})
         told = "nothing beside it tells what the model learnt: give data= and image_size=, for load, check and `cargo xtask predict`"
         warnings.warn(f"{os.fspath(file)}: {told}", stacklevel=2)
         return
-    _settings.write(file, settings)
+    with _settings.written(file, settings):
+        save_file(tensors, os.fspath(file), {"model": kind})
     model.settings = settings

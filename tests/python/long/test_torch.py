@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from safetensors import SafetensorError
 from safetensors.numpy import load_file
 from safetensors.torch import save_file
 from torch.utils.data import DataLoader
@@ -396,6 +397,29 @@ def test_how_images_are_drawn_is_kept_where_labels_are_told_anew(data: Path, tmp
     assert model.settings == models.load(tmp_path / "tuned" / "weights.safetensors").settings == settings
     models.save(model, tmp_path / "larger" / "weights.safetensors", data=data, image_size=64)
     assert model.settings == settings | {"image_size": 64}
+
+
+def test_a_save_that_fails_keeps_what_was_there(data: Path, tmp_path: Path) -> None:
+    file, config = tmp_path / "weights.safetensors", tmp_path / "config.json"
+    model = models.build("resnet_mlp", "small")
+    models.save(model, file, data=data, image_size=32)
+    kept, settings = [file.read_bytes(), config.read_bytes()], model.settings
+    with torch.no_grad():
+        for parameter in model.parameters():
+            parameter.add_(1)
+    # Settings that JSON does not hold.
+    model.settings = settings | {"data": {1, 2}}
+    with pytest.raises(TypeError, match="set"):
+        models.save(model, file)
+    assert [file.read_bytes(), config.read_bytes()] == kept
+    # Neither weights nor settings can be written where a folder is.
+    model.settings = settings
+    for name in ("weights.safetensors", "config.json"):
+        (tmp_path / name[0] / name).mkdir(parents=True)
+        with pytest.raises((OSError, SafetensorError)):
+            models.save(model, tmp_path / name[0] / file.name)
+    assert [one.name for one in (tmp_path / "w").iterdir()] == [file.name]
+    assert sorted(one.name for one in (tmp_path / "c").iterdir()) == [config.name, file.name]
 
 
 class Named(ApsDataset):
