@@ -183,30 +183,28 @@ impl Export {
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
-            "source": source(manifest, None)?,
         });
         create_folder(out)?;
         let path = out.join(RECORD_FILE);
         match fs::read(&path) {
             Ok(bytes) => {
-                let found: Value = serde_json::from_slice(&bytes).unwrap_or_default();
-                // Earlier versions did not note it.
-                record["source"] = match found["source"]["map"].as_u64() {
-                    Some(map) => source(manifest, Some(map))?,
-                    None => found["source"].clone(),
+                let mut found: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+                let noted = found.as_object_mut().and_then(|f| f.remove("source"));
+                let is_source = match noted {
+                    Some(noted) => noted == source(manifest, noted["map"].as_u64())?,
+                    // Earlier versions did not note it.
+                    None => true,
                 };
-                if found.get("source").is_none() {
-                    record.as_object_mut().map(|record| record.remove("source"));
-                }
                 // Through text, as the stored one went.
                 let given: Value = serde_json::from_slice(&serde_json::to_vec(&record)?)?;
-                match found == given {
+                match is_source && found == given {
                     true => remove_partial_files(out),
                     false => Err(ExchangeError::OtherExport(path).into()),
                 }
             }
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 must_be_empty(out)?;
+                record["source"] = source(manifest, None)?;
                 Ok(replace_unsynced(
                     &path,
                     &serde_json::to_vec_pretty(&record)?,
@@ -333,9 +331,12 @@ mod tests {
         run(&data).unwrap();
         assert!(!left[0].exists() && samples.join(".hidden").exists());
 
-        // The record of an earlier version.
+        // A record that tells no source, and that of an earlier version.
         let record = out.join(RECORD_FILE);
         let mut told: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
+        told["source"] = Value::Null;
+        fs::write(&record, told.to_string()).unwrap();
+        assert!(run(&data).is_err());
         told.as_object_mut().unwrap().remove("source").unwrap();
         fs::write(&record, told.to_string()).unwrap();
         run(&data).unwrap();
