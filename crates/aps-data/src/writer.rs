@@ -126,6 +126,11 @@ impl DatasetWriter {
         self.finished().contains_key(&id)
     }
 
+    /// Returns the entry of a whole map of the data set.
+    pub fn entry(&self, id: u32) -> Option<MapEntry> {
+        self.finished().get(&id).cloned()
+    }
+
     /// Returns the whole maps of the data set, in ascending order.
     pub fn map_ids(&self) -> Vec<u32> {
         self.finished().keys().copied().collect()

@@ -11,9 +11,7 @@ mod verify;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use aps_data::{
-    Access, Dataset, DatasetConfig, DatasetWriter, MapEntry, PathTable, Profile, Survey,
-};
+use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, MapEntry, PathTable, Profile};
 use aps_label::Labeler;
 use aps_raytrace::scene::RepairReport;
 
@@ -116,13 +114,9 @@ impl Making {
     }
 
     /// Returns the first map that is there, where others are left to do.
-    pub fn first_there(&self) -> Result<Option<MapEntry>> {
-        let mut there = self.maps.iter().filter(|&&id| self.writer.has_map(id));
-        let Some(&first) = there.next().filter(|_| !self.todo.is_empty()) else {
-            return Ok(None);
-        };
-        let mut maps = Survey::of(&self.folder)?.maps.into_iter();
-        Ok(maps.find(|map| map.id == first))
+    pub fn first_there(&self) -> Option<MapEntry> {
+        let mut there = self.maps.iter().filter_map(|&id| self.writer.entry(id));
+        there.next().filter(|_| !self.todo.is_empty())
     }
 
     /// Refuses a source in which a map that is there has another file of this name.

@@ -66,7 +66,7 @@ pub fn relabel(
     let maps: Vec<u32> = manifest.maps.iter().map(|map| map.id).collect();
     let labeler = Labeler::new(&label)?;
     let making = Making::open(out, config, labeler, &maps, Access::Whole)?;
-    if let Some(first) = making.first_there()? {
+    if let Some(first) = making.first_there() {
         let mut maps = manifest.maps.iter();
         let own = maps.find(|map| map.id == first.id);
         // What a relabelled map takes as it is.
