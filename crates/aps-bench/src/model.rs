@@ -148,7 +148,8 @@ impl TestBed {
     }
 }
 
-/// The scores of the development links as the run's logs have them.
+/// The scores of the development links as the run's logs have them; those whose time no row tells, as after a log was moved away, are left
+/// out.
 fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
     let rows = |path: PathBuf| -> Result<Vec<HashMap<String, f64>>> {
         let mut log = csv::Reader::from_path(&path).map_err(Error::file("log", &path))?;
@@ -156,19 +157,50 @@ fn curve(folder: &RunFolder) -> Result<Vec<CurvePoint>> {
         rows.map_err(Error::file("log", &path))
     };
     let (scores, times) = (rows(folder.scores())?, rows(folder.times())?);
-    let point = |(scores, times): (&HashMap<String, f64>, &HashMap<String, f64>)| {
-        let cell = |name: &str| scores.get(name).copied().unwrap_or_default();
+    let steps_of = |row: &HashMap<String, f64>| row.get("steps").map(|&steps| steps as u64);
+    let point = |scores: &HashMap<String, f64>| {
+        let steps = steps_of(scores)?;
+        let time = times.iter().find(|time| steps_of(time) == Some(steps))?;
+        let cell = |name: &str| scores.get(name).copied();
         let of = |metric: Metric| {
-            let value = scores.get(&format!("dev_{}", metric.key()));
-            value.copied().filter(|x| x.is_finite())
+            let value = cell(&format!("dev_{}", metric.key()));
+            value.filter(|x| x.is_finite())
         };
-        CurvePoint {
-            steps: cell("steps") as u64,
-            seconds: times.get("seconds").copied().unwrap_or_default(),
-            train_loss: cell("train_loss"),
+        Some(CurvePoint {
+            steps,
+            seconds: *time.get("seconds")?,
+            train_loss: cell("train_loss").unwrap_or_default(),
             dev_cosine: of(Metric::Cosine),
             dev_recall: of(Metric::Recall4Deg),
-        }
+        })
     };
-    Ok(scores.iter().zip(&times).map(point).collect())
+    Ok(scores.iter().filter_map(point).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scores_have_the_times_of_their_steps_where_a_log_was_begun_anew() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = RunFolder::create(root.path()).unwrap();
+        let scores = ["10,0.3", "20,0.2", "30,0.1"];
+        let times = ["10,1.5", "20,2.5", "30,3.5"];
+        let found = |scores: &[&str], times: &[&str]| {
+            let write = |path: PathBuf, columns: &str, rows: &[&str]| {
+                std::fs::write(path, [&[columns], rows].concat().join("\n")).unwrap();
+            };
+            write(folder.scores(), "steps,train_loss", scores);
+            write(folder.times(), "steps,seconds", times);
+            let points = curve(&folder).unwrap().into_iter();
+            points
+                .map(|point| (point.steps, point.seconds, point.train_loss))
+                .collect::<Vec<_>>()
+        };
+        let whole = found(&scores, &times);
+        assert_eq!(whole, [(10, 1.5, 0.3), (20, 2.5, 0.2), (30, 3.5, 0.1)]);
+        assert_eq!(found(&scores[1..], &times), whole[1..]);
+        assert_eq!(found(&scores, &times[2..]), whole[2..]);
+    }
 }

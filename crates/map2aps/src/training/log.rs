@@ -10,7 +10,8 @@ use aps_data::replace_file;
 use super::TrainingError;
 use crate::error::{At, Place, Result};
 
-/// A CSV file that a run adds rows to. Its cells are numbers, which need no quotes.
+/// A CSV file that a run adds rows to. Its cells are numbers, which need no quotes. One that was moved away begins anew where the run
+/// is continued, and the times with it: `times.csv` then counts from there.
 #[derive(Debug)]
 pub struct Log {
     path: PathBuf,
