@@ -5,6 +5,8 @@ mod samples;
 #[cfg(feature = "parquet")]
 mod tables;
 
+#[cfg(feature = "parquet")]
+use std::collections::BTreeSet;
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
@@ -85,14 +87,7 @@ impl Export {
     pub fn run(&self, dataset: &Dataset, out: &Path, control: &Control<'_>) -> Result<Exported> {
         self.check_protocol(dataset)?;
         let ids = self.map_ids(dataset)?;
-        let layout = match self.layout {
-            ExportLayout::Released => json!("released"),
-            ExportLayout::Samples => json!("samples"),
-            // With its maps, for the files beside the tables are of all of them.
-            #[cfg(feature = "parquet")]
-            ExportLayout::Parquet => json!({ "parquet": ids }),
-        };
-        Self::record(dataset, layout, out)?;
+        self.record(dataset, out)?;
         #[cfg(feature = "parquet")]
         if self.layout == ExportLayout::Parquet {
             return tables::export(self, &ids, dataset, out, control);
@@ -175,11 +170,26 @@ impl Export {
         valid.min(self.limit.unwrap_or(usize::MAX)) as u64
     }
 
+    /// The form as it is noted.
+    fn layout(&self) -> Value {
+        match self.layout {
+            ExportLayout::Released => json!("released"),
+            ExportLayout::Samples => json!("samples"),
+            // With the choice of maps, for the files beside the tables are of all of them. What the choice comes to may grow.
+            #[cfg(feature = "parquet")]
+            ExportLayout::Parquet => {
+                let maps = self.maps.as_ref();
+                let maps = maps.map(|maps| maps.iter().collect::<BTreeSet<_>>());
+                json!({ "parquet": { "maps": maps, "part": self.part.map(Part::name) } })
+            }
+        }
+    }
+
     /// Notes what is exported, or refuses to go on with another export.
-    fn record(dataset: &Dataset, layout: Value, out: &Path) -> Result<()> {
+    fn record(&self, dataset: &Dataset, out: &Path) -> Result<()> {
         let manifest = dataset.manifest();
         let mut record = json!({
-            "layout": layout,
+            "layout": self.layout(),
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
@@ -195,6 +205,10 @@ impl Export {
                     // Earlier versions did not note it.
                     None => true,
                 };
+                // Nor which maps they chose.
+                if found["layout"] == "parquet" && !record["layout"]["parquet"].is_null() {
+                    found["layout"] = record["layout"].clone();
+                }
                 // Through text, as the stored one went.
                 let given: Value = serde_json::from_slice(&serde_json::to_vec(&record)?)?;
                 match is_source && found == given {

@@ -354,8 +354,41 @@ fn tables_of_other_maps_are_not_put_beside_them() {
     };
     let first = export([0, 1]).unwrap();
     assert_eq!(export([1, 0]).unwrap(), first);
-    let refused = export([2, 3]).unwrap_err().to_string();
-    assert!(refused.contains("of another export"), "{refused}");
+    let of_part = Export {
+        part: Some(Part::Train),
+        ..Export::new(ExportLayout::Parquet)
+    };
+    let of_part = of_part.run(&dataset, &out, &Control::default());
+    for other in [export([2, 3]), of_part] {
+        let refused = other.unwrap_err().to_string();
+        assert!(refused.contains("of another export"), "{refused}");
+    }
+}
+
+#[test]
+fn an_export_is_brought_up_to_date_when_its_data_set_has_grown() {
+    let root = tempfile::tempdir().unwrap();
+    let [data, out] = ["data", "out"].map(|name| root.path().join(name));
+    let run =
+        |export: &Export| export.run(&Dataset::open(&data).unwrap(), &out, &Control::default());
+    let grown = |maps: &[u32]| {
+        let plan = DatasetPlan {
+            maps: MapSource::Synthetic { count: 4 },
+            tx_per_map: 1,
+            rx_per_map: 2,
+            ..DatasetPlan::default()
+        };
+        plan.make(&data, maps, &Control::default()).unwrap();
+        run(&Export::new(ExportLayout::Parquet)).unwrap().links
+    };
+    assert_eq!([grown(&[0, 1]), grown(&[0, 1, 2])], [4, 6]);
+    // A record of an earlier version tells no maps.
+    let record = out.join("export.json");
+    let mut told: Value = serde_json::from_slice(&read(&record).unwrap()).unwrap();
+    told["layout"] = "parquet".into();
+    std::fs::write(&record, told.to_string()).unwrap();
+    assert_eq!(grown(&[0, 1, 2, 3]), 8);
+    assert!(run(&Export::new(ExportLayout::Samples)).is_err());
 }
 
 #[test]
