@@ -30,10 +30,12 @@ fn import(folder: &Folder, kind: &str, from: &str, out: &str) -> Dataset {
     Dataset::open(data).unwrap()
 }
 
-/// Every file but the record of the export.
+/// Every file but the record of the export and its lock.
 fn exported(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = files(root);
-    assert!(files.remove("export.json").is_some());
+    for own in ["export.json", ".lock"] {
+        assert!(files.remove(own).is_some(), "{own}");
+    }
     files
 }
 

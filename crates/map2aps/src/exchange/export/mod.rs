@@ -12,7 +12,9 @@ use std::fs;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{Dataset, Manifest, MapData, Part, is_partial, replace_unsynced, sha256_of};
+use aps_data::{
+    Dataset, Manifest, MapData, Part, is_partial, lock_folder, replace_unsynced, sha256_of,
+};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -82,11 +84,17 @@ impl Export {
     /// are kept: the same call continues what was interrupted.
     ///
     /// # Errors
-    /// A data set that lacks what the form needs, a folder with something else, maps that are not there, a disk that
-    /// fails, and cancellation.
+    /// A data set that lacks what the form needs, a folder with something else or into which another export writes, maps that are not
+    /// there, a disk that fails, and cancellation.
     pub fn run(&self, dataset: &Dataset, out: &Path, control: &Control<'_>) -> Result<Exported> {
         self.check_protocol(dataset)?;
         let ids = self.map_ids(dataset)?;
+        create_folder(out)?;
+        if !out.join(RECORD_FILE).exists() {
+            // Before anything of ours lies in it.
+            must_be_empty(out)?;
+        }
+        let _lock = lock_folder(out)?;
         self.record(dataset, out)?;
         #[cfg(feature = "parquet")]
         if self.layout == ExportLayout::Parquet {
@@ -194,7 +202,6 @@ impl Export {
             "stored": manifest.layout,
             "configuration": manifest.configuration,
         });
-        create_folder(out)?;
         let path = out.join(RECORD_FILE);
         match fs::read(&path) {
             Ok(bytes) => {
@@ -217,7 +224,6 @@ impl Export {
                 }
             }
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                must_be_empty(out)?;
                 record["source"] = source(manifest, None)?;
                 Ok(replace_unsynced(
                     &path,
@@ -239,8 +245,7 @@ fn source(manifest: &Manifest, map: Option<u64>) -> Result<Value> {
     })
 }
 
-/// Removes what an export that was killed left half-written in a folder and those below. Another export that writes there at the same
-/// time stops with an error.
+/// Removes what an export that was killed left half-written in a folder and those below. The folder is locked.
 fn remove_partial_files(folder: &Path) -> Result<()> {
     for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
         let entry = entry.at_file(Place::Reading, folder)?;
@@ -248,7 +253,10 @@ fn remove_partial_files(folder: &Path) -> Result<()> {
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             remove_partial_files(&path)?;
         } else if is_partial(entry.file_name()) {
-            fs::remove_file(&path).at_file(Place::Removing, &path)?;
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+                removed => removed.at_file(Place::Removing, &path)?,
+            }
         }
     }
     Ok(())
@@ -342,6 +350,10 @@ mod tests {
         drop((partial, file));
         fs::write(&left[0], "half").unwrap();
         fs::write(samples.join(".hidden"), "own").unwrap();
+        let lock = lock_folder(&out).unwrap();
+        let told = run(&data).unwrap_err().chain();
+        assert!(told.contains("is locked") && left[0].exists(), "{told}");
+        drop(lock);
         run(&data).unwrap();
         assert!(!left[0].exists() && samples.join(".hidden").exists());
 
