@@ -106,7 +106,7 @@ pub enum ExchangeError {
     /// A sample whose spectrum is not normalised.
     #[error(
         "aps_norm has the mean {mean:.3} and the deviation {deviation:.3}, expected 0 and 1: it is power relative to the maximum, minus \
-         its mean, divided by its deviation"
+         its mean, divided by its deviation, or brought to -1 up to 1"
     )]
     NotNormalised {
         /// Mean of the spectrum.

@@ -1,6 +1,7 @@
 //! Preprocessed samples: normalised labels with their condition images.
 //!
-//! A sample has lost its level and its scale: aps_norm = (p - mean) / deviation of the relative power p. The level is
+//! A sample has lost its level and its scale: aps_norm = (p - mean) / deviation of the relative power p, or 2 (p - least) /
+//! (largest - least) - 1, the other that the published preprocessing knows. The level is
 //! set to 0 dB, and the scale such that the weakest bin has no power, which a spectrum with a deep null comes close to.
 //! Normalised again, the label is the same up to rounding; decibels are good near the maximum and mean nothing 60 dB
 //! below.
@@ -26,6 +27,9 @@ const NO_POWER_DB: f64 = -350.0;
 
 /// Most that mean and deviation of a normalised spectrum are off; half precision changes values by a few hundredths.
 const ROUNDING: f64 = 0.1;
+
+/// Most that the ends of a spectrum normalised to -1 up to 1 are off, which are rounded alone.
+const END_ROUNDING: f64 = 0.01;
 
 /// Import of normalised labels with condition images in `samples/aps_*.npz`.
 #[derive(Debug, Clone)]
@@ -104,7 +108,8 @@ fn read_link(file: &LinkFile, buildings: &Raster) -> Result<Rows> {
     Ok(rows)
 }
 
-/// Refuses a spectrum of another length, and one that is not normalised by itself; a constant one cannot be.
+/// Refuses a spectrum of another length, and one that is not normalised by itself, to mean 0 and deviation 1 or to -1 up to 1; a constant
+/// one cannot be.
 fn check_spectrum(normalised: &[f32]) -> Result<(), ExchangeError> {
     let (found, expected) = (normalised.len(), ANGLE_BINS);
     if found != expected {
@@ -114,8 +119,10 @@ fn check_spectrum(normalised: &[f32]) -> Result<(), ExchangeError> {
     let mean = values().sum::<f64>() / found as f64;
     let variance = values().map(|v| (v - mean).powi(2)).sum::<f64>() / found as f64;
     let deviation = variance.sqrt();
-    let is_constant = normalised.iter().all(|v| *v == normalised[0]);
-    match is_constant || (mean.abs() <= ROUNDING && (deviation - 1.0).abs() <= ROUNDING) {
+    let (least, largest) = range(normalised);
+    let is_standard = mean.abs() <= ROUNDING && (deviation - 1.0).abs() <= ROUNDING;
+    let is_of_range = (least + 1.0).abs() <= END_ROUNDING && (largest - 1.0).abs() <= END_ROUNDING;
+    match least == largest || is_standard || is_of_range {
         true => Ok(()),
         false => Err(ExchangeError::NotNormalised { mean, deviation }),
     }
@@ -172,10 +179,8 @@ fn buildings_of(sample: &Sample, grid: RasterGrid) -> Result<Raster, ExchangeErr
 
 /// Powers relative to the largest, the least of them 0 [dB]; 0 dB throughout for a constant.
 fn relative_db(normalised: &[f32]) -> Vec<f64> {
-    let values = || normalised.iter().map(|&v| f64::from(v));
-    let (least, largest) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-        (a.min(v), b.max(v))
-    });
+    let values = normalised.iter().map(|&v| f64::from(v));
+    let (least, largest) = range(normalised);
     let power = |v: f64| {
         if largest > least {
             (v - least) / (largest - least)
@@ -183,9 +188,16 @@ fn relative_db(normalised: &[f32]) -> Vec<f64> {
             1.0
         }
     };
-    values()
+    values
         .map(|v| (10.0 * libm::log10(power(v))).max(NO_POWER_DB))
         .collect()
+}
+
+fn range(values: &[f32]) -> (f64, f64) {
+    let values = values.iter().map(|&v| f64::from(v));
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+        (a.min(v), b.max(v))
+    })
 }
 
 #[cfg(test)]
@@ -208,6 +220,13 @@ mod tests {
         check_spectrum(&good).unwrap();
         check_spectrum(&of(|v| half::f16::from_f32(v * 1.01 + 0.01).to_f32())).unwrap();
         check_spectrum(&[0.0; ANGLE_BINS]).unwrap();
+        // To -1 up to 1, as the published preprocessing knows too: the same label.
+        let least = good[ANGLE_BINS - 1];
+        let scale = (good[0] - least) / 2.0;
+        let of_range: Vec<f32> = good.iter().map(|&v| (v - least) / scale - 1.0).collect();
+        check_spectrum(&of_range).unwrap();
+        assert_eq!(relative_db(&of_range), relative_db(&good));
+        check_spectrum(&of_range.iter().map(|v| 0.9 * v).collect::<Vec<_>>()).unwrap_err();
         for bad in [
             of(|v| -110.0 + v),
             of(|v| 0.2 * v + 0.05),
