@@ -160,6 +160,7 @@ mod tests {
     use std::path::PathBuf;
 
     use aps_data::Dataset;
+    use aps_data::propbin::{Propbin, Version};
 
     use super::*;
     use crate::maps::MapSource;
@@ -230,6 +231,11 @@ mod tests {
             (2, links as u64)
         );
 
+        // A folder of something else, as of a date, may have any number.
+        let date = files.join("map_20240101120000");
+        fs::create_dir(&date).unwrap();
+        import(&files, None).unwrap();
+
         let large = files.join("map_99999999999999");
         fs::rename(files.join("map_001"), &large).unwrap();
         let error = told(import(&files, None));
@@ -249,6 +255,20 @@ mod tests {
         fs::write(&propbin.source, "").unwrap();
         let error = told(propbin.run(&root.path().join("out"), &Control::default()));
         assert!(error.contains("map_99999999999999"), "{error}");
+        // Further above it is none of a map, and the number that is given holds.
+        let inner = date.join("runs");
+        fs::create_dir(&inner).unwrap();
+        let mut file = Propbin::new(Version::Full, [0.0; 3]);
+        file.add_receiver(7, [30.0, 20.0, 1.5], None, None);
+        fs::write(inner.join("source_0.propbin"), file.to_bytes().unwrap()).unwrap();
+        let propbin = ImportPropbin {
+            source: inner,
+            map_id: 5,
+            ..propbin
+        };
+        let out = root.path().join("out");
+        propbin.run(&out, &Control::default()).unwrap();
+        assert_eq!(Dataset::open(&out).unwrap().manifest().maps[0].id, 5);
     }
 
     #[test]

@@ -144,12 +144,13 @@ impl ImportPropbin {
         Ok(maps)
     }
 
-    /// The number of the innermost folder `map_N` around a file.
+    /// The number of the innermost folder `map_N` around a file; one that is too large is a map's only directly around it.
     fn map_of(&self, path: &Path) -> Result<u32> {
         let whole = std::path::absolute(path)?;
         let mut folders = whole.ancestors().skip(1);
-        let found = folders.find_map(|folder| map_number(folder).transpose());
-        Ok(found.transpose()?.unwrap_or(self.map_id))
+        let own = folders.next().map(map_number).transpose()?.flatten();
+        let found = own.or_else(|| folders.find_map(|folder| map_number(folder).ok().flatten()));
+        Ok(found.unwrap_or(self.map_id))
     }
 
     fn map(

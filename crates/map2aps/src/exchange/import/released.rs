@@ -85,18 +85,22 @@ impl ImportReleased {
         let mut maps: BTreeMap<u32, Vec<LinkFile>> = BTreeMap::new();
         for entry in fs::read_dir(&self.folder).at_file(Place::Reading, &self.folder)? {
             let folder = entry?.path();
-            let Some(id) = map_number(&folder)?.filter(|_| folder.is_dir()) else {
+            if matches!(map_number(&folder), Ok(None)) || !folder.is_dir() {
                 continue;
-            };
+            }
             for entry in fs::read_dir(&folder).at_file(Place::Reading, &folder)? {
                 let labels = entry?.path();
                 let name = labels.file_name().unwrap_or_default().to_string_lossy();
-                let number = name.strip_suffix("_adps").and_then(|n| n.parse().ok());
-                let folder = labels.join("aps");
-                if number != Some(id) || !folder.is_dir() {
+                let Some(number) = name.strip_suffix("_adps") else {
                     continue;
-                }
-                let files = LinkFile::all(&folder, "aps_", ".npy")?;
+                };
+                // A folder without labels may have any number.
+                let id = map_number(&folder)?;
+                let aps = labels.join("aps");
+                let Some(id) = id.filter(|id| number.parse() == Ok(*id) && aps.is_dir()) else {
+                    continue;
+                };
+                let files = LinkFile::all(&aps, "aps_", ".npy")?;
                 if let Some(file) = files.iter().find(|file| file.name.map != id) {
                     return Err(ExchangeError::Unnamed(file.path.clone()).into());
                 }
