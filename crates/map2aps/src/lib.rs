@@ -102,7 +102,7 @@ pub use polar::{PolarViews, SeenLink, padded};
 pub use sampling::Receivers;
 pub use scores::{
     ArrayFile, Domain, LINK_COLUMNS, Labels, Prediction, ScoreError, Scores, Scoring, Truth,
-    check_links, link_line, links_file,
+    check_links, link_labels, link_line, links_file,
 };
 pub use settings::SettingsError;
 pub use tally::Tally;

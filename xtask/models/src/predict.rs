@@ -15,7 +15,7 @@ use indicatif::ProgressBar;
 use map2aps::maps::NamedMaps;
 use map2aps::targets::{self, Target};
 use map2aps::training::{self, Device, Trained, TrainingError};
-use map2aps::{Examples, LINK_COLUMNS, MapError, link_line, links_file};
+use map2aps::{Examples, LINK_COLUMNS, MapError, link_labels, link_line, links_file};
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::bar_of;
 use xtask::{TileArgs, note, parts};
@@ -133,15 +133,13 @@ impl Args {
         let (links, file) = PartialFile::create(&links_file(&self.out))?;
         let mut names = BufWriter::new(file);
         writeln!(names, "{LINK_COLUMNS}")?;
+        let labels = link_labels(&dataset);
         // A map at a time: its labels are not needed, but its links and buildings are.
         for &id in maps {
             let examples = Examples::of_maps(&dataset, &[id], Target::Linear, None)?;
             for (offset, example) in examples.list().iter().enumerate() {
-                writeln!(
-                    names,
-                    "{}",
-                    link_line(&dataset, output.rows + offset, example)
-                )?;
+                let line = link_line(&labels, output.rows + offset, example);
+                writeln!(names, "{line}")?;
             }
             let input = trained.input(&examples, images).map_err(advised)?;
             trained.predict_batches(&*input, &examples, self.batch, |spectra| {

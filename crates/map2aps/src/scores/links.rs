@@ -22,15 +22,16 @@ pub fn links_file(prediction: &Path) -> PathBuf {
     prediction.with_extension("links.csv")
 }
 
-/// The line of the link of a data set that a row of a prediction is of, without its end: see [`LINK_COLUMNS`]. Protocol and array, form,
-/// elements and spacing in wavelengths, are those of the data set's labels, empty where its manifest does not tell them.
-pub fn link_line(dataset: &Dataset, row: usize, link: &Example) -> String {
-    let [protocol, array] = labels_of(dataset);
+/// The line of the link that a row of a prediction is of, without its end: see [`LINK_COLUMNS`]. The labels are those of
+/// [`link_labels`].
+pub fn link_line(labels: &[String; 2], row: usize, link: &Example) -> String {
+    let [protocol, array] = labels;
     format!("{},{protocol},{array}", place_line(row, link))
 }
 
-/// The cells of [`LABEL_COLUMNS`].
-fn labels_of(dataset: &Dataset) -> [String; 2] {
+/// The last cells of all lines of a data set: protocol and array, that is form, elements and spacing in wavelengths, of its labels. They are
+/// empty where its manifest does not tell them.
+pub fn link_labels(dataset: &Dataset) -> [String; 2] {
     let label = settings::label_of(&dataset.manifest().configuration);
     label.map_or_else(
         |_| Default::default(),
@@ -69,7 +70,7 @@ pub fn check_links(dataset: &Dataset, part: Part, prediction: &Path) -> Result<(
     let mut lines = BufReader::new(lines).lines();
     let head = lines.next().transpose().at_file(Place::Reading, &path)?;
     let tells_labels = head.is_some_and(|head| head == LINK_COLUMNS);
-    let labels = labels_of(dataset);
+    let labels = link_labels(dataset);
     let examples = Examples::open(dataset, part, Domain::Linear)?;
     let links = examples.list();
     for row in 0..=links.len() {
@@ -134,9 +135,10 @@ mod tests {
         };
         assert!(score().is_ok(), "nothing tells its links");
 
+        let labels = link_labels(&dataset);
         let lines = examples.list().iter().enumerate();
         let lines: Vec<String> = lines
-            .map(|(row, link)| link_line(&dataset, row, link))
+            .map(|(row, link)| link_line(&labels, row, link))
             .collect();
         let write = |lines: &[String]| {
             let text = [&[LINK_COLUMNS.to_owned()], lines].concat().join("\n");

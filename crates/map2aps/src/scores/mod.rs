@@ -13,7 +13,7 @@ use aps_metrics::{DataRange, Defect, Error as MetricsError, Evaluation, Report, 
 use crate::error::{At, Place, Result};
 
 pub use array_file::ArrayFile;
-pub use links::{LINK_COLUMNS, check_links, link_line, links_file};
+pub use links::{LINK_COLUMNS, check_links, link_labels, link_line, links_file};
 pub use truth::{Labels, Truth};
 
 /// Values of spectra held at a time: 16 MB in f64, beside the scores of 120 bytes a sample.
