@@ -128,17 +128,23 @@ pub enum ExchangeError {
         /// Column and row of a pixel that is at least as bright.
         brightest: [usize; 2],
     },
-    /// A labelled link that ends inside a building.
+    /// Labelled links that end inside buildings.
     #[error(
-        "it has a label, but its {end} at {place_m:?} m is inside a building of the map '{}', which is not the one that the label was made \
-         on; give the maps of the labels, or none",
+        "{count} of {links} links have a label, but end inside a building of the map '{}', the first from {tx_m:?} to {rx_m:?} m with its {end}: \
+         the map is not the one that the labels were made on; give the maps of the labels, or none",
         map.display()
     )]
     InBuilding {
-        /// `transmitter` or `receiver`.
+        /// Number of such links.
+        count: usize,
+        /// Links of the map.
+        links: usize,
+        /// Place of the first one's transmitter \[m\].
+        tx_m: [f64; 2],
+        /// Place of its receiver \[m\].
+        rx_m: [f64; 2],
+        /// Its end inside a building, `transmitter` or `receiver`.
         end: &'static str,
-        /// Its place \[m\].
-        place_m: [f64; 2],
         /// The file of the map.
         map: PathBuf,
     },

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Raster, Split, Totals};
+use aps_data::{DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Split, Totals};
 use rayon::prelude::*;
 
 use super::ExchangeError;
@@ -73,7 +73,7 @@ fn write_named(
     writer: &DatasetWriter,
     id: u32,
     files: &[LinkFile],
-    buildings: &Raster,
+    buildings: &Buildings,
     control: &Control<'_>,
     link: impl Fn(&LinkFile) -> Result<Rows> + Send + Sync,
 ) -> Result<()> {
@@ -81,7 +81,7 @@ fn write_named(
     let ends = Ends::of(&names);
     let layout = writer.config().layout;
     let input = MapInput {
-        buildings,
+        buildings: &buildings.image,
         tx_m: &ends.tx_m,
         rx_m: &ends.rx_m,
         links: Links::List(&ends.links),
@@ -97,6 +97,7 @@ fn write_named(
         map.push(&without_ends(rows.link_rows(&layout)))?;
         control.progress.advance(files.len() as u64);
     }
+    buildings.check_ends(files.len())?;
     map.finish()?;
     Ok(())
 }
@@ -298,7 +299,7 @@ mod tests {
         }
         let error = told(import(&files, Some(SYNTHETIC)));
         assert!(
-            error.contains("inside a building of the map") && error.contains("link "),
+            error.contains("inside a building of the map") && error.contains("of 60 links"),
             "{error}"
         );
     }

@@ -199,6 +199,7 @@ impl ImportPropbin {
             written.at_file(Place::File, path)?;
             control.progress.advance(1);
         }
+        buildings.check_ends(links.len())?;
         map.finish()?;
         Ok(())
     }
@@ -297,8 +298,7 @@ fn label_links(
         if status == LinkStatus::Valid {
             let [tx_m, rx_m] =
                 [file.source_m(), receiver.position_m].map(|[x, y, _]| [x, y].map(f64::from));
-            let checked = buildings.check_ends(tx_m, rx_m);
-            checked.at(Place::Receiver(receiver.id.into()))?;
+            buildings.note_ends(tx_m, rx_m);
         }
         rows.paths.end_link();
         rows.push_label(labeler, status, &label);

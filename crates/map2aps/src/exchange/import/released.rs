@@ -76,7 +76,7 @@ impl ImportReleased {
         make(out, config, &maps, control, |writer, id, files| {
             let buildings = Buildings::of(source, id)?;
             let link = |file: &LinkFile| read_link(file, &layout, &buildings);
-            write_named(writer, id, files, &buildings.image, control, link)
+            write_named(writer, id, files, &buildings, control, link)
         })
     }
 
@@ -130,8 +130,7 @@ fn read_link(file: &LinkFile, layout: &Layout, buildings: &Buildings) -> Result<
     };
     if status == LinkStatus::Valid {
         let [tx_m, rx_m] = [file.name.tx_m, file.name.rx_m].map(|place| place.map(f64::from));
-        let checked = buildings.check_ends(tx_m, rx_m);
-        checked.at(Place::LinkName(file.name))?;
+        buildings.note_ends(tx_m, rx_m);
     }
     let mut rows = Rows {
         status: vec![status],

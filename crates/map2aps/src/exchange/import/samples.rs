@@ -17,7 +17,7 @@ use aps_data::{
 use aps_label::{ANGLE_BINS, LabelConfig};
 use serde_json::json;
 
-use super::{ExchangeError, Imported, LinkFile, make, must_have_maps, write_named};
+use super::{Buildings, ExchangeError, Imported, LinkFile, make, must_have_maps, write_named};
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
@@ -78,8 +78,9 @@ impl ImportSamples {
         make(out, config, &maps, control, |writer, id, files| {
             let buildings = buildings_of(&read(&files[0].path)?, layout.raster);
             let buildings = buildings.at(Place::LinkName(files[0].name))?;
+            let buildings = Buildings::drawn(buildings);
             let link = |file: &LinkFile| {
-                let rows = read_link(file, &buildings);
+                let rows = read_link(file, &buildings.image);
                 rows.at(Place::LinkName(file.name))
             };
             write_named(writer, id, files, &buildings, control, link)
