@@ -54,8 +54,7 @@ pub enum MapError {
     NoRoomForCopies(u32),
     /// Maps of which one differs from the map that a data set was begun with.
     #[error(
-        "map {id} in '{}' has another {file} than it has of the source now given: it was made from another one; give that one, or another \
-         folder",
+        "map {id} in '{}' was made from another source: its {file} is not that of the one now given; give the former, or another folder",
         folder.display()
     )]
     OtherSource {
