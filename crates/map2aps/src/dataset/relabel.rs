@@ -200,7 +200,7 @@ mod tests {
         std::fs::remove_dir_all(out.join("map_0001")).unwrap();
         let told = run(&other).unwrap_err().chain();
         assert!(
-            told.contains("map 0 in") && told.contains("made from another one"),
+            told.contains("map 0 in") && told.contains("made from another source"),
             "{told}"
         );
         assert_eq!(Survey::of(&out).unwrap().maps.len(), 1);
