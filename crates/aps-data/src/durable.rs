@@ -208,7 +208,7 @@ fn is_lock_of_shard(name: &str) -> bool {
 }
 
 /// Tells if a file or folder of this name is a lock, or under construction.
-pub(crate) fn is_passing(name: &str) -> bool {
+pub(crate) fn is_temporary(name: &str) -> bool {
     name == LOCK_FILE || is_lock_of_shard(name) || is_partial(name)
 }
 

@@ -90,7 +90,7 @@ impl DatasetWriter {
         fs::create_dir_all(root).map_err(at(root, "create"))?;
         let mut names = durable::names_in(root)?;
         // Other folders are locked too, and other files replaced whole.
-        names.retain(|name| !durable::is_passing(name));
+        names.retain(|name| !durable::is_temporary(name));
         if let [first, ..] = &names[..]
             && !names.iter().any(|name| is_of_dataset(name))
         {

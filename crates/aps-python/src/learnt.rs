@@ -1,4 +1,4 @@
-//! What a model learns of a data set's labels, besides the spectra.
+//! Facts of a data set's labels that a model learns besides the spectra.
 
 use std::path::PathBuf;
 

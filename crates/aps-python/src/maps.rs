@@ -49,7 +49,7 @@ impl Maps {
     }
 }
 
-/// Warns of what a city's file holds that became no building. The line of Python that the warning is shown with is `level` calls up.
+/// Warns of features, buildings and rings of a city's file that became no building. The line of Python that the warning is shown with is `level` calls up.
 ///
 /// # Errors
 /// The warning, where Python makes exceptions of warnings.

@@ -98,7 +98,7 @@ pub enum ExchangeError {
         bin: usize,
         /// The value.
         value: f64,
-        /// What the column holds, with its unit.
+        /// Quantity of the column, with its unit.
         column: &'static str,
         /// Values that are possible.
         expected: RangeInclusive<f64>,

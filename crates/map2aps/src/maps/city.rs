@@ -153,12 +153,12 @@ impl City {
         described
     }
 
-    /// What the file holds that became no building.
+    /// Numbers of features, buildings and rings of the file that became no building.
     pub fn skipped(&self) -> Skipped {
         self.skipped
     }
 
-    /// The same in words; empty for nothing.
+    /// Text that tells them; empty where there are none.
     pub fn passed_over(&self) -> String {
         let told = [
             (

@@ -14,7 +14,7 @@ use crate::settings;
 /// First line of the file.
 pub const LINK_COLUMNS: &str = "row,map,link,tx,rx,tx_x_m,tx_y_m,rx_x_m,rx_y_m,protocol,array";
 
-/// What of the line tells the labels: its last columns, which files of earlier versions lack.
+/// The columns that tell the labels: the last ones of the line, which files of earlier versions lack.
 const LABEL_COLUMNS: [&str; 2] = ["protocol", "array"];
 
 /// The file beside a prediction that names its links, in CSV: `pred.links.csv` beside `pred.npy`.
