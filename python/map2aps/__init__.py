@@ -6,17 +6,18 @@
 >>> map2aps.label(paths, protocol="paper").aps_db.shape
 (2, 180)
 
-Lengths are metres, times seconds, angles radians counter-clockwise from x unless a name says otherwise (``_db``, ``_deg``). Arrays
-are whatever NumPy makes an array of; they are copied, and computed with in double precision. Where a function takes a protocol it
+Lengths are metres, times seconds, angles radians counter-clockwise from x unless a name says otherwise (``_db``, ``_deg``). Arguments
+are anything that ``numpy.asarray`` accepts; they are copied, and computed with in double precision. Where a function takes a protocol it
 is "released" by default.
 
-Who holds Python's lock, and what Ctrl-C does:
+Python's lock and Ctrl-C:
 
-- `Tracer.trace`, `label`, `pdp`, `make_dataset` and `PolarView.ways` work without the lock; Ctrl-C ends them, and batches of ways of
-  `Examples`.
-- Making a `Scene`, `Tracer` or `PolarView`, opening a `Dataset` and `metrics` work without the lock; Ctrl-C leaves them, and they are
-  done unheard. The same holds for `Examples` and its batches of images.
-- `Scene.raster` and `explain` work without the lock, and meet Ctrl-C when they are done.
+- `Tracer.trace`, `Tracer.trace_pairs`, `label`, `pdp`, `make_dataset`, `PolarView.ways` and batches of ways of `Examples` work without
+  the lock; Ctrl-C ends them.
+- Making a `Scene`, `Tracer` or `PolarView`, opening a `Dataset` and `metrics` work without the lock. Ctrl-C raises
+  ``KeyboardInterrupt`` at once; the call ends in the background and its result is dropped. The same holds for `Examples` and its
+  batches of images.
+- `Scene.raster` and `explain` work without the lock. Ctrl-C raises ``KeyboardInterrupt`` when they have ended.
 - All else holds the lock: `Scene.is_outdoor` and the attributes of a scene, the arrays of `Paths` and what is made of them, arrays on
   their way in and out.
 

@@ -160,7 +160,7 @@ class Dataset:
 
     @property
     def _statistics(self) -> list[dict[str, Any]]:
-        """What is told of each map that tells something."""
+        """Statistics of the maps that have any."""
         return [entry["statistics"] for entry in self.manifest["maps"] if entry.get("statistics")]
 
     @property
@@ -295,7 +295,7 @@ def make_dataset(
     seed : int
         Seed of terminals, synthetic cities and split.
     protocol, array, sampling_rate_hz
-        Of the labels, as of `label`.
+        Settings of the labels; see `label`.
     store_pdp, store_paths : bool
         Store power delay profiles, and paths, from which labels can be made anew.
     tile_m : float, optional
@@ -307,7 +307,7 @@ def make_dataset(
     progress : callable, bool or None
         Called with the number of links done and that of all, some times a second; True shows a bar where tqdm is installed.
     **limits
-        Of the trace, as of `Tracer`.
+        Settings of the trace; see `Tracer`.
 
     Returns
     -------

@@ -78,7 +78,7 @@ def label(
     Returns
     -------
     Labels
-        Of each link one spectrum.
+        One spectrum for each link.
     """
     found = _native.label(held(paths), label_settings(protocol, array, sampling_rate_hz), False)
     return Labels(**found)
@@ -97,7 +97,7 @@ def pdp(
     Parameters
     ----------
     paths, protocol, array, sampling_rate_hz
-        As of `label`.
+        See `label`.
     delay_points : int, optional
         Number of delays from 0 to `last_delay_s`; 128 in "released", 401 in "paper".
     last_delay_s : float, optional
@@ -106,7 +106,7 @@ def pdp(
     Returns
     -------
     Profiles
-        Of each link one profile.
+        One profile for each link.
     """
     settings = label_settings(protocol, array, sampling_rate_hz, delay_points, last_delay_s)
     found = _native.label(held(paths), settings, True)

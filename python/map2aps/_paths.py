@@ -225,8 +225,7 @@ class Paths:
         -------
         pandas.DataFrame
             Columns ``link``, ``delay_s``, ``departure_azimuth_rad``, ``arrival_azimuth_rad``, ``gain_db``, and ``interactions`` like
-            ``"R12 D7"``: "LoS" for a path without any that is as long as its link, "?" for others without any, of which they are not
-            known.
+            ``"R12 D7"``: "LoS" for a path without interactions that is as long as its link, "?" for any other path without interactions: those of such a path are not known.
         """
         import pandas as pd
 

@@ -38,9 +38,9 @@ class PolarView:
         Returns
         -------
         ndarray of float32, shape (m * n, ways, 16)
-            By link, in the order of `Tracer.trace`, the ways that arrive along 720 rays from the receiver: of each 14 features, the number
-            of its ray, half a degree apart, the first a quarter of one from x, and that of its kind, of 15 (straight, and over corners by how they
-            are lit; each after 0, 1 and 2 reflections). Links of fewer ways than others end with ways of zeros. Rust's documentation
-            of ``aps_raytrace::polar::PolarLink`` defines the features; all are without unit.
+            Ways that arrive along 720 rays from the receiver, links in the order of `Tracer.trace`. A way has 14 features, the number of
+            its ray and the number of its kind. Rays are half a degree apart; the first is a quarter of a degree from x. There are 15 kinds:
+            straight, and over corners by how these are lit, each after 0, 1 and 2 reflections. Zeros fill the rows of links that have
+            fewer ways than others. Rust's documentation of ``aps_raytrace::polar::PolarLink`` defines the features; all are without unit.
         """
         return self._view.ways(tx, rx)

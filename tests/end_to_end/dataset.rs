@@ -1,30 +1,13 @@
-//! `dataset`: the same bytes for any threads and after a resume, arrays that hold what they say.
+//! `dataset`: arrays that hold what they say, settings and mistakes.
 
 use std::fs;
 
 use aps_data::{Dataset, LinkStatus};
 
-use crate::folder::{Folder, files};
+use crate::folder::Folder;
 use crate::{assert_told, fail};
 
 const SETTINGS: &str = "--profile smoke --store aps,pdp,paths";
-
-#[test]
-fn threads_and_resume_change_no_byte() {
-    let folder = Folder::new();
-    folder.make("one", &[SETTINGS, "--threads 1"]);
-    folder.make("two", &[SETTINGS, "--threads 2"]);
-    // As if the run had been stopped between its two maps.
-    folder.make("resumed", &[SETTINGS, "--threads 2"]);
-    fs::remove_file(folder.path("resumed/manifest.json")).unwrap();
-    fs::remove_dir_all(folder.path("resumed/map_0001")).unwrap();
-    folder.make("resumed", &[SETTINGS, "--threads 1"]);
-    let of = |name| files(&folder.path(name));
-    let expected = of("one");
-    assert!(expected.len() > 20);
-    assert!(expected == of("two"), "threads changed the data set");
-    assert!(expected == of("resumed"), "a resume changed the data set");
-}
 
 #[test]
 fn arrays_hold_what_they_say() {

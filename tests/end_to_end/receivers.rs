@@ -5,7 +5,7 @@ use std::fs;
 
 use aps_data::{Dataset, MapData};
 
-use crate::folder::{Folder, files};
+use crate::folder::Folder;
 use crate::{assert_told, succeed};
 
 /// Makes a data set of one map with limits so low that many points are out of reach.
@@ -80,23 +80,4 @@ fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() 
     assert!(enclosed.as_u64().unwrap() > 0);
     let told = succeed(&format!("verify {} --maps {maps}", folder.arg("data")));
     assert!(told.contains("as it should be"), "{told}");
-}
-
-#[test]
-fn threads_and_shards_give_the_same_bytes() {
-    let (folder, maps) = Folder::with_maps(2);
-    make(&folder, &maps, "one", [6, 40], "--threads 1");
-    make(&folder, &maps, "two", [6, 40], "--threads 2");
-    let of = |name: &str| {
-        let mut files = files(&folder.path(name));
-        files.remove(".lock");
-        files
-    };
-    assert_eq!(of("one"), of("two"));
-    for shard in ["--shard 2/2", "--shard 1/2"] {
-        make(&folder, &maps, "shards", [6, 40], shard);
-    }
-    let [shards, merged] = ["shards", "merged"].map(|name| folder.arg(name));
-    succeed(&format!("dataset merge {shards} --out {merged}"));
-    assert_eq!(of("one"), of("merged"));
 }

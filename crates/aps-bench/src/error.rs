@@ -10,7 +10,7 @@ use map2aps::training::TrainingError;
 /// Result of a function of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why a benchmark, or a part of it, could not be made. The message does not repeat its cause, which is its source.
+/// Error of making a benchmark or a part of it. The message does not repeat its cause, which is its source.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -1,8 +1,8 @@
 //! Models trained for the same time on the same links, scored and timed against each other, baselines and the tracer.
 //!
-//! A [`Config`] says everything; a [`Profile`] is one that is there, and [`Config::resolve`] changes it. [`Benchmark::run`] makes
-//! the data set, trains every model, asks all of them and the baselines for the test links, and gives the
-//! [`Results`](aps_report::benchmark::Results) that a report is made of:
+//! A [`Config`] holds all settings. A [`Profile`] is a built-in configuration, and [`Config::resolve`] changes single settings of
+//! it. [`Benchmark::run`] makes the data set, trains every model, has all of them and the baselines predict the test links, and
+//! returns the [`Results`](aps_report::benchmark::Results) that a report is made of:
 //!
 //! ```ignore
 #![doc = include_str!("../examples/tiny_benchmark.rs")]

@@ -13,9 +13,9 @@
 //! # Ok::<(), aps_explore::ServeError>(())
 //! ```
 //!
-//! [`Server`] takes connections, `guard` refuses what no page of its own asks, `app` knows the addresses and hands the
-//! work to threads. A ticket ends what a newer request has overtaken. The stock keeps maps and terminals that were prepared,
-//! as long as they are of use. Nothing is traced, labelled or drawn here: `map2aps` and `aps-report` do that.
+//! [`Server`] takes connections, `guard` refuses requests that the server's own page did not send, `app` maps addresses to work
+//! on threads. A ticket cancels a request that a newer one replaces. The stock keeps prepared maps and terminals while they are in
+//! use. Nothing is traced, labelled or drawn here: `map2aps` and `aps-report` do that.
 
 #![forbid(unsafe_code)]
 

@@ -27,7 +27,7 @@ const UNREAD: Duration = Duration::from_secs(30);
 /// Largest head of a request \[bytes\]; hyper takes no less.
 const MAX_HEAD: usize = 8192;
 
-/// Why a page is not served.
+/// Error of serving the page.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ServeError {

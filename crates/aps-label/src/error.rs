@@ -1,6 +1,6 @@
 //! Errors of configurations, of paths and of points of evaluation.
 
-/// Why a [`LabelConfig`](crate::LabelConfig) was refused.
+/// Reason to refuse a [`LabelConfig`](crate::LabelConfig).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigError {
@@ -48,7 +48,7 @@ pub enum ConfigError {
     },
 }
 
-/// Why a list of paths was refused. The index counts from 0 in the slice given.
+/// Reason to refuse a list of paths. The index counts from 0 in the slice given.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PathError {

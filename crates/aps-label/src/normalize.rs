@@ -26,7 +26,7 @@ pub enum Normalization {
     Released(MeanStd),
 }
 
-/// Why values could not be normalised.
+/// Reason to refuse values for normalisation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NormalizationError {

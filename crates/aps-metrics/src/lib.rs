@@ -51,7 +51,7 @@
 //!
 //! # Features
 //!
-//! - `label` (off by default): the protocol of an `aps-label` as the one it is scored under.
+//! - `label` (off by default): converts a protocol of `aps-label` into a [`Protocol`].
 //! - `serde` (off by default): `Serialize` for definitions, scores and reports.
 //!
 //! `docs/protocol.md` of the repository defines every metric in a table and works through the

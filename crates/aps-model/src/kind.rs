@@ -51,7 +51,7 @@ model_kinds! {
     VitReg = vit_reg;
     /// The multi-scale encoder and convolutions over the angle.
     ResnetConv1d = resnet_conv1d;
-    /// Polar-Reg, which is not of the paper: convolutions around the receiver over ways along rays, no image.
+    /// Polar-Reg, which is not of the paper: a perceptron for each way along a ray, whose strengths are added; no image.
     PolarReg = polar_reg;
 }
 

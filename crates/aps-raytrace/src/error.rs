@@ -193,7 +193,7 @@ pub enum TerminalError {
     },
 }
 
-/// Why a link cannot be traced.
+/// Reason to refuse a link.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TraceError {

@@ -33,7 +33,7 @@ class ApsDataset(Dataset[Example]):
     Parameters
     ----------
     path, split, size, mirror, domain, condition, maps
-        As of `map2aps.Examples`.
+        See `map2aps.Examples`.
     """
 
     def __init__(

@@ -703,8 +703,8 @@ def load(file: str | os.PathLike[str], name: str | None = None, preset: Preset |
     file : path-like
         Safetensors, as ``cargo xtask train`` and `save` write.
     name, preset : optional
-        As of `build`; as the file tells by default. Of a file that does not tell them the name must be given, and the preset is
-        "paper" unless it is.
+        Name and preset, see `build`; those in the file by default. If the file has none, the name is required and the preset is
+        "paper" by default.
 
     Returns
     -------

@@ -23,7 +23,7 @@ const MAX_TILES: f64 = 1e6;
 /// Most pairs of a building and a tile its bounding box reaches.
 const MAX_PLACES: f64 = 1e7;
 
-/// Why a city cannot be cut into tiles.
+/// Error of cutting a city into tiles.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TilingError {

@@ -1,8 +1,8 @@
-//! Why a file gives no city.
+//! Errors of reading a city.
 
 use thiserror::Error;
 
-/// Why a file gives no city. Features count from 0, through all collections of a file.
+/// Error of reading a city. Features count from 0, through all collections of a file.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GeoJsonError {
