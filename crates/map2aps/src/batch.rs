@@ -20,6 +20,11 @@ const RX_AT_ONCE: usize = 4096;
 /// Links that a thread takes at a time.
 const LINKS_AT_ONCE: usize = 64;
 
+/// Transmitters of a portion of links from each transmitter to each receiver, and its receivers. Such transmitters take turns at a receiver,
+/// whose tables are too large to stay in a cache until the next portion.
+const TX_SIDE_BY_SIDE: usize = 4;
+const RX_OF_A_PORTION: usize = LINKS_AT_ONCE / TX_SIDE_BY_SIDE;
+
 /// Traces the links from each transmitter to each receiver; each terminal is prepared once for every 16 transmitters and 4096
 /// receivers. Link `t * rx.len() + r` goes from `tx[t]` to `rx[r]`. The same bits on any number of threads.
 ///
@@ -47,18 +52,22 @@ pub fn trace_links(
                 tracer.transmitter(point).at(place)
             })?;
             let portions: Vec<(usize, usize)> = (0..tx.len())
-                .flat_map(|t| (0..rx.len()).step_by(LINKS_AT_ONCE).map(move |r| (t, r)))
+                .step_by(TX_SIDE_BY_SIDE)
+                .flat_map(|t| (0..rx.len()).step_by(RX_OF_A_PORTION).map(move |r| (t, r)))
                 .collect();
-            let traced: Vec<(usize, PathTable)> = portions
+            let traced: Vec<(usize, Vec<PathTable>)> = portions
                 .into_par_iter()
                 .map_init(Link::default, |link, (t, r)| {
-                    let some = &rx[r..rx.len().min(r + LINKS_AT_ONCE)];
-                    let table = trace_some(tracer, &tx[t], some, first_rx + r, link, control)?;
-                    Ok((first_tx + t, table))
+                    let tx = &tx[t..tx.len().min(t + TX_SIDE_BY_SIDE)];
+                    let rx = &rx[r..rx.len().min(r + RX_OF_A_PORTION)];
+                    let tables = trace_some(tracer, tx, rx, first_rx + r, link, control)?;
+                    Ok((first_tx + t, tables))
                 })
                 .collect::<Result<_>>()?;
-            for (t, table) in traced {
-                of_tx[t].push(table);
+            for (first, tables) in traced {
+                for (of_tx, table) in of_tx[first..].iter_mut().zip(tables) {
+                    of_tx.push(table);
+                }
             }
         }
     }
@@ -82,23 +91,26 @@ fn prepare<T: Send>(
     points.par_iter().enumerate().map(prepare).collect()
 }
 
+/// Traces the links of a portion; returns the paths by transmitter.
 fn trace_some(
     tracer: &Tracer<'_>,
-    tx: &Transmitter,
+    tx: &[Transmitter],
     rx: &[Receiver],
     first_rx: usize,
     link: &mut Link,
     control: &Control<'_>,
-) -> Result<PathTable> {
-    let mut table = PathTable::default();
+) -> Result<Vec<PathTable>> {
+    let mut tables = vec![PathTable::default(); tx.len()];
     for (r, rx) in (first_rx..).zip(rx) {
-        control.check()?;
-        let traced = tracer.link(tx, rx, link);
-        traced.at(Place::Receiver(r as i64))?;
-        table.push_records(&link.paths);
+        for (tx, table) in tx.iter().zip(&mut tables) {
+            control.check()?;
+            let traced = tracer.link(tx, rx, link);
+            traced.at(Place::Receiver(r as i64))?;
+            table.push_records(&link.paths);
+        }
     }
-    control.progress.advance(rx.len() as u64);
-    Ok(table)
+    control.progress.advance((tx.len() * rx.len()) as u64);
+    Ok(tables)
 }
 
 /// Traces the links of pairs of a transmitter and a receiver, and keeps those of the paths of a link that `kept` chooses; link i is that of

@@ -1,7 +1,7 @@
 //! One map: prepare, trace, label, write.
 //!
 //! Links are independent, so transmitters are spread over the threads; rows go to the writer in
-//! the order of the transmitters, a few transmitters at a time, so that memory does not grow with
+//! the order of the transmitters, some for each thread at a time, so that memory does not grow with
 //! the map and the bytes do not depend on the threads.
 
 use std::time::Instant;
@@ -9,7 +9,7 @@ use std::time::Instant;
 use aps_data::{DatasetWriter, Links, MapInput, MapWriter};
 use aps_label::Labeler;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{Scene, TraceConfig, Tracer};
+use aps_raytrace::{Scene, TraceConfig, Tracer, Transmitter};
 use rayon::prelude::*;
 
 use super::LinkMaker;
@@ -21,8 +21,12 @@ use crate::maps;
 use crate::sampling::Terminals;
 use crate::tally::Tally;
 
-/// Parts of a map made between two writes: transmitters, or portions of stored links.
-pub(super) const GROUP: usize = 16;
+/// Parts of a map that each thread makes between two writes: some transmitters, or a portion of stored links.
+const PARTS_A_THREAD: usize = 2;
+
+/// Most transmitters whose links a thread makes side by side. A receiver's tables, up to a megabyte with two diffractions, are read from
+/// memory once for all of them.
+const SIDE_BY_SIDE: usize = 4;
 
 /// Context that all maps of a run share.
 pub struct Run<'a> {
@@ -65,80 +69,92 @@ impl Run<'_> {
             },
         )?;
         let tx: Vec<(u32, DVec2)> = (0..).zip(terminals.tx.iter().copied()).collect();
-        for group in tx.chunks(GROUP) {
-            self.write_group(&mut writer, group, &mut tally, |&(id, tx)| {
-                self.transmitter(&tracer, id, tx, &rx, choice)
-            })
-            .at(Place::Map(id))?;
-        }
+        let parts_at_once = PARTS_A_THREAD * rayon::current_num_threads();
+        let side_by_side = (tx.len() / parts_at_once).clamp(1, SIDE_BY_SIDE);
+        let parts: Vec<&[(u32, DVec2)]> = tx.chunks(side_by_side).collect();
+        self.write(&mut writer, &parts, &mut tally, |tx| {
+            self.transmitters(&tracer, tx, &rx, choice)
+        })
+        .at(Place::Map(id))?;
         writer.set_statistics(tally.statistics());
         self.finish(writer, &mut tally)?;
         Ok(tally)
     }
 
-    /// Makes the links of one transmitter.
-    fn transmitter(
+    /// Makes the links of some transmitters, receiver by receiver.
+    fn transmitters(
         &self,
         tracer: &Tracer<'_>,
-        id: u32,
-        position: DVec2,
+        tx: &[(u32, DVec2)],
         rx: &Pool,
         choice: Choice,
-    ) -> Result<Rows> {
-        let started = Instant::now();
-        let tx = tracer.transmitter(position).at(Place::Transmitter)?;
-        let mut rows = Rows::default();
-        rows.tally.prepare = started.elapsed();
-        rows.tally.empty_beams = tx.empty_beam_count() as u64;
-        // Links wanted, where only points that are reached count.
+    ) -> Result<Vec<Rows>> {
+        // Links wanted of each, where only points that are reached count.
         let wanted = match choice {
             Choice::FirstReached(wanted) => Some(wanted),
             Choice::All => None,
         };
+        let prepare = |&(id, position)| {
+            let started = Instant::now();
+            let tx = tracer.transmitter(position).at(Place::Transmitter)?;
+            let mut rows = Rows::default();
+            rows.tally.prepare = started.elapsed();
+            rows.tally.empty_beams = tx.empty_beam_count() as u64;
+            Ok((id, tx, rows))
+        };
+        let mut parts = tx.iter().map(prepare).collect::<Result<Vec<_>>>()?;
         let mut maker = LinkMaker::default();
         for candidate in 0..rx.len() as u32 {
-            if wanted.is_some_and(|wanted| rows.status.len() >= wanted) {
-                break;
-            }
-            self.control.check()?;
-            let started = Instant::now();
-            let receiver = rx.get(tracer, candidate)?;
-            rows.tally.prepare += started.elapsed();
-            let is_reached = maker.trace(tracer, &tx, receiver, &mut rows.tally)?;
-            if is_reached || wanted.is_none() {
-                maker.label(self.labeler, [id, candidate], &mut rows)?;
-                let is_near = is_near(tracer.config(), position, rx.point(candidate));
-                rows.tally.near_links += u64::from(is_near);
-                self.control.progress.advance(1);
-            } else {
-                rows.tally.pass_over(maker.status_without_label());
+            for (id, tx, rows) in &mut parts {
+                if wanted.is_some_and(|wanted| rows.status.len() >= wanted) {
+                    continue;
+                }
+                self.control.check()?;
+                let started = Instant::now();
+                let receiver = rx.get(tracer, candidate)?;
+                rows.tally.prepare += started.elapsed();
+                let is_reached = maker.trace(tracer, tx, receiver, &mut rows.tally)?;
+                if is_reached || wanted.is_none() {
+                    maker.label(self.labeler, [*id, candidate], rows)?;
+                    let is_near = is_near(tracer.config(), tx.position(), rx.point(candidate));
+                    rows.tally.near_links += u64::from(is_near);
+                    self.control.progress.advance(1);
+                } else {
+                    rows.tally.pass_over(maker.status_without_label());
+                }
             }
         }
-        if let Some(wanted) = wanted {
-            let missing = wanted.saturating_sub(rows.status.len()) as u64;
-            rows.tally.missing_links += missing;
-            self.control.progress.advance(missing);
-        }
-        rows.count_shapes(self.labeler, &self.writer.config().layout)?;
-        Ok(rows)
+        let finish = |(_, _, mut rows): (u32, Transmitter, Rows)| {
+            if let Some(wanted) = wanted {
+                let missing = wanted.saturating_sub(rows.status.len()) as u64;
+                rows.tally.missing_links += missing;
+                self.control.progress.advance(missing);
+            }
+            rows.count_shapes(self.labeler, &self.writer.config().layout)?;
+            Ok(rows)
+        };
+        parts.into_iter().map(finish).collect()
     }
 
-    /// Makes the rows of some parts on all threads and writes them in the order of the parts.
-    pub(super) fn write_group<T: Sync>(
+    /// Makes the rows of parts on all threads, some parts at a time, and writes them in the order of the parts.
+    pub(super) fn write<T: Sync>(
         &self,
         writer: &mut MapWriter<'_>,
         parts: &[T],
         tally: &mut Tally,
-        make: impl Fn(&T) -> Result<Rows> + Send + Sync,
+        make: impl Fn(&T) -> Result<Vec<Rows>> + Send + Sync,
     ) -> Result<()> {
-        let rows: Vec<Result<Rows>> = parts.par_iter().map(make).collect();
-        let started = Instant::now();
-        for rows in rows {
-            let rows = rows?;
-            writer.push(&rows.link_rows(&self.writer.config().layout))?;
-            tally.add(&rows.tally);
+        for group in parts.chunks(PARTS_A_THREAD * rayon::current_num_threads()) {
+            let rows: Vec<Result<Vec<Rows>>> = group.par_iter().map(&make).collect();
+            let started = Instant::now();
+            for rows in rows {
+                for rows in rows? {
+                    writer.push(&rows.link_rows(&self.writer.config().layout))?;
+                    tally.add(&rows.tally);
+                }
+            }
+            tally.write += started.elapsed();
         }
-        tally.write += started.elapsed();
         Ok(())
     }
 

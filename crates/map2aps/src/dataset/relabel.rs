@@ -10,7 +10,6 @@ use aps_data::{
 };
 use aps_label::{LabelConfig, Labeler, Status};
 
-use super::map::GROUP;
 use super::rows::Rows;
 use super::{Made, Making, Run};
 use crate::batch::Buffers;
@@ -112,12 +111,10 @@ impl Run<'_> {
             .step_by(LINKS_AT_ONCE)
             .map(|first| first..map.links.len().min(first + LINKS_AT_ONCE))
             .collect();
-        for group in ranges.chunks(GROUP) {
-            self.write_group(&mut writer, group, &mut tally, |links| {
-                self.label_links(&map, &paths, links.clone())
-            })
-            .at(Place::Map(id))?;
-        }
+        self.write(&mut writer, &ranges, &mut tally, |links| {
+            Ok(vec![self.label_links(&map, &paths, links.clone())?])
+        })
+        .at(Place::Map(id))?;
         let same_label = settings::label_of(&source.manifest().configuration)
             .is_ok_and(|label| label == *self.labeler.config());
         writer.set_statistics(tally.statistics_like(&entry.statistics, same_label));
