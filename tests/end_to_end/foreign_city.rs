@@ -303,6 +303,21 @@ fn corner_of_the_first_map_can_be_given() {
 }
 
 #[test]
+fn settings_of_tiles_are_refused_beside_maps_that_are_not_cut() {
+    let (folder, maps) = Folder::with_maps(1);
+    let out = folder.arg("data");
+    for command in [
+        format!("dataset --maps synthetic:2 --tile 200 --out {out}"),
+        format!("dataset --maps {maps} --metric --out {out}"),
+        "trace --map synthetic --min-buildings 2 --tx 45,75 --rx 122,80".into(),
+    ] {
+        let told = fail(&command);
+        assert!(told.contains("are for a city in GeoJSON"), "{told}");
+    }
+    assert!(!folder.path("data").exists());
+}
+
+#[test]
 fn manifests_that_say_less_are_still_read() {
     let folder = Folder::new();
     let out = folder.arg("data");

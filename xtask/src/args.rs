@@ -59,7 +59,10 @@ impl TileArgs {
     /// # Errors
     /// As [`TileArgs::open`], and a city of another data set.
     pub fn open_for(&self, maps: &NamedMaps, configuration: &Value) -> Result<MapSource> {
-        let tiles = self.over(TileSettings::of_dataset(configuration));
+        let tiles = match maps {
+            NamedMaps::City(_) => self.over(TileSettings::of_dataset(configuration)),
+            _ => self.settings(),
+        };
         let source = described(maps.open(tiles, 0)?)?;
         // Maps of other sources are compared by their buildings, map by map.
         if let MapSource::City(_) = source {
@@ -139,10 +142,11 @@ impl OneMapArgs {
     /// Reads the map: a RadioMapSeer file, a tile of a city in GeoJSON, which is described, or `synthetic`.
     pub fn load(&self, map: &Path) -> Result<Scene> {
         let scene = self.scene.settings();
+        let tiles = self.tiles.settings();
         if map == Path::new("synthetic") {
+            tiles.must_be_default().map_err(map2aps::Error::from)?;
             return Ok(MapSource::Synthetic { count: 1 }.load(0, self.seed, scene)?);
         }
-        let tiles = self.tiles.settings();
         let (scene, city) = maps::load_file(map, self.map_id, tiles, scene)?;
         if let Some(city) = city {
             note!("{city}");

@@ -57,6 +57,17 @@ impl TileSettings {
             corner: serde_json::from_value(stored["corner"].clone()).unwrap_or_default(),
         }
     }
+
+    /// Refuses settings other than the default, for maps that are not cut into tiles.
+    ///
+    /// # Errors
+    /// [`MapError::NoTiles`].
+    pub fn must_be_default(self) -> Result<(), MapError> {
+        match self == Self::default() {
+            true => Ok(()),
+            false => Err(MapError::NoTiles),
+        }
+    }
 }
 
 /// A city cut into tiles, some of which are maps.
@@ -268,7 +279,7 @@ fn is_built(tiling: &Tiling, id: u32) -> bool {
 /// the city.
 ///
 /// # Errors
-/// A file that is not there, holds no map, or makes no scene.
+/// A file that is not there, holds no map, or makes no scene, and settings of tiles for a map that is none.
 pub fn load_file(
     file: &Path,
     tile: Option<u32>,
@@ -288,7 +299,7 @@ pub fn load_file(
 /// Does what [`load_file`] does, with the bytes of a file of that name.
 ///
 /// # Errors
-/// Bytes that hold no map, or one that makes no scene.
+/// As [`load_file`].
 pub fn load_bytes(
     bytes: &[u8],
     file: &Path,
@@ -298,6 +309,7 @@ pub fn load_bytes(
 ) -> Result<(Scene, Option<City>)> {
     match is_list(bytes) {
         true => {
+            tiles.must_be_default().at_file(Place::MapFile, file)?;
             let scene = radiomapseer::scene(bytes, settings);
             Ok((scene.at_file(Place::MapFile, file)?, None))
         }

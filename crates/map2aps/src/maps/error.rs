@@ -26,6 +26,12 @@ pub enum MapError {
         /// Maps that are there.
         available: Vec<u32>,
     },
+    /// Settings of tiles beside maps that are not cut into tiles.
+    #[error(
+        "settings of tiles (side, corner, coordinates, which buildings) are for a city in GeoJSON; leave them away, for these \
+         maps are not cut into tiles"
+    )]
+    NoTiles,
     /// More synthetic cities than there are ids for.
     #[error(
         "{0} synthetic cities are too many: their ids end at 999999, where those of copies begin"

@@ -34,15 +34,17 @@ impl NamedMaps {
     /// Opens the maps, of synthetic cities so many unless a number is asked for; a city is read and cut into tiles.
     ///
     /// # Errors
-    /// A city that cannot be read or holds no map.
+    /// A city that cannot be read or holds no map, and settings of tiles for other maps.
     pub fn open(&self, tiles: TileSettings, synthetic: u32) -> Result<MapSource> {
-        match self {
-            Self::Folder(folder) => Ok(MapSource::Folder(folder.clone())),
-            Self::City(file) => MapSource::geojson(file, tiles),
-            Self::Synthetic { count } => Ok(MapSource::Synthetic {
+        let source = match self {
+            Self::City(file) => return MapSource::geojson(file, tiles),
+            Self::Folder(folder) => MapSource::Folder(folder.clone()),
+            Self::Synthetic { count } => MapSource::Synthetic {
                 count: count.unwrap_or(synthetic),
-            }),
-        }
+            },
+        };
+        tiles.must_be_default()?;
+        Ok(source)
     }
 }
 
