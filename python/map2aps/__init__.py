@@ -12,8 +12,8 @@ is "released" by default.
 
 Python's lock and Ctrl-C:
 
-- `Tracer.trace`, `Tracer.trace_pairs`, `label`, `pdp`, `make_dataset`, `PolarView.ways` and batches of ways of `Examples` work without
-  the lock; Ctrl-C ends them.
+- `Tracer.trace`, `Tracer.trace_pairs`, `label`, `pdp`, `make_dataset`, `relabel`, `PolarView.ways` and batches of ways of `Examples` work
+  without the lock; Ctrl-C ends them.
 - Making a `Scene`, `Tracer` or `PolarView`, opening a `Dataset` and `metrics` work without the lock. Ctrl-C raises
   ``KeyboardInterrupt`` at once; the call ends in the background and its result is dropped. The same holds for `Examples` and its
   batches of images.
@@ -29,7 +29,7 @@ Arrays and numbers of a wrong shape, type or value raise ``ValueError``, an unkn
 """
 
 from ._arrays import UniformCircular, UniformLinear
-from ._dataset import Dataset, Map, make_dataset
+from ._dataset import Dataset, Map, make_dataset, relabel
 from ._examples import Examples
 from ._explain import Html, explain, plot_link
 from ._labels import Labels, Profiles, label, pdp
@@ -59,4 +59,5 @@ __all__ = [
     "metrics",
     "pdp",
     "plot_link",
+    "relabel",
 ]

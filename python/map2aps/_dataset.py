@@ -265,6 +265,7 @@ def make_dataset(
     tx_per_map: int = 20,
     rx_per_map: int = 100,
     receivers: Literal["reached", "outdoor"] = "reached",
+    orientations: int = 1,
     map_ids: npt.ArrayLike | None = None,
     seed: int = 42,
     protocol: Protocol = USUAL_PROTOCOL,
@@ -290,6 +291,8 @@ def make_dataset(
         Transmitters of a map, and receivers of each.
     receivers : {"reached", "outdoor"}
         Points that the transmitter reaches within the limits, or the same points for all transmitters of a map.
+    orientations : int
+        Orientations of each training map, 1 to 8: quarter turns, and their mirror images.
     map_ids : array_like of int, shape (n,), optional
         Ids of the maps to take; all by default.
     seed : int
@@ -329,6 +332,7 @@ def make_dataset(
         "tx_per_map": tx_per_map,
         "rx_per_map": rx_per_map,
         "receivers": receivers,
+        "orientations": orientations,
         "seed": seed,
         "store_pdp": store_pdp,
         "store_paths": store_paths,
@@ -343,6 +347,49 @@ def make_dataset(
     if told:
         warnings.warn(f"{os.fspath(path)}: {told}", stacklevel=2)
     return made
+
+
+def relabel(
+    data: Dataset | StrPath,
+    path: StrPath,
+    *,
+    protocol: Protocol | None = None,
+    array: Array | None = None,
+    sampling_rate_hz: float | None = None,
+    store_pdp: bool = False,
+    store_paths: bool = True,
+    progress: Progress | bool | None = True,
+) -> Dataset:
+    """Labels the stored paths of a data set anew: another protocol, array or bandwidth, without a trace.
+
+    Parameters
+    ----------
+    data : Dataset or path-like
+        A finished data set that stores paths (``store_paths=True``).
+    path : path-like
+        Folder of the new data set; one that was interrupted is continued.
+    protocol : {"released", "paper"}, optional
+        Definition of the labels; that of `data` by default.
+    array, sampling_rate_hz
+        See `label`; those of `data` by default.
+    store_pdp, store_paths : bool
+        Store power delay profiles, and the paths again.
+    progress : callable, bool or None
+        See `make_dataset`.
+
+    Returns
+    -------
+    Dataset
+        The new data set.
+    """
+    source = data if isinstance(data, Dataset) else Dataset(data)
+    settings = label_settings(protocol or source.protocol, array, sampling_rate_hz)
+    tell, close = _bar(progress)
+    try:
+        _native.relabel(source.path, path, settings, store_pdp, store_paths, tell)
+    finally:
+        close()
+    return Dataset(path)
 
 
 def _many_missing(dataset: Dataset) -> str:

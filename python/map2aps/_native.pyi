@@ -21,6 +21,7 @@ __all__ = [
     "make_dataset",
     "manifest",
     "metrics",
+    "relabel",
     "shipped",
     "training_facts",
 ]
@@ -94,6 +95,14 @@ def make_dataset(
     label: dict[str, Any],
     progress: Callable[[int, int], object] | None,
     **limits: Any,
+) -> None: ...
+def relabel(
+    folder: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    label: dict[str, Any],
+    store_pdp: bool,
+    store_paths: bool,
+    progress: Callable[[int, int], object] | None,
 ) -> None: ...
 def manifest(folder: str | os.PathLike[str]) -> str: ...
 def metrics(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypedDict, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 class Limits(TypedDict, total=False):
     """Settings of a trace, as `Tracer` lists them."""
 
+    limits: Literal["r2d1", "converged"]
     frequency_hz: float
     material: str | tuple[float, float]
     max_reflections: int
@@ -268,6 +269,9 @@ class Tracer:
     ----------
     scene : Scene
         The buildings.
+    limits : {"r2d1", "converged"}
+        Values of the settings that are not given: "r2d1" those stated below, "converged" 5 reflections, 2 diffractions, 7 interactions and a
+        dynamic range of 30 dB. More changes labels by less than 1 dB in the mean; a trace takes several times as long.
     frequency_hz : float
         Carrier in Hz, 1 to 1e18; 3.5e9 by default.
     material : str or tuple of two floats

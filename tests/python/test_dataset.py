@@ -52,6 +52,37 @@ def test_the_same_call_makes_the_same_bytes_and_keeps_what_is_there(data: Path, 
         map2aps.make_dataset(tmp_path / "again", 6, **settings, seed=1, progress=None)
 
 
+def test_stored_paths_are_labelled_anew_as_label_does(data: Path, tmp_path: Path) -> None:
+    array = map2aps.UniformCircular(8, 0.5)
+    new = map2aps.relabel(data, tmp_path / "new", protocol="paper", array=array, store_pdp=True)
+    assert new.protocol == "paper" and new.split("test") == map2aps.Dataset(data).split("test")
+    one = new[3]
+    paths = map2aps.Paths.from_arrays(one["path_offset"], one["path_delay_s"], one["path_arrival_azimuth_rad"], one["path_gain"])
+    label = map2aps.label(paths, "paper", array)
+    stored = one["aps_db"].astype(np.float64) + one["aps_max_db"][:, None]
+    near = label.aps_db > label.aps_db.max(1, keepdims=True) - 60.0
+    assert np.abs(stored - label.aps_db)[near].max() < 0.02
+    # What is not given is as it was.
+    again = map2aps.relabel(new, tmp_path / "again", protocol="released", store_paths=False, progress=None)
+    settings = again.manifest["configuration"]["label"]
+    assert settings["array"] == new.manifest["configuration"]["label"]["array"] and settings["protocol"] == "released"
+    assert "path_offset" not in again[3].keys()
+    with pytest.raises(ValueError, match="store_paths=True"):
+        map2aps.relabel(again, tmp_path / "none")
+
+
+def test_training_maps_are_made_in_several_orientations(tmp_path: Path) -> None:
+    made = map2aps.make_dataset(tmp_path, 3, tx_per_map=1, rx_per_map=2, orientations=2, progress=None)
+    assert len(made) == 4 and [i % 1_000_000 for i in made.split("train")] == [made.split("train")[0]] * 2
+    with pytest.raises(ValueError, match="1 to 8 orientations"):
+        map2aps.make_dataset(tmp_path / "nine", 3, orientations=9)
+
+
+def test_settings_of_tiles_are_for_cities(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="city in GeoJSON"):
+        map2aps.make_dataset(tmp_path / "none", 3, metric=True)
+
+
 def test_an_exception_of_the_callback_ends_the_making_which_goes_on_later(tmp_path: Path) -> None:
     class Enough(Exception):
         pass

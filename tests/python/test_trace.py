@@ -1,5 +1,6 @@
 import copy
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -210,3 +211,18 @@ def test_paths_are_read_alone_and_others_are_made_of_them(paths: map2aps.Paths) 
 
 def test_a_tracer_tells_its_scene_and_limits(scene: map2aps.Scene) -> None:
     assert repr(map2aps.Tracer(scene, max_reflections=1, material="pec")) == f"Tracer({scene!r}, max_reflections=1, material='pec')"
+
+
+def test_limits_have_names_and_single_settings_change_them() -> None:
+    scene = map2aps.Scene.synthetic(seed=1)
+    numbers = {"max_reflections": 5, "max_diffractions": 2, "max_interactions": 7, "dynamic_range_db": 30.0}
+    tx, rx = (2.0, 2.0), (30.0, 2.0)
+
+    def gains(**limits: Any) -> Any:
+        return map2aps.Tracer(scene, **limits).trace(tx, rx).gain.tolist()
+
+    converged = gains(limits="converged")
+    assert converged == gains(**numbers) != gains() == gains(limits="r2d1")
+    assert gains(limits="converged", dynamic_range_db=20.0) == gains(**{**numbers, "dynamic_range_db": 20.0})
+    with pytest.raises(ValueError, match="neither 'r2d1' nor 'converged'"):
+        gains(limits="R5D2")

@@ -1,6 +1,7 @@
 //! Arguments that help against an error of the library, which does not know them.
 
 use map2aps::aps_raytrace::scene::GeoJsonError;
+use map2aps::settings::SettingsError;
 use map2aps::{Error, MapError, ScoreError};
 
 /// Text to put behind the error with this cause; empty where no argument helps.
@@ -9,6 +10,7 @@ pub fn advice(cause: &Error) -> &'static str {
         Error::GeoJson(error) => geojson(error),
         Error::Map(MapError::NoScene(_)) => " (maps=...)",
         Error::Mirror(_) => "; mirror=False leaves the mirror images out",
+        Error::Settings(SettingsError::NoPaths) => "; make one that does with store_paths=True",
         Error::Score(ScoreError::NoTrainingLabel) => " (domain=\"linear\" needs no statistics)",
         _ => "",
     }

@@ -65,8 +65,18 @@ pub struct LabelSettings {
 }
 
 impl LabelSettings {
+    /// The settings given, and those of the protocol.
     pub fn config(self, pdp: bool) -> PyResult<LabelConfig> {
-        let preset = LabelConfig::of(protocol(self.protocol)?);
+        self.or(LabelConfig::of, pdp)
+    }
+
+    /// The settings given, and others under the protocol.
+    pub fn over(self, others: &LabelConfig, pdp: bool) -> PyResult<LabelConfig> {
+        self.or(|protocol| others.under(protocol), pdp)
+    }
+
+    fn or(self, preset: impl FnOnce(Protocol) -> LabelConfig, pdp: bool) -> PyResult<LabelConfig> {
+        let preset = preset(protocol(self.protocol)?);
         let array = self.array.map(ArrayArgument::array).transpose()?;
         let sampling_rate_hz = optional(self.sampling_rate_hz, "sampling_rate_hz")?;
         let points = optional(self.delay_points, "delay_points")?;

@@ -41,7 +41,7 @@ mod _native {
     #[pymodule_export]
     use super::learnt::{array_response, training_facts};
     #[pymodule_export]
-    use super::making::{make_dataset, manifest};
+    use super::making::{make_dataset, manifest, relabel};
     #[pymodule_export]
     use super::metrics::metrics;
     #[pymodule_export]

@@ -2,13 +2,17 @@
 
 use std::path::PathBuf;
 
-use map2aps::maps::TileSettings;
-use map2aps::{Control, Dataset, DatasetPlan, MapSource, Receivers, Stored};
+use map2aps::maps::{SceneSettings, TileSettings};
+use map2aps::settings::label_of;
+use map2aps::{
+    Control, Dataset, DatasetPlan, MapSource, Receivers, Stored, relabel as relabel_paths,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Argument, Kind};
+use crate::error::exception;
 use crate::given::{Given, optional};
 use crate::labels::LabelSettings;
 use crate::maps::{Maps, tell_passed_over};
@@ -27,6 +31,7 @@ pub struct Settings<'py> {
     tx_per_map: Given<usize>,
     rx_per_map: Given<usize>,
     receivers: Given<String>,
+    orientations: Given<u32>,
     seed: Given<u64>,
     store_pdp: Given<bool>,
     store_paths: Given<bool>,
@@ -82,6 +87,10 @@ pub fn make_dataset(
             ..Stored::default()
         },
         seed: settings.seed.named("seed")?,
+        scene: SceneSettings {
+            orientations: settings.orientations.named("orientations")?,
+            ..SceneSettings::default()
+        },
         trace,
         ..DatasetPlan::default()
     };
@@ -97,6 +106,29 @@ pub fn make_dataset(
         };
         DatasetPlan { maps, ..plan }.make(&out, &ids, control)
     };
+    run(py, progress.as_ref(), made).map(drop)
+}
+
+/// Labels the stored paths of the data set in `folder` anew, in the folder `out`; settings that are not given are those of its labels.
+#[pyfunction]
+pub fn relabel(
+    py: Python<'_>,
+    folder: PathBuf,
+    out: PathBuf,
+    label: LabelSettings,
+    store_pdp: Given<bool>,
+    store_paths: Given<bool>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<()> {
+    let stored = Stored {
+        pdp: store_pdp.named("store_pdp")?,
+        paths: store_paths.named("store_paths")?,
+        ..Stored::default()
+    };
+    let source = run_owned(py, move || Ok(Dataset::open(folder)?))?;
+    let own = label_of(&source.manifest().configuration).map_err(exception)?;
+    let label = label.over(&own, stored.pdp)?;
+    let made = |control: &Control<'_>| relabel_paths(&source, &out, &label, stored, control);
     run(py, progress.as_ref(), made).map(drop)
 }
 

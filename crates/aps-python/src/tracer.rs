@@ -80,7 +80,11 @@ impl Tracer {
 /// # Errors
 /// `TypeError` for an unknown name, `ValueError` for a value of another type or out of its range.
 pub fn config(limits: Option<&Bound<'_, PyDict>>) -> PyResult<TraceConfig> {
-    let mut config = TraceConfig::default();
+    let named = limits.map(|limits| limits.get_item("limits")).transpose()?;
+    let mut config = match named.flatten() {
+        Some(name) => of_limits(&name)?,
+        None => TraceConfig::default(),
+    };
     for (name, value) in limits.into_iter().flatten() {
         set(&mut config, &name.extract::<String>()?, &value)?;
     }
@@ -91,6 +95,8 @@ pub fn config(limits: Option<&Bound<'_, PyDict>>) -> PyResult<TraceConfig> {
 fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
     let number = || value.extract::<Given<usize>>()?.named(name);
     match name {
+        // Known before the others, which change single ones of them.
+        "limits" => (),
         "frequency_hz" => config.frequency_hz = value.extract::<Given<_>>()?.named(name)?,
         "material" => config.material = material(value)?,
         "max_reflections" => config.max_reflections = number()?,
@@ -109,6 +115,18 @@ fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         }
     }
     Ok(())
+}
+
+/// The settings of limits by their name.
+fn of_limits(name: &Bound<'_, PyAny>) -> PyResult<TraceConfig> {
+    match tried(name.py(), name.extract())? {
+        Some("r2d1") => Ok(TraceConfig::default()),
+        Some("converged") => Ok(TraceConfig::converged()),
+        _ => Err(PyValueError::new_err(format!(
+            "limits: {} is neither 'r2d1' nor 'converged'",
+            name.repr()?
+        ))),
+    }
 }
 
 /// `concrete`, `pec`, or relative permittivity and conductivity \[S/m\].
