@@ -8,7 +8,7 @@
 
 Lengths are metres, times seconds, angles radians counter-clockwise from x unless a name says otherwise (``_db``, ``_deg``). Arguments
 are anything that ``numpy.asarray`` accepts; they are copied, and computed with in double precision. Where a function takes a protocol it
-is "released" by default.
+is "released" by default; `relabel` keeps that of the data set.
 
 Python's lock and Ctrl-C:
 

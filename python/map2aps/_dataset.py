@@ -383,7 +383,10 @@ def relabel(
         The new data set.
     """
     source = data if isinstance(data, Dataset) else Dataset(data)
-    settings = label_settings(protocol or source.protocol, array, sampling_rate_hz)
+    chosen = protocol or source.protocol
+    if chosen is None:
+        raise ValueError("protocol: the data set tells none of its own; name one")
+    settings = label_settings(chosen, array, sampling_rate_hz)
     tell, close = _bar(progress)
     try:
         _native.relabel(source.path, path, settings, store_pdp, store_paths, tell)
