@@ -101,6 +101,13 @@ impl Metric {
     /// The columns of the paper's result tables, in their order.
     pub const PAPER_COLUMNS: [Metric; 10] = first();
 
+    /// Columns beside the paper's: the twin of a direction, which a uniform linear array cannot tell from it, is accepted.
+    pub const MIRROR_COLUMNS: [Metric; 3] = [
+        Metric::MirrorPleDeg,
+        Metric::MirrorHit2Deg,
+        Metric::MirrorHit4Deg,
+    ];
+
     /// Every metric, the paper's columns first.
     pub const ALL: [Metric; 16] = first();
 
@@ -142,6 +149,19 @@ impl Metric {
         ABOUT[self as usize].3
     }
 
+    /// Label and unit, as a table has them above a column: `PLE [deg]`.
+    pub fn heading(self) -> String {
+        match self.unit() {
+            "" => self.label().into(),
+            unit => format!("{} [{unit}]", self.label()),
+        }
+    }
+
+    /// Decimals that the paper prints: two of a value with a unit, else three.
+    pub fn decimals(self) -> usize {
+        3 - usize::from(!self.unit().is_empty())
+    }
+
     /// Returns the direction in which the metric improves.
     pub fn better(self) -> Better {
         ABOUT[self as usize].4
@@ -165,5 +185,6 @@ mod tests {
             assert_eq!(metric as usize, place);
         }
         assert_eq!(Metric::PAPER_COLUMNS[9], Metric::Recall4Deg);
+        assert_eq!(Metric::MIRROR_COLUMNS, Metric::ALL[13..]);
     }
 }

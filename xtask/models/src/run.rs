@@ -170,11 +170,7 @@ fn table(rows: &[(String, &GroupReport)]) -> String {
     let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     let mut text = format!("{:width$}", "");
     for metric in columns() {
-        let unit = match metric.unit() {
-            "" => String::new(),
-            unit => format!(" [{unit}]"),
-        };
-        let _ = write!(text, "  {:>10}", format!("{}{unit}", metric.label()));
+        let _ = write!(text, "  {:>10}", metric.heading());
     }
     for (name, group) in rows {
         let _ = write!(text, "\n{name:width$}");

@@ -12,13 +12,6 @@ use crate::numbers::{count, duration, fixed, list, three_digits};
 /// Most rows of the table in front.
 const ROWS: usize = 12;
 
-/// Columns beside the paper's: the twin of a direction, which a uniform linear array cannot tell from it, is accepted.
-const MIRROR_AWARE: [Metric; 3] = [
-    Metric::MirrorPleDeg,
-    Metric::MirrorHit2Deg,
-    Metric::MirrorHit4Deg,
-];
-
 /// Columns of groups of links.
 const GROUPED: [Metric; 4] = [
     Metric::Cosine,
@@ -158,7 +151,7 @@ fn with_costs(
 
 /// The paper's Tables I to III: means, an entry a row, the paper's figure below each. The best of what was learned stands out.
 pub fn scores(analysis: &Analysis<'_>, protocol: &str) -> Table {
-    let metrics = [&Metric::PAPER_COLUMNS[..], &MIRROR_AWARE].concat();
+    let metrics = [&Metric::PAPER_COLUMNS[..], &Metric::MIRROR_COLUMNS].concat();
     let entries = &analysis.results.entries;
     let mut columns = vec![column("entry", "entry")];
     columns.extend(metrics.iter().copied().map(metric_column));

@@ -4,14 +4,9 @@ use aps_metrics::{Better, Estimate, Metric};
 
 use crate::numbers::fixed;
 
-/// A value of a metric with the digits that mean something, without unit.
+/// A value of a metric with as many digits as the paper prints, without unit.
 pub fn value(metric: Metric, value: f64) -> String {
-    let decimals = match metric {
-        Metric::PsnrDb | Metric::NmseDb | Metric::SpectralAngleDeg => 2,
-        Metric::PleDeg | Metric::MirrorPleDeg => 2,
-        _ => 3,
-    };
-    fixed(value, decimals)
+    fixed(value, metric.decimals())
 }
 
 /// The heading of a metric with its unit and an arrow that points to the better side.
@@ -20,10 +15,7 @@ pub fn heading(metric: Metric) -> String {
         Better::Lower => '\u{2193}',
         Better::Higher => '\u{2191}',
     };
-    match metric.unit() {
-        "" => format!("{}\u{a0}{arrow}", metric.label()),
-        unit => format!("{} [{unit}]\u{a0}{arrow}", metric.label()),
-    }
+    format!("{}\u{a0}{arrow}", metric.heading())
 }
 
 /// A mean, and its interval in a line below.

@@ -15,13 +15,6 @@ use super::Format;
 /// Rejected samples that JSON lists one by one.
 const LISTED: usize = 100;
 
-/// Columns beside the paper's: what a linear array's mirror ambiguity takes from Hit and PLE.
-const MIRROR_COLUMNS: [Metric; 3] = [
-    Metric::MirrorPleDeg,
-    Metric::MirrorHit2Deg,
-    Metric::MirrorHit4Deg,
-];
-
 /// Scores of a prediction, with everything that is printed or written about it.
 pub struct Printed<'a> {
     pub truth: &'a Truth,
@@ -148,21 +141,18 @@ impl Printed<'_> {
 
     /// Headings and means: the paper's columns in its order, then the mirror-aware ones.
     fn cells(&self) -> Vec<Vec<String>> {
-        let columns = || Metric::PAPER_COLUMNS.into_iter().chain(MIRROR_COLUMNS);
-        let heading = |metric: Metric| match metric.unit() {
-            "" => metric.label().to_owned(),
-            unit => format!("{} [{unit}]", metric.label()),
-        };
+        let columns = [&Metric::PAPER_COLUMNS[..], &Metric::MIRROR_COLUMNS].concat();
+        let columns = || columns.iter().copied();
         let named = |names: [&str; 3]| names.map(str::to_owned).into_iter();
         let mut rows = vec![
             named(["", "samples", "rejected"])
-                .chain(columns().map(heading))
+                .chain(columns().map(Metric::heading))
                 .collect(),
         ];
         for (name, rejected, group) in self.groups() {
             let counts = [group.samples.to_string(), rejected.to_string()];
             let means = columns().map(|metric| match group.get(metric) {
-                Some(d) => format!("{:.*}", decimals(metric), d.mean),
+                Some(d) => format!("{:.*}", metric.decimals(), d.mean),
                 None => "-".into(),
             });
             rows.push([name].into_iter().chain(counts).chain(means).collect());
@@ -202,17 +192,5 @@ impl Printed<'_> {
             ));
         }
         remarks
-    }
-}
-
-/// As many as the paper prints.
-fn decimals(metric: Metric) -> usize {
-    match metric {
-        Metric::PsnrDb
-        | Metric::NmseDb
-        | Metric::SpectralAngleDeg
-        | Metric::PleDeg
-        | Metric::MirrorPleDeg => 2,
-        _ => 3,
     }
 }
