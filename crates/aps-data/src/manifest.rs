@@ -349,7 +349,7 @@ impl MapEntry {
 }
 
 impl Totals {
-    fn of(maps: &[MapEntry]) -> Option<Self> {
+    pub(crate) fn of(maps: &[MapEntry]) -> Option<Self> {
         let mut totals = Totals {
             maps: maps.len() as u64,
             ..Totals::default()
@@ -367,6 +367,11 @@ impl Totals {
             }
         }
         Some(totals)
+    }
+
+    /// Returns the number of links with a label.
+    pub fn valid(&self) -> u64 {
+        self.status.get("valid").copied().unwrap_or(0)
     }
 }
 

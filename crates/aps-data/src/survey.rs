@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use crate::error::Error;
-use crate::manifest::{DatasetConfig, MANIFEST_FILE, MAP_FILE, Manifest, MapEntry, MapManifest};
+use crate::manifest::{
+    DatasetConfig, MANIFEST_FILE, MAP_FILE, Manifest, MapEntry, MapManifest, Totals,
+};
 use crate::plan::Plan;
 
 /// Manifest, plan and whole maps of a data set that may be unfinished, from their JSON alone; nothing
@@ -33,6 +35,8 @@ pub struct Survey {
     pub config: Option<DatasetConfig>,
     /// The whole maps, by ascending id.
     pub maps: Vec<MapEntry>,
+    /// Sums over the whole maps.
+    pub totals: Totals,
 }
 
 impl Survey {
@@ -64,11 +68,16 @@ impl Survey {
                 problem: "it has neither a manifest nor a map".into(),
             });
         }
+        let totals = Totals::of(&maps).ok_or_else(|| Error::Damaged {
+            path: root.into(),
+            problem: "its maps have more bytes than can be counted".into(),
+        })?;
         Ok(Survey {
             manifest,
             plan,
             config,
             maps,
+            totals,
         })
     }
 

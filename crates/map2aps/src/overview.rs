@@ -1,4 +1,4 @@
-//! Sums over the whole maps of a data set, finished or not.
+//! Sums over what the maps of a data set tell, finished or not.
 
 use std::collections::BTreeMap;
 
@@ -8,22 +8,12 @@ use serde_json::{Value, json};
 
 use crate::tally;
 
-/// Sums over the whole maps of a data set.
+/// Sums over what the whole maps of a data set tell, beside those of [`Survey::totals`].
 #[derive(Debug, Clone, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Overview {
-    /// Links.
-    pub links: u64,
-    /// Stored paths.
-    pub paths: u64,
-    /// Stored interactions.
-    pub interactions: u64,
-    /// Size of the arrays \[bytes\].
-    pub bytes: u64,
     /// Links that were wanted, and not made because their transmitter reaches too few points.
     pub missing_links: u64,
-    /// Links by their state.
-    pub status: BTreeMap<String, u64>,
     /// Paths of the trace, stored or not, if the maps tell them.
     pub traced_paths: Option<u64>,
     /// Mean number of dominant peaks of a labelled link, and the share of links with at most two, if the maps tell them.
@@ -38,13 +28,6 @@ impl Overview {
         let mut sums = Self::default();
         let mut peaks: BTreeMap<usize, u64> = BTreeMap::new();
         for map in &survey.maps {
-            sums.links += map.links as u64;
-            sums.paths += map.paths as u64;
-            sums.interactions += map.interactions as u64;
-            sums.bytes += map.files.iter().map(|file| file.bytes).sum::<u64>();
-            for (name, count) in &map.status {
-                *sums.status.entry(name.clone()).or_default() += count;
-            }
             let of_map = map.statistics["dominant_peaks"].as_object();
             for (number, count) in of_map.into_iter().flatten() {
                 if let (Ok(number), Some(count)) = (number.parse(), count.as_u64()) {
@@ -65,11 +48,6 @@ impl Overview {
         sums
     }
 
-    /// Links with a label.
-    pub fn valid(&self) -> u64 {
-        self.status.get("valid").copied().unwrap_or(0)
-    }
-
     /// The sums, the maps and the settings as JSON.
     pub fn json(&self, survey: &Survey) -> Value {
         let config = survey.config.as_ref();
@@ -84,12 +62,12 @@ impl Overview {
                 "status": map.status,
                 "statistics": map.statistics,
             })).collect::<Vec<_>>(),
-            "links": self.links,
+            "links": survey.totals.links,
             "missing_links": self.missing_links,
-            "status": self.status,
-            "stored_paths": self.paths,
-            "stored_interactions": self.interactions,
-            "bytes": self.bytes,
+            "status": survey.totals.status,
+            "stored_paths": survey.totals.paths,
+            "stored_interactions": survey.totals.interactions,
+            "bytes": survey.totals.bytes,
             "dominant_peaks_a_link": self.dominant_peaks.map(|(mean, _)| mean),
             "share_with_at_most_two_dominant_peaks": self.dominant_peaks.map(|(_, share)| share),
             "training_relative_power": self.training,

@@ -64,9 +64,7 @@ impl Args {
         };
 
         let progress = progress::bar(manifest.maps.len() as u64, "maps");
-        let totals = &manifest.totals;
-        let (maps, status) = (totals.maps, totals.status.clone());
-        let mut statistics = Statistics::new(source.label().protocol, maps, totals.links, status);
+        let mut statistics = Statistics::new(source.label().protocol, manifest.totals.clone());
         let labeler = Labeler::new(source.label())?;
         let mut gallery = Section::new("Links");
         let mut has_paths = false;

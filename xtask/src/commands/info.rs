@@ -75,16 +75,17 @@ fn write(facts: &Overview, survey: &Survey, out: &mut impl Write) -> io::Result<
         let missing = survey.missing();
         writeln!(out, "  missing {:>11}  {}", missing.len(), ranges(&missing))?;
     }
+    let totals = &survey.totals;
     let count = |n: u64| HumanCount(n).to_string();
-    let links = count(facts.links);
+    let links = count(totals.links);
     let missing = match facts.missing_links {
         0 => String::new(),
         n => format!("; {} missing: too few points are reached", count(n)),
     };
     writeln!(out, "links  {links:>14}{}{missing}", each(&survey.maps))?;
-    let share = |n: u64| 100.0 * n as f64 / facts.links.max(1) as f64;
-    let valid = facts.valid();
-    let others = facts.status.iter().filter(|(name, _)| *name != "valid");
+    let share = |n: u64| 100.0 * n as f64 / totals.links.max(1) as f64;
+    let valid = totals.valid();
+    let others = totals.status.iter().filter(|(name, _)| *name != "valid");
     let others = others.map(|(name, &n)| (name.as_str(), n));
     for (name, n) in [("valid", valid)].into_iter().chain(others) {
         writeln!(out, "  {name:<12}{:>7}  {:.3} %", count(n), share(n))?;
@@ -93,8 +94,8 @@ fn write(facts: &Overview, survey: &Survey, out: &mut impl Write) -> io::Result<
         let a_link = paths as f64 / valid.max(1) as f64;
         writeln!(out, "paths  {:>14}  {a_link:.2} a valid link", count(paths))?;
     }
-    let bytes = DecimalBytes(facts.bytes).to_string();
-    let a_link = facts.bytes as f64 / facts.links.max(1) as f64;
+    let bytes = DecimalBytes(totals.bytes).to_string();
+    let a_link = totals.bytes as f64 / totals.links.max(1) as f64;
     writeln!(out, "size   {bytes:>14}  {a_link:.0} B a link")?;
     if let Some((mean, at_most_two)) = facts.dominant_peaks {
         writeln!(

@@ -326,3 +326,22 @@ fn manifest_alone_opens_and_finds_no_arrays() {
     let dataset = Dataset::open(root.path()).unwrap();
     assert!((0..4).all(|id| dataset.map(id).is_err()));
 }
+
+#[test]
+fn maps_with_more_bytes_than_can_be_counted_are_damaged() {
+    let root = sample::written();
+    fs::remove_file(root.path().join("manifest.json")).unwrap();
+    for id in 0..2 {
+        let path = root.path().join(format!("map_{id:04}/map.json"));
+        edit(&path, |text| {
+            let mut map: Value = serde_json::from_str(text).unwrap();
+            map["map"]["tx"] = json!(1_u64 << 59);
+            let file = &mut map["map"]["files"][1];
+            file["shape"][0] = json!(1_u64 << 59);
+            file["bytes"] = json!((1_u64 << 63) + 128);
+            map.to_string()
+        });
+    }
+    let error = Survey::of(root.path()).unwrap_err();
+    assert!(error.to_string().contains("more bytes than"), "{error}");
+}

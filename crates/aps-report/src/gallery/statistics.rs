@@ -1,7 +1,6 @@
 //! Numbers over a sample of the links of a data set.
 
-use std::collections::BTreeMap;
-
+use aps_data::Totals;
 use aps_label::Protocol;
 
 use super::charts;
@@ -17,9 +16,7 @@ const PAPER_AT_MOST_TWO: f64 = 75.0;
 #[derive(Debug, Clone)]
 pub struct Statistics {
     protocol: Protocol,
-    maps: u64,
-    links: u64,
-    status: BTreeMap<String, u64>,
+    totals: Totals,
     distance_m: Vec<f64>,
     dominant_peaks: Vec<u64>,
     paths: Vec<u64>,
@@ -29,13 +26,11 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Statistics of a data set with labels of a protocol, so many maps and links, and links by their state.
-    pub fn new(protocol: Protocol, maps: u64, links: u64, status: BTreeMap<String, u64>) -> Self {
+    /// Statistics of a data set with labels of a protocol, without a link yet.
+    pub fn new(protocol: Protocol, totals: Totals) -> Self {
         Self {
             protocol,
-            maps,
-            links,
-            status,
+            totals,
             distance_m: Vec::new(),
             dominant_peaks: Vec::new(),
             paths: Vec::new(),
@@ -58,26 +53,22 @@ impl Statistics {
         }
     }
 
-    fn valid(&self) -> u64 {
-        self.status.get("valid").copied().unwrap_or(0)
-    }
-
     /// One sentence on the whole.
     pub fn summary(&self) -> String {
-        let valid = self.valid();
+        let valid = self.totals.valid();
         format!(
             "{} maps, {} links, {} of them with a label of the {} protocol ({:.2} %).",
-            self.maps,
-            count(self.links),
+            self.totals.maps,
+            count(self.totals.links),
             count(valid),
             self.protocol,
-            100.0 * valid as f64 / self.links.max(1) as f64
+            100.0 * valid as f64 / self.totals.links.max(1) as f64
         )
     }
 
     /// The section of the page.
     pub fn section(&self) -> Section {
-        let valid = self.valid();
+        let valid = self.totals.valid();
         let sampled = self.distance_m.len() as u64;
         let mut section = Section::new("Statistics");
         section.text(match sampled == valid {
@@ -124,9 +115,9 @@ impl Statistics {
 
     /// Links with a label, and why others have none; most first.
     fn states(&self) -> Table {
-        let mut states: Vec<_> = self.status.iter().collect();
+        let mut states: Vec<_> = self.totals.status.iter().collect();
         states.sort_by(|p, q| q.1.cmp(p.1));
-        let share = |n: u64| format!("{:.1}", 100.0 * n as f64 / self.links.max(1) as f64);
+        let share = |n: u64| format!("{:.1}", 100.0 * n as f64 / self.totals.links.max(1) as f64);
         let row =
             |(name, &n): (&String, &u64)| vec![name.replace('_', " "), n.to_string(), share(n)];
         Table::new("", ["state of a link", "links", "share [%]"]).rows(states.into_iter().map(row))
