@@ -138,9 +138,8 @@ fn material(value: &Bound<'_, PyAny>) -> PyResult<Material> {
             conductivity_s_per_m,
         });
     }
-    match tried(py, value.extract())? {
-        Some("concrete") => Ok(Material::Concrete),
-        Some("pec") => Ok(Material::PerfectConductor),
+    match tried(py, value.extract::<&str>())?.map(str::parse) {
+        Some(Ok(material)) => Ok(material),
         _ => Err(PyValueError::new_err(format!(
             "material: {} is neither 'concrete' nor 'pec' nor a pair (relative permittivity, conductivity in S/m)",
             value.repr()?

@@ -169,11 +169,10 @@ impl TraceSettings {
 
     fn config(self) -> Result<TraceConfig> {
         let material = match self.material {
-            MaterialSetting::Named(name) => match name.as_str() {
-                "concrete" => Material::Concrete,
-                "pec" => Material::PerfectConductor,
-                _ => return Err(SettingsError::Material(name).into()),
-            },
+            MaterialSetting::Named(name) => {
+                let known = name.parse();
+                known.map_err(|_| SettingsError::Material(name))?
+            }
             MaterialSetting::Values([relative_permittivity, conductivity_s_per_m]) => {
                 Material::Dielectric {
                     relative_permittivity,
@@ -214,15 +213,12 @@ mod tests {
             sampling_rate_hz: 123.4e6,
             ..LabelConfig::paper()
         };
-        let materials = [
-            Material::Concrete,
-            Material::PerfectConductor,
-            Material::Dielectric {
-                relative_permittivity: 6.1,
-                conductivity_s_per_m: 0.03,
-            },
-        ];
-        for material in materials {
+        for (material, stored) in [
+            ("concrete", json!("concrete")),
+            ("pec", json!("pec")),
+            ("6.1,0.03", json!([6.1, 0.03])),
+        ] {
+            let material: Material = material.parse().unwrap();
             let trace = TraceConfig {
                 material,
                 dynamic_range_db: None,
@@ -240,6 +236,7 @@ mod tests {
             )
             .to_string();
             let read: Value = serde_json::from_str(&written).unwrap();
+            assert_eq!(read["trace"]["material"], stored);
             assert_eq!(tracing_of(&read).unwrap(), Some((sampling, trace)));
             assert_eq!(label_of(&read).unwrap(), label);
         }
