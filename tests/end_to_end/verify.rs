@@ -2,11 +2,10 @@
 
 use std::fs;
 
-use aps_data::{Dataset, Raster, RasterGrid};
+use aps_data::{Dataset, Raster, RasterGrid, sha256_of};
 use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{CityConfig, Location};
-use sha2::{Digest, Sha256};
 
 use crate::folder::{Folder, map};
 use crate::{assert_told, succeed, xtask};
@@ -35,14 +34,8 @@ fn findings(folder: &Folder, more: &str) -> Vec<String> {
 /// Changes an array and lets the manifests say that it has always been so.
 fn forge(folder: &Folder, array: &str, change: impl FnOnce(&mut [u8])) {
     let path = folder.path(&format!("data/{array}"));
-    let digest = |bytes: &[u8]| -> String {
-        Sha256::digest(bytes)
-            .iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect()
-    };
     let mut bytes = fs::read(&path).unwrap();
-    let before = digest(&bytes);
+    let before = sha256_of(&bytes);
     change(&mut bytes[128..]);
     fs::write(&path, &bytes).unwrap();
     let of_map = path.with_file_name("map.json");
@@ -52,7 +45,7 @@ fn forge(folder: &Folder, array: &str, change: impl FnOnce(&mut [u8])) {
         let of_array = format!("\"{}\"", array.split('/').next_back().unwrap());
         let (head, tail) = text.split_at(text.find(&of_array).unwrap());
         assert!(tail.contains(&before));
-        let forged = head.to_owned() + &tail.replacen(&before, &digest(&bytes), 1);
+        let forged = head.to_owned() + &tail.replacen(&before, &sha256_of(&bytes), 1);
         fs::write(&manifest, forged).unwrap();
     }
 }

@@ -1,22 +1,20 @@
 //! Entries of a benchmark: everything that is scored, made or taken as it was made before.
 
-use std::fs;
 use std::path::Path;
 
-use aps_data::Part as SplitPart;
+use aps_data::{Part as SplitPart, sha256_of, size_and_sha256};
 use aps_model::candle_core::Device;
 use aps_model::weights::Shipped;
 use aps_report::benchmark::Entry;
 use map2aps::targets::Target;
 use map2aps::training::Trained;
 use map2aps::{Draw, Examples, check_links};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::answer::{self, Answer};
 use crate::baselines;
 use crate::benchmark::Benchmark;
 use crate::error::{Error, Result};
-use crate::files::digest;
 use crate::job::{Job, stem};
 use crate::part::{Part, State};
 use crate::test_bed::TestBed;
@@ -74,10 +72,10 @@ impl<'a> Context<'a> {
         };
         let made_of = match (job, &training) {
             (_, Some((_, part))) => json!(part.hash()),
-            (Job::External(_, file) | Job::Weights(_, file), _) => external_settings(file)?,
+            (Job::External(_, file) | Job::Weights(_, file), _) => json!(size_and_sha256(file)?.1),
             (&Job::Shipped(kind), _) => {
                 let bytes = Shipped::of(kind).map_or(&[][..], |shipped| shipped.bytes);
-                json!(digest(bytes).map_err(map2aps::Error::from)?)
+                json!(sha256_of(bytes))
             }
             _ => json!([config.training.links, config.seed]),
         };
@@ -150,10 +148,4 @@ impl<'a> Context<'a> {
             .for_targets(Target::Normalised(bed.test.normalization()));
         bed.ask(&trained, &self.bench.config.latency, self.watch)
     }
-}
-
-/// Settings that decide predictions or weights from elsewhere: the digest of their file.
-fn external_settings(file: &Path) -> Result<Value> {
-    let digest = fs::File::open(file).and_then(digest);
-    Ok(json!(digest.map_err(Error::file("file", file))?))
 }

@@ -1,11 +1,10 @@
-//! Files of a benchmark: JSON, digests, and the mark of its folder.
+//! Files of a benchmark: JSON, and the mark of its folder.
 
+use std::fs;
 use std::path::Path;
-use std::{fs, io};
 
 use aps_data::LOCK_FILE;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result};
 
@@ -19,20 +18,6 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
 pub fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T> {
     let text = fs::read_to_string(path).map_err(Error::file("file", path))?;
     serde_json::from_str(&text).map_err(Error::file("file", path))
-}
-
-/// SHA-256 of all bytes, in hexadecimal digits.
-pub fn digest(mut bytes: impl io::Read) -> io::Result<String> {
-    let mut digest = Sha256::new();
-    let mut block = vec![0; 1 << 16];
-    loop {
-        match bytes.read(&mut block)? {
-            0 => break,
-            read => digest.update(&block[..read]),
-        }
-    }
-    let digits = digest.finalize();
-    Ok(digits.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// Marks a folder as a benchmark's, so that nothing else is ever removed from it, and locks it.

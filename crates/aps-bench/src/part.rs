@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use aps_data::sha256_of;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
-use crate::files::{digest, write_json};
+use crate::files::write_json;
 use crate::watch::{Event, Watch};
 
 /// Raised when a part made by an earlier version can no longer be used.
@@ -152,8 +153,7 @@ fn files_below(root: &Path, folder: &Path, files: &mut BTreeMap<PathBuf, u64>) -
 
 /// SHA-256 of JSON with its keys in order, in hexadecimal digits.
 fn hash(settings: &Value) -> String {
-    let digest = digest(format!("{VERSION} {settings}").as_bytes());
-    digest.expect("bytes in memory can be read")
+    sha256_of(format!("{VERSION} {settings}").as_bytes())
 }
 
 #[cfg(test)]

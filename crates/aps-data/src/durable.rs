@@ -255,8 +255,11 @@ pub fn lock_folder(folder: &Path) -> Result<File, Error> {
     lock(&folder.join(LOCK_FILE), false)
 }
 
-/// Size \[bytes\] and SHA-256 \[hexadecimal\] of a file.
-pub(crate) fn size_and_sha256(path: &Path) -> Result<(u64, String), Error> {
+/// Reads a file for its size \[bytes\] and SHA-256 \[hexadecimal\].
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn size_and_sha256(path: &Path) -> Result<(u64, String), Error> {
     let digest = || -> io::Result<(u64, String)> {
         let mut file = File::open(path)?;
         let (mut hash, mut size, mut bytes) = (Sha256::new(), 0, vec![0; 1 << 20]);
@@ -270,6 +273,10 @@ pub(crate) fn size_and_sha256(path: &Path) -> Result<(u64, String), Error> {
 }
 
 /// Computes the SHA-256 of bytes in memory, in hexadecimal.
+///
+/// ```
+/// assert!(aps_data::sha256_of(b"abc").starts_with("ba7816bf8f01cfea414140de5dae2223"));
+/// ```
 pub fn sha256_of(bytes: &[u8]) -> String {
     hex(Sha256::new_with_prefix(bytes))
 }

@@ -108,6 +108,7 @@ pub use aps_label::Axis;
 pub use condition::{ConditionConfig, ConditionImages};
 pub use durable::{
     LOCK_FILE, PartialFile, is_partial, lock_folder, replace_file, replace_unsynced, sha256_of,
+    size_and_sha256,
 };
 pub use error::{Difference, Error};
 pub use json::differences;
