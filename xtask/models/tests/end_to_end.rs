@@ -197,48 +197,24 @@ fn shipped_weights_predict_where_no_file_is_given() {
     assert!(told.contains("half a turn"), "{told}");
 }
 
-/// Labels of other limits are predicted, and told; power delay profiles beside them change nothing.
+/// Labels of other settings are predicted, and told.
 #[test]
-fn labels_of_other_limits_are_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let (out, changed) = (folder.path().join("pred.npy"), folder.path().join("data"));
-    let data = &Path::new(DATA).join("shipped");
-    copy(data, &changed);
-    let [out, data_arg] = [&out, &changed].map(|path| text(path));
-    let predict = format!("predict --model ms_areg --out {out} --data {data_arg}");
-    let told = |changes: &[(&str, &str)]| {
-        for file in ["manifest.json", "map_0000/map.json", "map_0001/map.json"] {
-            let mut json = fs::read_to_string(data.join(file)).unwrap();
-            for (before, after) in changes {
-                assert!(json.contains(before), "{file}: {before}");
-                json = json.replace(before, after);
-            }
-            fs::write(changed.join(file), json).unwrap();
-        }
-        remarks(&predict)
-    };
-    let silent = told(&[("\"pdp\": false", "\"pdp\": true")]);
+fn labels_of_other_settings_are_told() {
+    let (folder, other) = (tempfile::tempdir().unwrap(), dataset_of("paper"));
+    let (out, weights) = (folder.path().join("pred.npy"), file("best.safetensors"));
+    let predict = format!("predict --weights {} --out {}", text(&weights), text(&out));
+    let told = |data: &Path| remarks(&format!("{predict} --data {}", text(data)));
+    let silent = told(dataset());
     assert!(!silent.contains("other labels"), "{silent}");
-    let told = told(&[
-        ("\"max_diffractions\": 1", "\"max_diffractions\": 3"),
-        ("\"material\": \"concrete\"", "\"material\": \"pec\""),
-    ]);
-    let differences = [
-        "max_diffractions: 1 in the training, 3 here",
-        "material: concrete in the training, pec here",
-    ];
-    assert_told(&told, &differences);
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let (path, target) = entry.map(|e| (e.path(), to.join(e.file_name()))).unwrap();
-        match path.is_dir() {
-            true => copy(&path, &target),
-            false => drop(fs::copy(&path, &target).unwrap()),
-        }
+    let of_maps = (0..4).map(|id| format!("map_{id:04}/map.json"));
+    for name in of_maps.chain(["manifest.json".into()]) {
+        let path = other.path().join(name);
+        let json = fs::read_to_string(&path).unwrap();
+        let changed = json.replace("\"protocol\"", "\"sampling_rate_hz\": 1e8, \"protocol\"");
+        fs::write(path, changed).unwrap();
     }
+    let difference = "sampling_rate_hz: not told in the training, 100000000.0 here";
+    assert_told(&told(other.path()), &["other labels", difference]);
 }
 
 /// Metadata of somebody else's say nothing about the model, which must then be named.
