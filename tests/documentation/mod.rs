@@ -163,7 +163,8 @@ fn furnish(folder: &Path, runner: Runner<'_>) {
         fs::write(inside.join(format!("path/to/maps/{id}.json")), map(id)).unwrap();
     }
     for (name, shift) in [("truth", 0.0), ("prediction", 0.1)] {
-        fs::write(inside.join(format!("{name}.npy")), spectra(shift)).unwrap();
+        let file = inside.join(format!("{name}.npy"));
+        aps_data::npy::write(file, &[4, 180], &spectra(shift)).unwrap();
     }
     let cargo = folder.join("bin/cargo");
     fs::create_dir_all(folder.join("bin")).unwrap();
@@ -186,17 +187,11 @@ esac
     fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
 }
 
-/// Four spectra of 180 bins in single precision, as `numpy.save` writes them.
-fn spectra(shift: f32) -> Vec<u8> {
-    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (4, 180), }";
-    // The data begin at a multiple of 64 bytes, after a line's end.
-    let header = format!("{header:<117}\n");
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((header.len() as u16).to_le_bytes());
-    bytes.extend(header.bytes());
-    for i in 0..4 * 180_u16 {
+/// Four spectra of 180 bins.
+fn spectra(shift: f32) -> Vec<f32> {
+    let value = |i: u16| {
         let (row, bin) = (f32::from(i / 180), f32::from(i % 180));
-        bytes.extend((bin * 0.1 + row + shift).sin().to_le_bytes());
-    }
-    bytes
+        (bin * 0.1 + row + shift).sin()
+    };
+    (0..4 * 180).map(value).collect()
 }
