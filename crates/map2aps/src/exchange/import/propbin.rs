@@ -15,7 +15,7 @@ use aps_data::{
     DatasetConfig, DatasetWriter, InteractionKind, Layout, LinkStatus, Links, MapInput, MapWriter,
     Stored, UNKNOWN_ID,
 };
-use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
+use aps_label::{LabelConfig, Labeler, Status};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -26,6 +26,7 @@ use super::{
     Buildings, ExchangeError, Imported, LINKS_AT_ONCE, make, map_number, must_have_maps,
     without_ends,
 };
+use crate::batch::Buffers;
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
@@ -265,11 +266,10 @@ fn label_links(
     buildings: &Buildings,
     labeler: &Labeler,
 ) -> Result<(Rows, usize)> {
-    let (mut scratch, mut label, mut samples) = (Scratch::default(), Label::default(), Vec::new());
+    let mut buffers = Buffers::default();
     let mut rows = Rows::default();
     let mut impossible = 0;
-    for receiver in receivers {
-        samples.clear();
+    for (link, receiver) in receivers.iter().enumerate() {
         for (path, chain) in file.paths_of(receiver) {
             let is_possible =
                 path.loss_db.abs() <= MAX_LOSS_DB && (0.0..=MAX_DELAY_NS).contains(&path.delay_ns);
@@ -278,18 +278,17 @@ fn label_links(
                     .at(Place::Receiver(receiver.id.into()))?;
             }
             if is_possible {
-                samples.push(add_path(&mut rows, path));
+                add_path(&mut rows, path);
                 let ends = [file.source_m(), receiver.position_m];
                 add_chain(&mut rows, &chain, ends);
             }
             impossible += usize::from(!is_possible);
         }
-        let labelled = labeler
-            .label_into(&samples, &mut scratch, &mut label)
-            .at(Place::Receiver(receiver.id.into()))?;
-        let status = match labelled {
+        rows.paths.end_link();
+        let labelled = buffers.label_stored(labeler, &rows.paths, link);
+        let status = match labelled.at(Place::Receiver(receiver.id.into()))? {
             Status::Labelled => LinkStatus::Valid,
-            Status::NoPath if !samples.is_empty() => LinkStatus::Unlabelled,
+            Status::NoPath if !rows.paths.paths_of(link).is_empty() => LinkStatus::Unlabelled,
             Status::NoPath if place(file.source_m()) == place(receiver.position_m) => {
                 LinkStatus::SamePoint
             }
@@ -300,31 +299,23 @@ fn label_links(
                 [file.source_m(), receiver.position_m].map(|[x, y, _]| [x, y].map(f64::from));
             buildings.note_ends(tx_m, rx_m);
         }
-        rows.paths.end_link();
-        rows.push_label(labeler, status, &label);
+        rows.push_label(labeler, status, &buffers.label);
     }
     Ok((rows, impossible))
 }
 
-/// Adds the columns of a path but its interactions; returns what a label sees of it.
-fn add_path(rows: &mut Rows, path: &propbin::Path) -> PathSample {
-    let delay_s = f64::from(path.delay_ns) * 1e-9;
+/// Adds the columns of a path but its interactions.
+fn add_path(rows: &mut Rows, path: &propbin::Path) {
     let amplitude = libm::exp10(-f64::from(path.loss_db) / 20.0);
     // Theirs points along the way the wave travels, ours back to where it comes from.
     let arrival_azimuth_rad = turned(f64::from(path.arrival.azimuth_rad));
     // Rounded to single precision, a turn is more than a turn.
     let departure_azimuth_rad = f64::from(path.departure.azimuth_rad) % TAU;
     let table = &mut rows.paths;
-    table.delay_s.push(delay_s);
+    table.delay_s.push(f64::from(path.delay_ns) * 1e-9);
     table.departure_azimuth_rad.push(departure_azimuth_rad);
     table.arrival_azimuth_rad.push(arrival_azimuth_rad);
     table.gain.push([amplitude, 0.0]);
-    PathSample {
-        delay_s,
-        arrival_azimuth_rad,
-        // As it will be read back from the stored amplitude.
-        gain_db: 10.0 * (amplitude * amplitude).log10(),
-    }
 }
 
 /// Adds a path's points between its ends. Vertices are numbers of a table that is not part of the file: without a
