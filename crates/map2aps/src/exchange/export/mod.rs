@@ -195,42 +195,27 @@ impl Export {
 
     /// Notes what is exported, or refuses to go on with another export.
     fn record(&self, dataset: &Dataset, out: &Path) -> Result<()> {
-        let manifest = dataset.manifest();
-        let mut record = json!({
+        let (manifest, path) = (dataset.manifest(), out.join(RECORD_FILE));
+        let found: Option<Value> = match fs::read(&path) {
+            Ok(bytes) => Some(serde_json::from_slice(&bytes).unwrap_or_default()),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
+            Err(error) => return Err(error).at_file(Place::Reading, &path),
+        };
+        let noted = found.as_ref().and_then(|f| f["source"]["map"].as_u64());
+        let record = serde_json::to_vec_pretty(&json!({
             "layout": self.layout(),
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
-        });
-        let path = out.join(RECORD_FILE);
-        match fs::read(&path) {
-            Ok(bytes) => {
-                let mut found: Value = serde_json::from_slice(&bytes).unwrap_or_default();
-                let noted = found.as_object_mut().and_then(|f| f.remove("source"));
-                let is_source = match noted {
-                    Some(noted) => noted == source(manifest, noted["map"].as_u64())?,
-                    // Earlier versions did not note it.
-                    None => true,
-                };
-                // Nor which maps they chose.
-                if found["layout"] == "parquet" && !record["layout"]["parquet"].is_null() {
-                    found["layout"] = record["layout"].clone();
-                }
-                // Through text, as the stored one went.
-                let given: Value = serde_json::from_slice(&serde_json::to_vec(&record)?)?;
-                match is_source && found == given {
-                    true => remove_partial_files(out),
-                    false => Err(ExchangeError::OtherExport(path).into()),
-                }
+            "source": source(manifest, noted)?,
+        }))?;
+        match found {
+            None => Ok(replace_unsynced(&path, &record)?),
+            // Through text, as the stored one went.
+            Some(found) if found == serde_json::from_slice::<Value>(&record)? => {
+                remove_partial_files(out)
             }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                record["source"] = source(manifest, None)?;
-                Ok(replace_unsynced(
-                    &path,
-                    &serde_json::to_vec_pretty(&record)?,
-                )?)
-            }
-            Err(error) => Err(error).at_file(Place::Reading, &path),
+            Some(_) => Err(ExchangeError::OtherExport(path).into()),
         }
     }
 }
@@ -357,7 +342,7 @@ mod tests {
         run(&data).unwrap();
         assert!(!left[0].exists() && samples.join(".hidden").exists());
 
-        // A record that tells no source, and that of an earlier version.
+        // A record of no source, and one that tells none.
         let record = out.join(RECORD_FILE);
         let mut told: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
         told["source"] = Value::Null;
@@ -365,6 +350,6 @@ mod tests {
         assert!(run(&data).is_err());
         told.as_object_mut().unwrap().remove("source").unwrap();
         fs::write(&record, told.to_string()).unwrap();
-        run(&data).unwrap();
+        assert!(run(&data).is_err());
     }
 }
