@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::ReportError;
 
-/// Version of the format that this code writes and the highest it reads.
+/// Version of the format that this code writes and reads.
 pub const FORMAT: u32 = 3;
 
 /// Name of the file in the folder of a benchmark.
@@ -149,7 +149,6 @@ pub struct Entry {
 #[serde(rename_all = "snake_case")]
 pub enum EntryKind {
     /// A model that the benchmark trained.
-    #[serde(alias = "ablation")]
     Model,
     /// Weights that were trained before: those that come with the project, or of any file.
     Shipped,
@@ -255,7 +254,6 @@ pub struct Failure {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Example {
     /// Rank of the prediction among all links: `best`, `median` or `worst`.
-    #[serde(alias = "difficulty")]
     pub rank: String,
     /// Its place in [`Results::links`].
     pub link: usize,
@@ -284,7 +282,7 @@ impl Results {
     /// Reads `results.json` in a folder.
     ///
     /// # Errors
-    /// A file that cannot be read, is none of this format, or is of a later version than [`FORMAT`].
+    /// A file that cannot be read, is none of this format, or is of another version than [`FORMAT`].
     pub fn load(folder: &Path) -> Result<Self, ReportError> {
         /// The one field every version has.
         #[derive(Deserialize)]
@@ -296,9 +294,9 @@ impl Results {
             std::fs::read_to_string(&file).map_err(ReportError::at("read the results", &file))?;
         let unreadable = ReportError::at("take for results", &file);
         let Version { format } = serde_json::from_str(&text).map_err(&unreadable)?;
-        if !(1..=FORMAT).contains(&format) {
+        if format != FORMAT {
             return Err(ReportError::Results(format!(
-                "'{}' has format {format}; this version reads formats 1 to {FORMAT}: use a newer one",
+                "'{}' has format {format}; this version reads format {FORMAT}: use the one that wrote it",
                 file.display(),
             )));
         }
