@@ -4,7 +4,7 @@
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Area, Footprint, parse_radiomapseer};
 use aps_raytrace::{Scene, TraceConfig, Tracer};
-use aps_tests::links::with_chains;
+use aps_tests::links::{assert_finite, with_chains};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 
@@ -42,15 +42,7 @@ fn trace(text: &str) {
         return;
     };
     if let Ok(link) = tracer.trace(DVec2::new(80.0, 50.0), DVec2::new(50.0, 100.0)) {
-        for path in &link.paths {
-            let numbers = [
-                path.length_m,
-                path.delay_s,
-                path.arrival_azimuth_rad,
-                path.gain.norm(),
-            ];
-            assert!(numbers.iter().all(|x| x.is_finite()), "{path:?}");
-        }
+        assert_finite(&link, text);
     }
 }
 

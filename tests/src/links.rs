@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use aps_label::PathSample;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
-use aps_raytrace::{Complex64, InteractionKind, Material, PathRecord, Scene, TraceConfig};
+use aps_raytrace::{Complex64, InteractionKind, Link, Material, PathRecord, Scene, TraceConfig};
 
 /// Interactions of a path, in order from the transmitter: kinds, and ids of walls or corners.
 pub type Sequence = Vec<(InteractionKind, u32)>;
@@ -55,6 +55,28 @@ pub fn sample(path: &PathRecord) -> PathSample {
         arrival_azimuth_rad: path.arrival_azimuth_rad,
         gain_db: path.gain_db(),
     }
+}
+
+/// Refuses NaN and infinity in any number of a link.
+///
+/// # Panics
+/// With the path that has one.
+pub fn assert_finite(link: &Link, what: &str) {
+    for p in &link.paths {
+        let numbers = [
+            p.length_m,
+            p.delay_s,
+            p.departure_azimuth_rad,
+            p.arrival_azimuth_rad,
+            p.gain.re,
+            p.gain.im,
+            p.power(),
+        ];
+        let mut points = p.interactions.iter().map(|i| i.point);
+        let is_finite = numbers.iter().all(|v| v.is_finite()) && points.all(DVec2::is_finite);
+        assert!(is_finite, "{what}: {p:?}");
+    }
+    assert!(link.omitted.power.is_finite(), "{what}: {:?}", link.omitted);
 }
 
 /// Number of the corners on a path.

@@ -6,7 +6,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
     Complex64, Footprint, Link, Material, TerminalError, TraceConfig, TraceError, Tracer,
 };
-use aps_tests::links::{by_sequence, total_field, with_chains};
+use aps_tests::links::{assert_finite, by_sequence, total_field, with_chains};
 use aps_tests::shapes::{points, polygon, rectangle, scene};
 
 const K: f64 = TAU * 3.5e9 / 299_792_458.0;
@@ -37,27 +37,6 @@ fn with(material: Material) -> TraceConfig {
 
 fn house() -> Footprint {
     rectangle(0.0, 0.0, 20.0, 10.0)
-}
-
-/// No NaN, no infinity, in any number of a link.
-fn assert_finite(link: &Link, what: &str) {
-    for p in &link.paths {
-        let numbers = [
-            p.length_m,
-            p.delay_s,
-            p.departure_azimuth_rad,
-            p.arrival_azimuth_rad,
-            p.gain.re,
-            p.gain.im,
-            p.power(),
-        ];
-        assert!(numbers.iter().all(|v| v.is_finite()), "{what}: {p:?}");
-        assert!(
-            p.interactions.iter().all(|i| i.point.is_finite()),
-            "{what}: {p:?}"
-        );
-    }
-    assert!(link.omitted.power.is_finite(), "{what}: {:?}", link.omitted);
 }
 
 /// Both directions, finite and the same.
