@@ -139,14 +139,6 @@ fn denormal_spectra_are_zero_to_the_metrics() {
     }
 }
 
-/// Against 32 digits the mean square is measured with the kernels; its root is one rounding from it.
-#[test]
-fn root_mean_square_is_the_root_of_the_mean_square() {
-    let truth: Vec<f64> = (0..180).map(|i| (f64::from(i) * 0.37).sin()).collect();
-    let of = scores(Protocol::Paper, &truth, &[0.1; 180]);
-    assert_eq!(of(Metric::Rmse), of(Metric::Mse).sqrt());
-}
-
 /// Normalisation of constant labels: relative power 1 everywhere, so a split of nothing else has
 /// deviation exactly 0, and dividing by it is refused; with a split's statistics a constant label
 /// becomes a constant, and 0 to the bit where it is divided by its own deviation, of which only the
