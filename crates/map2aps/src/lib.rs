@@ -65,6 +65,8 @@ pub mod sampling;
 mod scenes;
 mod scores;
 pub mod settings;
+#[cfg(test)]
+mod synthetic;
 mod tally;
 pub mod targets;
 #[cfg(feature = "models")]

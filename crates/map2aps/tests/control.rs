@@ -1,5 +1,8 @@
 //! Progress, cancellation and errors of the library.
 
+#[path = "../src/synthetic.rs"]
+mod synthetic;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -14,20 +17,12 @@ use map2aps::{
 };
 
 fn plan() -> DatasetPlan {
-    DatasetPlan {
-        maps: MapSource::Synthetic { count: 3 },
-        tx_per_map: 2,
-        rx_per_map: 10,
-        ..DatasetPlan::default()
-    }
+    synthetic::plan(3, 2, 10)
 }
 
 /// Makes the data set of [`plan`].
 fn made(folder: &Path) -> Dataset {
-    plan()
-        .make(folder, &[0, 1, 2], &Control::default())
-        .unwrap();
-    Dataset::open(folder).unwrap()
+    synthetic::made(&plan(), folder, &[0, 1, 2])
 }
 
 /// Counts the calls, and cancels when a map begins.

@@ -1,5 +1,8 @@
 //! Data sets whose training maps are copied in other orientations.
 
+#[path = "../src/synthetic.rs"]
+mod synthetic;
+
 use std::collections::BTreeSet;
 use std::fs;
 
@@ -8,24 +11,18 @@ use map2aps::{Access, Control, Dataset, DatasetPlan, MapSource, Verify, merge};
 
 fn plan() -> DatasetPlan {
     DatasetPlan {
-        maps: MapSource::Synthetic { count: 3 },
         scene: SceneSettings {
             orientations: 8,
             ..SceneSettings::default()
         },
-        tx_per_map: 2,
-        rx_per_map: 10,
-        ..DatasetPlan::default()
+        ..synthetic::plan(3, 2, 10)
     }
 }
 
 #[test]
 fn copies_of_training_maps_are_turned_and_stay_in_training() {
     let folder = tempfile::tempdir().unwrap();
-    plan()
-        .make(folder.path(), &[0, 1, 2], &Control::default())
-        .unwrap();
-    let dataset = Dataset::open(folder.path()).unwrap();
+    let dataset = synthetic::made(&plan(), folder.path(), &[0, 1, 2]);
     let split = &dataset.manifest().split;
     let [map] = split.train[..1].try_into().unwrap();
     let copies: Vec<u32> = (0..8).map(|k| k * COPY_STRIDE + map).collect();

@@ -192,19 +192,14 @@ fn must_be_all_there(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DatasetPlan, MapSource};
+    use crate::synthetic;
 
     #[test]
     fn a_folder_of_other_settings_is_refused_though_its_maps_are_in_another() {
         let root = tempfile::tempdir().unwrap();
         let folders = ["first", "other"].map(|name| root.path().join(name));
         for (folder, frequency_hz) in folders.iter().zip([3.5e9, 28e9]) {
-            let mut plan = DatasetPlan {
-                maps: MapSource::Synthetic { count: 1 },
-                tx_per_map: 1,
-                rx_per_map: 2,
-                ..DatasetPlan::default()
-            };
+            let mut plan = synthetic::plan(1, 1, 2);
             plan.trace.frequency_hz = frequency_hz;
             plan.make(folder, &[0], &Control::default()).unwrap();
         }

@@ -152,7 +152,7 @@ mod tests {
     use aps_data::Survey;
 
     use super::*;
-    use crate::{DatasetPlan, MapSource};
+    use crate::{DatasetPlan, synthetic};
 
     #[test]
     fn labels_of_another_source_are_not_put_beside_those_of_the_first() {
@@ -164,12 +164,9 @@ mod tests {
         };
         for (folder, seed) in [(&own, 42), (&other, 43)] {
             let plan = DatasetPlan {
-                maps: MapSource::Synthetic { count: 2 },
-                tx_per_map: 1,
-                rx_per_map: 2,
                 stored,
                 seed,
-                ..DatasetPlan::default()
+                ..synthetic::plan(2, 1, 2)
             };
             plan.make(folder, &[0, 1], &Control::default()).unwrap();
             // So that nothing but the maps tells them apart.

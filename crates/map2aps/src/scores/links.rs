@@ -109,20 +109,13 @@ mod tests {
     use aps_data::npy;
 
     use super::*;
-    use crate::{ArrayFile, Control, DatasetPlan, MapSource, Prediction, Scoring, Truth};
+    use crate::{ArrayFile, Prediction, Scoring, Truth, synthetic};
 
     #[test]
     fn a_prediction_of_other_links_is_not_scored() {
         let root = tempfile::tempdir().unwrap();
         let [data, prediction] = ["data", "pred.npy"].map(|name| root.path().join(name));
-        let plan = DatasetPlan {
-            maps: MapSource::Synthetic { count: 3 },
-            tx_per_map: 2,
-            rx_per_map: 5,
-            ..DatasetPlan::default()
-        };
-        plan.make(&data, &[0, 1, 2], &Control::default()).unwrap();
-        let dataset = Dataset::open(&data).unwrap();
+        let dataset = synthetic::made(&synthetic::plan(3, 2, 5), &data, &[0, 1, 2]);
         let examples = Examples::open(&dataset, Part::Train, Domain::Linear).unwrap();
         let count = examples.list().len();
         let mut file = npy::Writer::new(File::create(&prediction).unwrap(), "<f4", &[180]).unwrap();

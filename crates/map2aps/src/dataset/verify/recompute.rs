@@ -179,20 +179,14 @@ impl<'d> Recomputation<'d> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Control, DatasetPlan, MapSource};
+    use crate::synthetic;
     use aps_raytrace::scene::Location;
 
     #[test]
     fn a_point_in_a_building_that_was_passed_over_is_a_finding() {
         let root = tempfile::tempdir().unwrap();
-        let plan = DatasetPlan {
-            maps: MapSource::Synthetic { count: 1 },
-            tx_per_map: 1,
-            rx_per_map: 4,
-            ..DatasetPlan::default()
-        };
-        plan.make(root.path(), &[0], &Control::default()).unwrap();
-        let dataset = Dataset::open(root.path()).unwrap();
+        let plan = synthetic::plan(1, 1, 4);
+        let dataset = synthetic::made(&plan, root.path(), &[0]);
         let (entry, mut map) = (&dataset.manifest().maps[0], dataset.map(0).unwrap());
         let scene = plan.maps.load(0, plan.seed, plan.scene).unwrap();
         let mut diagonal = (0..256).map(|i| DVec2::splat(f64::from(i)));

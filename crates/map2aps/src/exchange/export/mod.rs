@@ -302,22 +302,16 @@ fn names_of(map: &MapData) -> Result<Vec<(usize, LinkName)>, ExchangeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DatasetPlan, MapSource};
+    use crate::synthetic;
 
     #[test]
     fn an_export_is_continued_by_its_data_set_alone_and_without_what_a_killed_one_left() {
         let root = tempfile::tempdir().unwrap();
-        let [data, other, out] = ["data", "other", "out"].map(|name| root.path().join(name));
-        for (folder, maps) in [(&data, [0, 1]), (&other, [2, 3])] {
-            let plan = DatasetPlan {
-                maps: MapSource::Synthetic { count: 4 },
-                tx_per_map: 1,
-                rx_per_map: 2,
-                ..DatasetPlan::default()
-            };
-            plan.make(folder, &maps, &Control::default()).unwrap();
-        }
-        let [data, other] = [data, other].map(|folder| Dataset::open(folder).unwrap());
+        let out = root.path().join("out");
+        let [data, other] = [[0, 1], [2, 3]].map(|maps| {
+            let folder = root.path().join(format!("{maps:?}"));
+            synthetic::made(&synthetic::plan(4, 1, 2), &folder, &maps)
+        });
         let export = Export::new(ExportLayout::Samples);
         let run = |dataset| export.run(dataset, &out, &Control::default());
         run(&data).unwrap();

@@ -165,7 +165,7 @@ mod tests {
 
     use super::*;
     use crate::maps::MapSource;
-    use crate::{DatasetPlan, Export, ExportLayout};
+    use crate::{DatasetPlan, Export, ExportLayout, synthetic};
 
     const SYNTHETIC: MapSource = MapSource::Synthetic { count: 2 };
 
@@ -174,19 +174,15 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let [data, files] = ["data", "files"].map(|name| root.path().join(name));
         let plan = DatasetPlan {
-            maps: SYNTHETIC,
-            tx_per_map: 2,
-            rx_per_map: 30,
             // Synthetic maps are loaded with the seed of an import.
             seed: 0,
             stored: aps_data::Stored {
                 paths: true,
                 ..Default::default()
             },
-            ..DatasetPlan::default()
+            ..synthetic::plan(2, 2, 30)
         };
-        plan.make(&data, &[0, 1], &Control::default()).unwrap();
-        let dataset = Dataset::open(&data).unwrap();
+        let dataset = synthetic::made(&plan, &data, &[0, 1]);
         let export = Export::new(ExportLayout::Released);
         let exported = export.run(&dataset, &files, &Control::default()).unwrap();
         (root, files, exported.links)

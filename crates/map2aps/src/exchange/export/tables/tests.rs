@@ -9,26 +9,22 @@ use tempfile::TempDir;
 
 use super::columns::{Column, Values};
 use super::{Table, create_folder, export_within};
-use crate::{Control, DatasetPlan, Export, ExportLayout, MapSource};
+use crate::{Control, DatasetPlan, Export, ExportLayout, synthetic};
 
 /// A data set in a folder, and the place beside it where it is exported to.
 fn setting() -> (TempDir, Dataset, PathBuf) {
     let root = tempfile::tempdir().unwrap();
     let (data, out) = (root.path().join("data"), root.path().join("out"));
     let plan = DatasetPlan {
-        maps: MapSource::Synthetic { count: 4 },
-        tx_per_map: 2,
-        rx_per_map: 5,
         stored: Stored {
             paths: true,
             pdp: true,
             ..Stored::default()
         },
-        ..DatasetPlan::default()
+        ..synthetic::plan(4, 2, 5)
     };
-    plan.make(&data, &[0, 1, 2, 3], &Control::default())
-        .unwrap();
-    (root, Dataset::open(&data).unwrap(), out)
+    let dataset = synthetic::made(&plan, &data, &[0, 1, 2, 3]);
+    (root, dataset, out)
 }
 
 /// Folder of the tables of a map in an export.
@@ -365,13 +361,7 @@ fn an_export_is_brought_up_to_date_when_its_data_set_has_grown() {
     let run =
         |export: &Export| export.run(&Dataset::open(&data).unwrap(), &out, &Control::default());
     let grown = |maps: &[u32]| {
-        let plan = DatasetPlan {
-            maps: MapSource::Synthetic { count: 4 },
-            tx_per_map: 1,
-            rx_per_map: 2,
-            ..DatasetPlan::default()
-        };
-        plan.make(&data, maps, &Control::default()).unwrap();
+        synthetic::made(&synthetic::plan(4, 1, 2), &data, maps);
         run(&Export::new(ExportLayout::Parquet)).unwrap().links
     };
     assert_eq!([grown(&[0, 1]), grown(&[0, 1, 2])], [4, 6]);
