@@ -3,7 +3,7 @@
 use aps_data::{Dataset, Part};
 
 use super::Written;
-use super::columns::{Column, Values, folder_of};
+use super::columns::{Column, folder_of};
 
 /// Everything that the card and the description tell.
 pub struct About<'a> {
@@ -35,19 +35,6 @@ pub fn split_of(part: Part) -> &'static str {
     }
 }
 
-/// Names of the columns' types.
-pub fn type_of(values: &Values) -> &'static str {
-    match values {
-        Values::Integers(_) => "int32",
-        Values::Floats(_) => "float32",
-        Values::Doubles(_) => "float64",
-        Values::Texts(_) => "string",
-        Values::Bytes(_) => "binary",
-        Values::FloatLists(..) => "list of float32",
-        Values::DoubleLists(..) => "list of float64",
-    }
-}
-
 /// Number of rows as hubs sort data sets by it.
 fn size_of(links: usize) -> &'static str {
     match links {
@@ -65,9 +52,11 @@ fn size_of(links: usize) -> &'static str {
 fn table_of(columns: &[Column]) -> String {
     let mut text = String::from("| column | type | unit | meaning |\n|---|---|---|---|\n");
     for column in columns {
-        let (name, kind) = (column.name, type_of(&column.values));
+        let (name, values) = (column.name, &column.values);
+        let list = if values.are_lists() { "list of " } else { "" };
+        let [_, kind, _] = values.types();
         let (unit, meaning) = (column.unit, column.meaning);
-        text += &format!("| `{name}` | {kind} | {unit} | {meaning} |\n");
+        text += &format!("| `{name}` | {list}{kind} | {unit} | {meaning} |\n");
     }
     text
 }

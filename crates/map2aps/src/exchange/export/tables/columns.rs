@@ -34,6 +34,24 @@ pub enum Values {
     DoubleLists(Vec<f64>, Vec<usize>),
 }
 
+impl Values {
+    /// Type of one value, as a schema of Parquet, the card and the description name it.
+    pub fn types(&self) -> [&'static str; 3] {
+        match self {
+            Self::Integers(_) => ["int32", "int32", "sc:Integer"],
+            Self::Floats(_) | Self::FloatLists(..) => ["float", "float32", "sc:Float"],
+            Self::Doubles(_) | Self::DoubleLists(..) => ["double", "float64", "sc:Float"],
+            Self::Texts(_) => ["binary", "string", "sc:Text"],
+            Self::Bytes(_) => ["binary", "binary", "sc:Text"],
+        }
+    }
+
+    /// True for many values a row.
+    pub fn are_lists(&self) -> bool {
+        matches!(self, Self::FloatLists(..) | Self::DoubleLists(..))
+    }
+}
+
 /// Folder of a part of the split.
 pub fn folder_of(part: Option<Part>) -> &'static str {
     part.map_or("other", Part::name)

@@ -4,17 +4,7 @@ use serde_json::{Value, json};
 
 use super::Written;
 use super::card::{About, CITATION, LICENCE, split_of};
-use super::columns::{Column, Values, folder_of};
-
-/// Types of columns in the format's words, and if there are many values a row.
-fn type_of(values: &Values) -> (&'static str, bool) {
-    match values {
-        Values::Integers(_) => ("sc:Integer", false),
-        Values::Floats(_) | Values::Doubles(_) => ("sc:Float", false),
-        Values::Texts(_) | Values::Bytes(_) => ("sc:Text", false),
-        Values::FloatLists(..) | Values::DoubleLists(..) => ("sc:Float", true),
-    }
-}
+use super::columns::{Column, folder_of};
 
 /// The description, in JSON-LD.
 pub fn description(about: &About<'_>, buildings: &Written) -> Value {
@@ -83,7 +73,7 @@ fn object(file: &Written) -> Value {
 }
 
 fn field(records: &str, source: &Value, column: &Column) -> Value {
-    let (kind, repeated) = type_of(&column.values);
+    let [.., kind] = column.values.types();
     let unit = match column.unit {
         "" => String::new(),
         unit => format!(" [{unit}]"),
@@ -97,7 +87,7 @@ fn field(records: &str, source: &Value, column: &Column) -> Value {
         "dataType": kind,
         "source": source,
     });
-    if repeated {
+    if column.values.are_lists() {
         field["repeated"] = json!(true);
     }
     field

@@ -55,19 +55,13 @@ fn encode(name: &str, groups: impl Iterator<Item = Vec<Column>>) -> ParquetResul
 fn schema(name: &str, columns: &[Column]) -> String {
     let mut text = format!("message {name} {{\n");
     for Column { name, values, .. } in columns {
-        let list = |element: &str| {
-            format!(
-                "required group {name} (LIST) {{ repeated group list {{ required {element} element; }} }}"
-            )
-        };
+        let [kind, ..] = values.types();
         text += &match values {
-            Values::Integers(_) => format!("required int32 {name};"),
-            Values::Floats(_) => format!("required float {name};"),
-            Values::Doubles(_) => format!("required double {name};"),
-            Values::Texts(_) => format!("required binary {name} (UTF8);"),
-            Values::Bytes(_) => format!("required binary {name};"),
-            Values::FloatLists(..) => list("float"),
-            Values::DoubleLists(..) => list("double"),
+            Values::Texts(_) => format!("required {kind} {name} (UTF8);"),
+            _ if values.are_lists() => format!(
+                "required group {name} (LIST) {{ repeated group list {{ required {kind} element; }} }}"
+            ),
+            _ => format!("required {kind} {name};"),
         };
         text += "\n";
     }
