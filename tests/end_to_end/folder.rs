@@ -1,15 +1,18 @@
 //! Folders of maps and data sets, for tests of all kinds.
 
+#[path = "../files.rs"]
+mod files;
 #[path = "../houses.rs"]
 mod houses;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use aps_data::Dataset;
 use tempfile::TempDir;
 
+pub use files::files;
 pub use houses::map;
 
 use crate::succeed;
@@ -69,24 +72,6 @@ pub fn set_pixels(dataset: &Dataset) -> usize {
         image.pixels().iter().filter(|&&pixel| pixel == 1).count()
     });
     set.sum()
-}
-
-/// Every file of a data set by its relative name.
-pub fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    let mut folders = vec![root.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(root).unwrap().display().to_string();
-                found.insert(name, fs::read(&path).unwrap());
-            }
-        }
-    }
-    found
 }
 
 /// Fails naming the files that differ, not showing them.

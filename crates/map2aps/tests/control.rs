@@ -1,14 +1,16 @@
 //! Progress, cancellation and errors of the library.
 
+#[path = "../../../tests/files.rs"]
+mod files;
 #[path = "../src/synthetic.rs"]
 mod synthetic;
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use files::files;
 use map2aps::maps::choose;
 use map2aps::{
     Control, Dataset, DatasetPlan, Domain, Error, Examples, Export, ExportLayout, MapError,
@@ -60,22 +62,6 @@ impl Recorder {
             ..Control::default()
         }
     }
-}
-
-/// The bytes of every file of a folder.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        if path.is_dir() {
-            let inner = files(&path).into_iter();
-            found.extend(inner.map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
-        } else {
-            found.insert(name, fs::read(&path).unwrap());
-        }
-    }
-    found
 }
 
 #[test]

@@ -1,3 +1,6 @@
+#[path = "../../../../tests/files.rs"]
+mod files;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -9,6 +12,8 @@ use aps_data::{
 };
 use serde_json::json;
 use tempfile::TempDir;
+
+pub use files::files as contents;
 
 pub const ANGLES: usize = 5;
 pub const DELAYS: usize = 9;
@@ -193,22 +198,4 @@ pub fn damage_end(path: &Path) {
     let mut bytes = fs::read(path).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(path, bytes).unwrap();
-}
-
-/// Reads all files below a folder.
-pub fn contents(root: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut folders = vec![root.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                let name = path.strip_prefix(root).unwrap().to_str().unwrap();
-                files.insert(name.to_owned(), fs::read(&path).unwrap());
-            }
-        }
-    }
-    files
 }
