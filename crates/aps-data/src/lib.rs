@@ -127,3 +127,11 @@ pub use split::{Part, Split, UnknownPart};
 pub use status::LinkStatus;
 pub use survey::Survey;
 pub use writer::{Access, DatasetWriter};
+
+/// What is read can be shared by threads, what writes can be sent to one.
+const _: fn() = || {
+    fn is_shared<T: Clone + Send + Sync>() {}
+    fn is_sent<T: Send>() {}
+    is_shared::<(Dataset, Survey, MapData, ConditionImages, LinkRows<'_>)>();
+    is_sent::<(DatasetWriter, MapWriter<'_>, Error)>();
+};

@@ -91,3 +91,9 @@ pub use range::DataRange;
 pub use report::{GroupReport, MapReport, MetricReport, PeakCensus, Report};
 pub use sample::{SampleScores, Scorer};
 pub use spectra::{MAX_MAGNITUDE, Real, Spectra};
+
+/// Threads can share what scores, and what comes out.
+const _: fn() = || {
+    fn is_shared<T: Clone + Send + Sync>() {}
+    is_shared::<(Scorer, Evaluation, Resamples, Report, Error)>();
+};

@@ -30,6 +30,7 @@ pub struct Settings {
 }
 
 /// Inputs of a model and targets, of a part of a data set.
+#[derive(Debug)]
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct Examples {
     drawn: Arc<DrawnExamples>,

@@ -18,6 +18,7 @@ use crate::scene::Scene;
 const LENGTH_ROUNDING_M: f64 = 1e-6;
 
 /// Paths of links, and where their ends are.
+#[derive(Debug)]
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct Paths {
     pub(crate) table: PathTable,

@@ -61,6 +61,7 @@ pub fn all_ways<'py>(
 }
 
 /// A scene prepared for its receivers to look at.
+#[derive(Debug)]
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct PolarView {
     views: PolarViews,

@@ -21,6 +21,7 @@ use crate::run::{run, run_owned};
 /// Buildings of a city, checked, repaired and united, seen from above.
 ///
 /// Made by one of the methods ``from_radiomapseer``, ``from_geojson``, ``from_polygons`` and ``synthetic``.
+#[derive(Debug)]
 #[pyclass(module = "map2aps", frozen)]
 pub struct Scene {
     pub(crate) scene: aps_raytrace::Scene,

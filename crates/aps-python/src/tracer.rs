@@ -17,6 +17,7 @@ use crate::run::{run, run_owned};
 use crate::scene::Scene;
 
 /// A scene prepared for one configuration.
+#[derive(Debug)]
 #[pyclass(module = "map2aps._native", frozen)]
 pub struct Tracer {
     tracer: aps_raytrace::Tracer<'static>,

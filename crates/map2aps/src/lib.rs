@@ -108,3 +108,16 @@ pub use scores::{
 };
 pub use settings::SettingsError;
 pub use tally::Tally;
+
+/// Threads can share all but a training, which is sent to one.
+const _: fn() = || {
+    fn is_shared<T: Send + Sync>() {}
+    is_shared::<(Control<'_>, DatasetPlan, Examples, PolarViews)>();
+    is_shared::<(Export, Verify, LinkSource, Truth, Scores, Error)>();
+    #[cfg(feature = "models")]
+    {
+        fn is_sent<T: Send>() {}
+        is_shared::<(training::Training, training::Trained)>();
+        is_sent::<training::Run>();
+    }
+};

@@ -6,6 +6,8 @@ mod damage;
 mod fuzz;
 /// Values computed by NumPy and Pillow.
 mod golden;
+/// What errors say.
+mod messages;
 /// Our arrays against an independent reader and writer of the same format.
 mod npy;
 /// The formats of the published data.

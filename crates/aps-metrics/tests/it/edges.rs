@@ -1,8 +1,8 @@
-//! Input that is empty, constant, negative, not finite or of the wrong shape.
+//! Input that is empty, constant, negative, not finite or of the wrong shape; names of none.
 
 use aps_metrics::{
-    DataRange, Defect, Error, Evaluation, Metric, PeakCensus, Protocol, Scorer, Side, Spectra,
-    spectrum_peaks,
+    DataRange, Defect, Error, Evaluation, LevelDistance, Metric, PeakCensus, Protocol, Scorer,
+    Side, Spectra, UnknownProtocol, spectrum_peaks,
 };
 
 use crate::common::{PROTOCOLS, dominant_bins, peak_bins, range, score};
@@ -261,4 +261,22 @@ fn a_report_counts_peaks() {
 #[test]
 fn a_stored_sample_takes_120_bytes() {
     assert_eq!(size_of::<aps_metrics::ScoredSample>(), 120);
+}
+
+#[test]
+fn names_of_protocols_are_read_back() {
+    for protocol in [Protocol::Paper, Protocol::Released] {
+        assert_eq!(protocol.to_string().parse(), Ok(protocol));
+    }
+    assert_eq!("Paper".parse(), Ok(Protocol::Paper));
+    assert_eq!(
+        "papier".parse::<Protocol>(),
+        Err(UnknownProtocol("papier".into()))
+    );
+}
+
+#[test]
+#[should_panic(expected = "bins of both")]
+fn levels_of_other_bins_are_not_compared() {
+    let _ = LevelDistance::of(&[0.0, -1.0], Some(&[0.0]));
 }

@@ -12,5 +12,3 @@ mod golden;
 mod laws;
 /// The worked example of docs/protocol.md.
 mod swapped_twins;
-/// Traits of the public types.
-mod traits;

@@ -1,24 +1,4 @@
-//! Traits that every public type implements, checked by the compiler. Writers are not copied: each holds a lock or a file.
-//! Errors are not copied either: they carry the operating system's error.
-
-use std::fmt::Debug;
-
 use aps_data::*;
-
-fn is_shared<T: Debug + Clone + Send + Sync + 'static>() {}
-fn is_sent<T: Debug + Send + 'static>() {}
-fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
-
-#[test]
-fn types_can_be_shown_copied_and_shared() {
-    is_shared::<(Dataset, Manifest, MapEntry, MapData, Profile, PathTable)>();
-    is_shared::<(Survey, Plan, Split, DatasetConfig, Layout, Raster)>();
-    is_shared::<(ConditionConfig, ConditionImages, LinkStatus)>();
-    is_shared::<(LinkRows<'static>, MapInput<'static>)>();
-    is_sent::<(DatasetWriter, MapWriter<'static>)>();
-    is_error::<Error>();
-    is_error::<RasterError>();
-}
 
 #[test]
 fn no_message_repeats_its_cause() {
