@@ -34,6 +34,28 @@ fn maximum_leaves_out_an_odd_last_column() {
 }
 
 #[test]
+fn nan_is_not_hidden_by_rectifiers_and_maxima() {
+    let values = |x: &Tensor| x.flatten_all().unwrap().to_vec1::<f32>().unwrap();
+    for place in 0..4 {
+        let mut pixels = [-1.0, -0.0, 0.5, 3.0_f32];
+        pixels[place] = f32::NAN;
+        let x = Tensor::from_slice(&pixels, (1, 1, 2, 2), &Device::Cpu).unwrap();
+        for pool in [portable::max_pool_2x2, portable::max_pool_3x3_s2_p1] {
+            let found = values(&pool(&x).unwrap());
+            assert!(found[0].is_nan(), "{found:?} of {pixels:?}");
+        }
+        let found = values(&portable::relu(&x).unwrap());
+        for (i, (found, pixel)) in found.iter().zip(pixels).enumerate() {
+            let is_same = match i == place {
+                true => found.is_nan(),
+                false => found.to_bits() == (pixel.max(0.0) + 0.0).to_bits(),
+            };
+            assert!(is_same, "value {i} of {pixels:?} is {found}");
+        }
+    }
+}
+
+#[test]
 fn resizing_doubles_and_halves_as_pytorch_does() {
     // torch.nn.functional.interpolate(mode="bilinear", align_corners=False)
     let resized = |row: &[f64], width| {

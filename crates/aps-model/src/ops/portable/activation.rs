@@ -4,10 +4,10 @@ use candle_core::{D, Result, Tensor};
 
 use super::norm::at_least_f32;
 
-/// max(x, 0). The gradient at 0 is 0, as in PyTorch.
+/// max(x, 0), NaN where x is NaN. The gradient at 0 is 0, as in PyTorch.
 pub(crate) fn relu(x: &Tensor) -> Result<Tensor> {
     let zeros = x.zeros_like()?;
-    x.gt(&zeros)?.where_cond(x, &zeros)
+    x.le(&zeros)?.where_cond(&zeros, x)
 }
 
 /// x where it is positive, else `slope` times x. The gradient at 0 is `slope`, as in PyTorch.

@@ -50,9 +50,10 @@ fn every_other(x: &Tensor, dim: usize, start: usize, count: usize) -> Result<Ten
     pairs.narrow(dim + 1, parity, 1)?.squeeze(dim + 1)
 }
 
-/// The larger of two, the first of equal ones, with the gradient to that one alone.
+/// The larger of two, the first of equal ones, with the gradient to that one alone. NaN is larger than all, as in PyTorch.
 fn first_larger(first: &Tensor, second: &Tensor) -> Result<Tensor> {
-    second.gt(first)?.where_cond(second, first)
+    let is_second = (second.gt(first)? + second.ne(second)?)?;
+    is_second.where_cond(second, first)
 }
 
 /// Mean over `out` x `out` parts of an image: part i reaches from floor(i n / out) to ceil((i + 1) n / out), as in PyTorch.
