@@ -198,3 +198,22 @@ fn clipping_at_infinity_and_at_zero() {
         assert!(is_told, "clip_norm {bad}");
     }
 }
+
+/// JSON has no word for infinity: the checkpoint of such a training tells it all the same, and tells it from a number.
+#[test]
+fn a_training_that_clips_nothing_is_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("last.safetensors");
+    let at = |clip: f64| trainer(4, 32, 0.5, |c| c.clip_norm = clip);
+    let mut stopped = at(f64::INFINITY);
+    stopped.step().unwrap();
+    stopped.save(&path, "").unwrap();
+    let mut resumed = at(f64::INFINITY);
+    resumed.resume(&path).unwrap();
+    assert_eq!(resumed.steps_done(), 1);
+    let problem = at(1.0).resume(&path).unwrap_err().to_string();
+    assert!(
+        problem.contains("clip_norm = null, now it is 1.0"),
+        "{problem}"
+    );
+}

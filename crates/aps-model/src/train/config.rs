@@ -82,7 +82,8 @@ pub struct TrainConfig {
     pub warmup_steps: u64,
     /// The optimizer, of both networks.
     pub optimizer: AdamConfig,
-    /// Largest norm of all gradients of a network; longer ones are shortened to it.
+    /// Largest norm of all gradients of a network; longer ones are shortened to it. Infinity, `null` in JSON, shortens none.
+    #[serde(with = "finite_or_none")]
     pub clip_norm: f64,
     /// Weight of the mean absolute error beside the regularizer's score; not used without one.
     pub l1_weight: f64,
@@ -164,5 +165,18 @@ impl TrainConfig {
                     "beta1 and beta2 must be in [0, 1), weight_decay and l1_weight finite and not negative".into()
                 })
             })
+    }
+}
+
+/// A number that may be infinite, which JSON has no word for: none.
+mod finite_or_none {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(x: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        x.is_finite().then_some(*x).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
     }
 }
