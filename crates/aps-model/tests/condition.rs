@@ -28,6 +28,10 @@ fn maps() -> [Raster; 2] {
 }
 
 fn conditions(maps: &[Raster], image_size: usize) -> ConditionImages {
+    spots_of(maps, image_size, ConditionConfig::default().sigma_px)
+}
+
+fn spots_of(maps: &[Raster], image_size: usize, sigma_px: f64) -> ConditionImages {
     let pixels = maps.iter().flat_map(|map| map.pixels());
     let pixels: Vec<f32> = pixels.map(|&pixel| pixel.into()).collect();
     let rasters = Rasters {
@@ -38,6 +42,7 @@ fn conditions(maps: &[Raster], image_size: usize) -> ConditionImages {
     };
     let config = ConditionConfig {
         image_size,
+        sigma_px,
         ..ConditionConfig::default()
     };
     ConditionImages::new(rasters, config, &Device::Cpu).unwrap()
@@ -60,17 +65,19 @@ fn values(conditions: &ConditionImages) -> Vec<f32> {
 #[test]
 fn images_of_any_size_are_those_of_the_data_set_bit_for_bit() {
     let maps = maps();
-    for size in [256, 64, 100, 300] {
+    let sizes = [256, 64, 100, 300].map(|size| (size, 20.0));
+    for (size, sigma_px) in sizes.into_iter().chain([(256, 1e-160), (64, 1e-320)]) {
         let config = DataConfig {
             image_size: Some(size),
-            ..DataConfig::default()
+            sigma_px,
         };
         let expected = links().into_iter().flat_map(|link| {
             let images = DataImages::new(&maps[link.map as usize], config);
             images.batch(&[(link.tx_m, link.rx_m)])
         });
         let expected: Vec<f32> = expected.collect();
-        assert_eq!(values(&conditions(&maps, size)), expected, "{size} px");
+        let found = values(&spots_of(&maps, size, sigma_px));
+        assert!(found == expected, "{size} px, spots of {sigma_px:e} px");
     }
 }
 

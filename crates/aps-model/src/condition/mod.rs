@@ -206,7 +206,8 @@ impl ConditionImages {
             Axis {
                 metres_per_pixel,
                 scale,
-                exponent: -0.5 / (sigma * sigma),
+                // Never infinite: at no distance it is multiplied by 0.
+                exponent: (-0.5 / (sigma * sigma)).max(f64::MIN),
             }
         };
         let buildings = Tensor::from_slice(&resized, (maps, size, size), device)?;
@@ -293,7 +294,9 @@ impl ConditionImages {
                 let pixels =
                     Tensor::arange(0_u32, size as u32, self.device())?.to_dtype(DType::F32)?;
                 let distance = pixels.unsqueeze(0)?.broadcast_sub(&centres)?;
-                (distance.sqr()? * axis.exponent)?.exp()
+                // In f32, which must hold it as well.
+                let exponent = axis.exponent.max(f32::MIN.into());
+                (distance.sqr()? * exponent)?.exp()
             };
             let (x, y) = (profile(0)?.unsqueeze(1)?, profile(1)?.unsqueeze(D::Minus1)?);
             planes.push(y.broadcast_mul(&x)?);
@@ -360,6 +363,39 @@ impl Axis {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// However small a spot is, its middle is 1, not NaN: on the host and on a device.
+    #[test]
+    fn a_spot_of_hardly_any_size_is_a_point() {
+        let rasters = Rasters {
+            pixels: &[0.0; 9],
+            height: 3,
+            width: 3,
+            metres_per_pixel: 2.0,
+        };
+        let link = Link {
+            map: 0,
+            tx_m: [2.0, 0.0],
+            rx_m: [1.0, 1.0],
+        };
+        let spot = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0_f32];
+        for sigma_px in [5e-324, 1e-160, 1e-25, 1e-3] {
+            let config = ConditionConfig {
+                image_size: 3,
+                sigma_px,
+                frame: Frame::Map,
+            };
+            let images = ConditionImages::new(rasters, config, &Device::Cpu).unwrap();
+            for image in [images.fill(&[link]), images.compose(&[link])] {
+                let image: Vec<f32> = image.unwrap().flatten_all().unwrap().to_vec1().unwrap();
+                assert_eq!(
+                    (&image[9..18], &image[18..]),
+                    (&spot[..], &[0.0; 9][..]),
+                    "{sigma_px:e}"
+                );
+            }
+        }
+    }
 
     /// The device's way must not differ from the host's by more than the rounding of f32, which nothing else checks
     /// without such a device.
