@@ -48,14 +48,15 @@ impl CityConfig {
     /// The footprints of this city.
     ///
     /// # Errors
-    /// [`ConfigError::City`] for sizes that leave no room for a block or exceed 100 km.
+    /// [`ConfigError::City`] for sizes that leave no room for a block or exceed 100 km, and for a city without a building.
     pub fn footprints(&self) -> Result<Vec<Footprint>, ConfigError> {
         if self.block_m < 24 || self.street_m < 4 {
             return Err(ConfigError::City(
                 "blocks must be at least 24 m and streets at least 4 m wide".into(),
             ));
         }
-        if self.size_m < self.block_m + 2 * self.street_m || self.size_m > 100_000 {
+        let least = self.street_m.saturating_mul(2).saturating_add(self.block_m);
+        if self.size_m < least || self.size_m > 100_000 {
             return Err(ConfigError::City(format!(
                 "a side of {} m has no room for a block of {} m between two streets, or exceeds 100 km",
                 self.size_m, self.block_m
@@ -69,6 +70,12 @@ impl CityConfig {
             for &(x, w) in &columns {
                 build_block(Block { x, y, w, h }, &mut rng, &mut footprints);
             }
+        }
+        if footprints.is_empty() {
+            return Err(ConfigError::City(format!(
+                "seed {} leaves an area {} m wide without a building: it has hardly room for a block of {} m; enlarge it, or take another seed",
+                self.seed, self.size_m, self.block_m
+            )));
         }
         Ok(footprints)
     }
@@ -243,5 +250,30 @@ mod tests {
             ..CityConfig::default()
         };
         assert!(tiny.footprints().is_err());
+        let wide = CityConfig {
+            street_m: u32::MAX,
+            ..CityConfig::default()
+        };
+        assert!(wide.footprints().is_err());
+    }
+
+    /// With room for one block at most, which may turn out too long, or a square.
+    #[test]
+    fn a_city_has_a_building_or_is_refused() {
+        let mut refused = 0;
+        for seed in 0..200 {
+            let small = CityConfig {
+                size_m: 38,
+                block_m: 30,
+                street_m: 4,
+                seed,
+            };
+            match small.footprints() {
+                Ok(footprints) => assert!(!footprints.is_empty(), "seed {seed}"),
+                Err(ConfigError::City(_)) => refused += 1,
+                Err(error) => panic!("{error}"),
+            }
+        }
+        assert!((1..200).contains(&refused), "{refused} refused");
     }
 }
