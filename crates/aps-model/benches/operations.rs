@@ -1,6 +1,6 @@
-//! Convolutions of ResNet-18 at 64 px, batch 32, forward and with both gradients: ours beside candle's own, which the
-//! portable operations call. Throughput is in floating-point operations (a fused multiply-add is two). Then the same in use,
-//! normalised and rectified, with and without a kernel cache; and an activation of a transformer.
+//! Convolutions of ResNet-18 at 64 px, batch 32, forward and with both gradients: the loops for CPUs beside the portable
+//! operations, composed of candle's. Throughput is in floating-point operations (a fused multiply-add is two). Then the same
+//! in use, normalised and rectified, with and without a kernel cache; and an activation of a transformer.
 //!
 //! Operations are private to the library: the bench compiles their modules itself.
 #![allow(dead_code, unused_imports, missing_docs)]
@@ -45,16 +45,16 @@ fn convolutions(criterion: &mut Criterion) {
         let weight = Var::from_tensor(&random(&[outputs, inputs, kernel, kernel])).unwrap();
         let padding = (kernel / 2, kernel / 2);
         let multiplications = BATCH * (side / stride).pow(2) * outputs * inputs * kernel.pow(2);
-        for (whose, convolve) in [
-            ("ours", ops::conv2d as Convolution),
-            ("candle", portable::conv2d as Convolution),
+        for (how, convolve) in [
+            ("loops", ops::conv2d as Convolution),
+            ("portable", portable::conv2d as Convolution),
         ] {
             group.throughput(Throughput::Elements(2 * multiplications as u64));
-            group.bench_function(format!("{name}, forward, {whose}"), |bencher| {
+            group.bench_function(format!("{name}, forward, {how}"), |bencher| {
                 bencher.iter(|| convolve(black_box(&x), &weight, None, stride, padding).unwrap());
             });
             group.throughput(Throughput::Elements(6 * multiplications as u64));
-            group.bench_function(format!("{name}, with gradients, {whose}"), |bencher| {
+            group.bench_function(format!("{name}, with gradients, {how}"), |bencher| {
                 bencher.iter(|| {
                     let y = convolve(black_box(&x), &weight, None, stride, padding).unwrap();
                     y.sum_all().unwrap().backward().unwrap()
@@ -81,13 +81,13 @@ fn normalisation(criterion: &mut Criterion) {
     };
     let mut group = criterion.benchmark_group("batch normalisation and ReLU with gradients");
     group.sample_size(10);
-    group.bench_function("ours", |bencher| {
+    group.bench_function("loops", |bencher| {
         bencher.iter(|| {
             let y = ops::batch_norm_relu(black_box(&x), tensors, true).unwrap();
             y.sum_all().unwrap().backward().unwrap()
         });
     });
-    group.bench_function("composed of candle's", |bencher| {
+    group.bench_function("portable", |bencher| {
         bencher.iter(|| {
             let y = portable::batch_norm(black_box(&x), tensors, true).unwrap();
             let y = portable::relu(&y).unwrap();
@@ -135,12 +135,9 @@ fn transformer(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("transformer with gradients");
     group.sample_size(10);
     let x = Var::from_tensor(&random(&[4, 197, 3072])).unwrap();
-    let operations: [(&str, Operation); 2] = [
-        ("ours", ops::gelu),
-        ("composed of candle's", portable::gelu),
-    ];
-    for (whose, operation) in operations {
-        group.bench_function(format!("GELU, {whose}"), |bencher| {
+    let operations: [(&str, Operation); 2] = [("loops", ops::gelu), ("portable", portable::gelu)];
+    for (how, operation) in operations {
+        group.bench_function(format!("GELU, {how}"), |bencher| {
             bencher.iter(|| {
                 let y = operation(black_box(&x)).unwrap();
                 y.sum_all().unwrap().backward().unwrap()
