@@ -13,9 +13,9 @@ use crate::models::{self, Model, Regularizer, Spec};
 use crate::train::TrainConfig;
 use crate::{Error, Result};
 
-/// Declares [`ModelKind`] from the modules of [`crate::models`], each with its `SPEC`.
+/// Declares [`ModelKind`] from the [`Spec`]s in the modules of [`crate::models`].
 macro_rules! model_kinds {
-    ($($(#[$doc:meta])* $kind:ident = $module:ident;)*) => {
+    ($($(#[$doc:meta])* $kind:ident = $module:ident::$spec:ident;)*) => {
         /// The models of the benchmark. Serialized, one is its [`name`](ModelKind::name).
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
         #[serde(into = "&'static str", try_from = "String")]
@@ -29,7 +29,7 @@ macro_rules! model_kinds {
 
             fn spec(self) -> &'static Spec {
                 match self {
-                    $(Self::$kind => &models::$module::SPEC,)*
+                    $(Self::$kind => &models::$module::$spec,)*
                 }
             }
         }
@@ -38,21 +38,21 @@ macro_rules! model_kinds {
 
 model_kinds! {
     /// MS-AReg, the paper's reference: multi-scale encoder, decoder, trained against a regularizer.
-    MsAreg = ms_areg;
+    MsAreg = ms_areg::MS_AREG;
     /// MS-MLP, an ablation: MS-AReg without the regularizer.
-    MsMlp = ms_mlp;
+    MsMlp = ms_areg::MS_MLP;
     /// Adv-MLP, an ablation: MS-AReg without the multi-scale encoder.
-    AdvMlp = adv_mlp;
+    AdvMlp = ms_areg::ADV_MLP;
     /// ResNet-18 and a perceptron.
-    ResnetMlp = resnet_mlp;
+    ResnetMlp = resnet_mlp::SPEC;
     /// A U-Net, averaged over the image, and a perceptron.
-    RadioUnet = radiounet;
+    RadioUnet = radiounet::SPEC;
     /// ViT-B/16 and a perceptron.
-    VitReg = vit_reg;
+    VitReg = vit_reg::SPEC;
     /// The multi-scale encoder and convolutions over the angle.
-    ResnetConv1d = resnet_conv1d;
+    ResnetConv1d = resnet_conv1d::SPEC;
     /// Polar-Reg, which is not of the paper: a perceptron for each way along a ray, whose strengths are added; no image.
-    PolarReg = polar_reg;
+    PolarReg = polar_reg::SPEC;
 }
 
 impl ModelKind {

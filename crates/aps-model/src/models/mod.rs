@@ -1,10 +1,7 @@
 //! The models and the regularizer: one file each, with its sizes and a [`Spec`] by which [`ModelKind`](crate::ModelKind) knows
-//! it.
+//! it; MS-AReg's has its ablations too.
 
-pub(crate) mod adv_mlp;
 pub(crate) mod ms_areg;
-pub(crate) mod ms_mlp;
-mod noise;
 pub(crate) mod polar_reg;
 pub(crate) mod radiounet;
 mod regularizer;
@@ -19,12 +16,12 @@ use std::fmt::Debug;
 use candle_core::{ModuleT, Result, Tensor, bail};
 use candle_nn::VarBuilder;
 
+use crate::Preset;
 use crate::condition::{InputKind, InputShape};
 use crate::loss::Loss;
 use crate::train::TrainConfig;
-use crate::{ANGLE_BINS, Preset};
 
-/// Predictor of spectra: a [`ModuleT`] from its input, of a shape of its own, to (batch, [`ANGLE_BINS`]).
+/// Predictor of spectra: a [`ModuleT`] from its input, of a shape of its own, to (batch, [`ANGLE_BINS`](crate::ANGLE_BINS)).
 ///
 /// In training it normalises with the statistics of the batch, moves the running ones, and drops features.
 pub trait Model: ModuleT + Debug + Send + Sync {
@@ -63,11 +60,6 @@ pub(crate) fn width(preset: Preset) -> usize {
         Preset::Paper => 64,
         Preset::Small => 32,
     }
-}
-
-/// Returns the sizes of the decoder of MS-AReg and its ablations, from `inputs` features.
-fn decoder_sizes(inputs: usize, width: usize) -> [usize; 5] {
-    [inputs, 16 * width, 16 * width, 8 * width, ANGLE_BINS]
 }
 
 fn check_images(images: &Tensor) -> Result<()> {

@@ -9,7 +9,7 @@ use super::super::{builder, flat};
 use super::golden::{Golden, Row};
 use super::optimizer::{Adam, gradients};
 use super::rule::{images, set_weights, targets};
-use crate::models::{ms_mlp, radiounet, resnet_conv1d, resnet_mlp, vit_reg};
+use crate::models::{ms_areg, radiounet, resnet_conv1d, resnet_mlp, vit_reg};
 use crate::parameters::sorted;
 
 /// Number of steps and tolerances of a comparison, by precision.
@@ -158,7 +158,7 @@ fn training_is_pytorch_s(dtype: DType, name: &str, build: Build) -> Result<()> {
     Ok(())
 }
 
-const MS_MLP: Build = |vb| Ok(Box::new(ms_mlp::MsMlp::new(64, vb)?));
+const MS_MLP: Build = |vb| Ok(Box::new(ms_areg::MsAreg::ms_mlp(64, vb)?));
 const RESNET_MLP: Build = |vb| Ok(Box::new(resnet_mlp::ResnetMlp::new(64, 0.0, vb)?));
 const RADIOUNET: Build = |vb| Ok(Box::new(radiounet::RadioUnet::new(64, vb)?));
 const RESNET_CONV1D: Build = |vb| Ok(Box::new(resnet_conv1d::ResnetConv1d::new(64, vb)?));
