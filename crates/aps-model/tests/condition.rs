@@ -3,7 +3,7 @@
 use aps_data::{ConditionConfig as DataConfig, ConditionImages as DataImages, Raster, RasterGrid};
 use aps_model::Error;
 use aps_model::candle_core::Device;
-use aps_model::condition::{ConditionConfig, ConditionImages, Link, Mirror, ModelInput, Rasters};
+use aps_model::condition::{ConditionConfig, ConditionImages, Link, ModelInput, Rasters};
 
 const LINKS: [([f64; 2], [f64; 2]); 3] = [
     ([128.0, 10.0], [30.0, 40.0]),
@@ -178,16 +178,17 @@ fn a_mirrored_link_has_a_mirrored_image() {
     let images = conditions.batch(&images).unwrap();
     let values: Vec<f32> = images.flatten_all().unwrap().to_vec1().unwrap();
     let images: Vec<&[f32]> = values.chunks_exact(3 * size * size).collect();
-    for (mirror, image) in Mirror::ALL.into_iter().zip(&images) {
+    for (number, image) in images.iter().enumerate() {
+        let mirrored = [number & 1 == 1, number & 2 == 2];
         let turn = |i: usize, along: bool| if along { size - 1 - i } else { i };
         for plane in 0..3 {
             for (y, x) in (0..size).flat_map(|y| (0..size).map(move |x| (y, x))) {
                 let at = |y: usize, x: usize| (plane * size + y) * size + x;
-                let expected = images[0][at(turn(y, mirror.y), turn(x, mirror.x))];
+                let expected = images[0][at(turn(y, mirrored[1]), turn(x, mirrored[0]))];
                 let found = image[at(y, x)];
                 // Pixels of the map are averaged in another order, positions computed anew.
                 let is_close = (found - expected).abs() < 1e-6;
-                assert!(is_close, "{mirror:?} at {plane} {y} {x}");
+                assert!(is_close, "image {number} at {plane} {y} {x}");
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use aps_model::condition::{
-    ConditionConfig, ConditionImages, InputKind, InputShape, Link, Mirror, ModelInput, PolarShape,
+    ConditionConfig, ConditionImages, InputKind, InputShape, Link, ModelInput, PolarShape,
     Rasters,
 };
 use aps_model::data::{Examples, Mirrored, Samples};
@@ -22,7 +22,7 @@ fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
 fn types_can_be_shown_copied_and_shared() {
     is_shared::<(ModelKind, Preset, Regularizer, ConditionImages)>();
     is_shared::<(ConditionConfig, Rasters<'static>, InputKind, InputShape)>();
-    is_shared::<(PolarShape, LabelFacts, Loss, Link, Mirror, Samples, Label)>();
+    is_shared::<(PolarShape, LabelFacts, Loss, Link, Samples, Label)>();
     is_shared::<(LoadReport, AdamConfig, TrainConfig, StepReport, Quantity)>();
     is_sent::<(AdamW, Trainer, Mirrored<Samples>)>();
     is_dyn::<dyn Model>();

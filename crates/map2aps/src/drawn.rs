@@ -13,12 +13,9 @@ use crate::mirror::negated_bins;
 use crate::polar::{PolarViews, SeenLink};
 use crate::scores::{Domain, ScoreError};
 
-/// Images of an example: as it is, mirrored in x, in y, in both.
-const IMAGES: usize = 4;
-
 /// The examples of a part of a data set, drawn as condition images of any size, or as the ways that Polar-Reg is given, with their
-/// targets; alone or with their mirror images: number 4 n + i is then example n in image i, the numbers of
-/// `aps_model::data::Mirrored`.
+/// targets; alone or with their mirror images: number 4 n + i is then example n in image i of [`Mirror::ALL`], the
+/// numbers of `aps_model::data::Mirrored`.
 #[derive(Debug, Clone)]
 pub struct DrawnExamples {
     examples: Examples,
@@ -85,7 +82,7 @@ impl DrawnExamples {
     }
 
     fn images(&self) -> usize {
-        self.negated.as_ref().map_or(1, |_| IMAGES)
+        self.negated.as_ref().map_or(1, |_| Mirror::ALL.len())
     }
 
     /// Draws images on all threads: `images` takes each in [its shape](Self::image_shape).
@@ -133,12 +130,8 @@ impl DrawnExamples {
 
     /// The example of a number, and the axes along which it is mirrored.
     fn of(&self, number: usize) -> (usize, Mirror) {
-        let image = number % self.images();
-        let mirror = Mirror {
-            x: image % 2 == 1,
-            y: image >= 2,
-        };
-        (number / self.images(), mirror)
+        let images = self.images();
+        (number / images, Mirror::ALL[number % images])
     }
 
     fn seen(&self, number: usize) -> SeenLink {

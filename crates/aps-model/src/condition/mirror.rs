@@ -1,24 +1,13 @@
-//! Mirror images of maps.
+//! Mirror images of maps, by their numbers.
 
 use super::{Link, Rasters};
 
-/// Mirror image of a map: the axes along which it is mirrored, about its middle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Mirror {
-    /// Mirrors along x: distances from one end become distances from the other end.
-    pub x: bool,
-    /// Mirrors along y likewise.
-    pub y: bool,
-}
+/// Number of images of a map, in their order: as it is, mirrored along x, along y and along both, about its middle.
+pub const MIRROR_IMAGES: usize = 4;
 
-impl Mirror {
-    /// The map as it is, and its three mirror images.
-    pub const ALL: [Self; 4] = [
-        Self { x: false, y: false },
-        Self { x: true, y: false },
-        Self { x: false, y: true },
-        Self { x: true, y: true },
-    ];
+/// Tells if image `image` of a map is mirrored along an axis: 0 for x, 1 for y.
+pub(crate) fn is_mirrored(image: usize, axis: usize) -> bool {
+    (image >> axis) & 1 == 1
 }
 
 impl Rasters<'_> {
@@ -33,21 +22,21 @@ impl Rasters<'_> {
         [self.width, self.height].map(|side| (side as f64 - 1.0) * self.metres_per_pixel)
     }
 
-    /// Returns the pixels of all maps in each of [`Mirror::ALL`]: first the maps as they are, then all in the first mirror
+    /// Returns the pixels of all maps in each of their [`MIRROR_IMAGES`]: first the maps as they are, then all in the first mirror
     /// image, and so on. O(pixels).
     pub fn mirrored(&self) -> Vec<f32> {
-        let mut all = Vec::with_capacity(Mirror::ALL.len() * self.pixels.len());
+        let mut all = Vec::with_capacity(MIRROR_IMAGES * self.pixels.len());
         if self.maps() == 0 {
             return all;
         }
-        for mirror in Mirror::ALL {
+        for image in 0..MIRROR_IMAGES {
             for map in self.pixels.chunks_exact(self.height * self.width) {
                 let rows = map.chunks_exact(self.width);
-                let mut push = |row: &[f32]| match mirror.x {
+                let mut push = |row: &[f32]| match is_mirrored(image, 0) {
                     true => all.extend(row.iter().rev()),
                     false => all.extend(row),
                 };
-                match mirror.y {
+                match is_mirrored(image, 1) {
                     true => rows.rev().for_each(&mut push),
                     false => rows.for_each(&mut push),
                 }
@@ -58,14 +47,14 @@ impl Rasters<'_> {
 }
 
 impl Link {
-    /// Returns the link in number `image` of [`Mirror::ALL`], among the maps of [`Rasters::mirrored`].
+    /// Returns the link in image `image` of [`MIRROR_IMAGES`], among the maps of [`Rasters::mirrored`].
     ///
     /// # Panics
     /// When there is no such image.
     pub fn mirrored(self, image: usize, maps: usize, far_end_m: [f64; 2]) -> Self {
-        let mirror = Mirror::ALL[image];
+        assert!(image < MIRROR_IMAGES, "{image} of {MIRROR_IMAGES} images");
         let turn = |end_m: [f64; 2]| {
-            [(0, mirror.x), (1, mirror.y)].map(|(axis, is_mirrored)| match is_mirrored {
+            [0, 1].map(|axis| match is_mirrored(image, axis) {
                 true => far_end_m[axis] - end_m[axis],
                 false => end_m[axis],
             })

@@ -26,7 +26,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 pub use frame::Frame;
-pub use mirror::Mirror;
+pub use mirror::MIRROR_IMAGES;
+pub(crate) use mirror::is_mirrored;
 pub use shape::{InputKind, InputShape, PolarShape};
 
 /// Settings of condition images.

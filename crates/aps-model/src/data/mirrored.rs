@@ -1,10 +1,10 @@
 //! Examples with their mirror images: four for each.
 
 use super::Examples;
-use crate::condition::{Link, Mirror, Rasters};
+use crate::condition::{Link, MIRROR_IMAGES, Rasters, is_mirrored};
 use crate::{ANGLE_BINS, Error, Result};
 
-/// Examples with their mirror images: number 4 n + i is example n in image i of [`Mirror::ALL`].
+/// Examples with their mirror images: number 4 n + i is example n in image i of [`MIRROR_IMAGES`].
 ///
 /// In a scene mirrored along an axis every path is mirrored too, so that the spectrum of the link follows without tracing. A
 /// linear array on the y axis sees only the sine of an angle: mirroring x leaves its spectra as they are, mirroring y turns
@@ -52,7 +52,7 @@ impl<E: Examples> Mirrored<E> {
             return Err(Error::Samples(format!("{text}, not {negated:?}")));
         }
         let maps = rasters.maps();
-        if u32::try_from(maps.saturating_mul(Mirror::ALL.len())).is_err() {
+        if u32::try_from(maps.saturating_mul(MIRROR_IMAGES)).is_err() {
             let text = format!("{maps} maps are too many to be mirrored");
             return Err(Error::Samples(text));
         }
@@ -67,19 +67,19 @@ impl<E: Examples> Mirrored<E> {
 
 impl<E: Examples> Examples for Mirrored<E> {
     fn len(&self) -> usize {
-        self.examples.len() * Mirror::ALL.len()
+        self.examples.len() * MIRROR_IMAGES
     }
 
     fn link(&self, example: usize) -> Link {
-        let (original, image) = (example / Mirror::ALL.len(), example % Mirror::ALL.len());
+        let (original, image) = (example / MIRROR_IMAGES, example % MIRROR_IMAGES);
         let link = self.examples.link(original);
         link.mirrored(image, self.maps, self.far_end_m)
     }
 
     fn write_target(&self, example: usize, target: &mut [f32]) {
-        let (original, image) = (example / Mirror::ALL.len(), example % Mirror::ALL.len());
+        let (original, image) = (example / MIRROR_IMAGES, example % MIRROR_IMAGES);
         self.examples.write_target(original, target);
-        if Mirror::ALL[image].y {
+        if is_mirrored(image, 1) {
             let mut upright = [0.0; ANGLE_BINS];
             upright.copy_from_slice(target);
             for (value, &bin) in target.iter_mut().zip(&self.negated) {

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use aps_label::{LabelConfig, MeanStd, Protocol};
 use aps_model::candle_core::{Device, Tensor};
-use aps_model::condition::{InputShape, Link, Mirror, ModelInput, PolarShape};
+use aps_model::condition::{InputShape, Link, ModelInput, PolarShape};
 use aps_model::{LabelFacts, Result as ModelResult};
 use aps_raytrace::polar;
 
@@ -46,7 +46,7 @@ pub(super) fn ways(views: &PolarViews, links: &[SeenLink]) -> Result<Tensor> {
 }
 
 /// Finds the ways of links on some maps, as they are and in their mirror images: number `image * maps + map` is a map in an
-/// image of [`Mirror::ALL`].
+/// image of [`polar::Mirror::ALL`].
 #[derive(Debug)]
 pub(super) struct PolarWays {
     views: PolarViews,
@@ -71,17 +71,14 @@ impl PolarWays {
     /// The link that a link is the mirror image of, and the image.
     fn upright(&self, link: &Link) -> Option<SeenLink> {
         let (map, maps) = (link.map as usize, self.views.maps());
-        let mirror = *Mirror::ALL.get(map.checked_div(maps)?)?;
+        let mirror = *polar::Mirror::ALL.get(map.checked_div(maps)?)?;
         // Its own inverse, and exact for whole metres.
         let upright = link.mirrored(map / maps, 0, self.far_end_m);
         Some(SeenLink {
             map: map % maps,
             tx_m: upright.tx_m,
             rx_m: upright.rx_m,
-            mirror: polar::Mirror {
-                x: mirror.x,
-                y: mirror.y,
-            },
+            mirror,
         })
     }
 
