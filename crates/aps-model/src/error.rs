@@ -23,10 +23,10 @@ pub enum Error {
     /// Examples cannot be used for training.
     #[error("examples: {0}")]
     Samples(String),
-    /// A word that names no model or no preset.
+    /// A word that names no model, preset, precision or frame.
     #[error("unknown {what} \"{found}\"; known are {known}")]
     UnknownName {
-        /// Kind of thing that the word should name: a model or a preset.
+        /// Kind of thing that the word should name, as a model.
         what: &'static str,
         /// The word.
         found: String,

@@ -1,8 +1,5 @@
 //! Models by name.
 
-use std::fmt;
-use std::str::FromStr;
-
 use candle_core::bail;
 use candle_nn::VarBuilder;
 use serde::{Deserialize, Serialize};
@@ -10,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::condition::{InputKind, InputShape};
 use crate::loss::Loss;
 use crate::models::{self, Model, Regularizer, Spec};
+use crate::named::named;
 use crate::train::TrainConfig;
 use crate::{Error, Result};
 
@@ -128,19 +126,7 @@ impl ModelKind {
     }
 }
 
-impl fmt::Display for ModelKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for ModelKind {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        find("model", name, &Self::ALL)
-    }
-}
+named!(ModelKind, "model");
 
 impl From<ModelKind> for &'static str {
     fn from(kind: ModelKind) -> Self {
@@ -191,26 +177,4 @@ impl Preset {
     }
 }
 
-impl fmt::Display for Preset {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Preset {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        find("preset", name, &Self::ALL)
-    }
-}
-
-/// Finds the one of a name.
-pub(crate) fn find<T: Copy + fmt::Display>(what: &'static str, name: &str, all: &[T]) -> Result<T> {
-    let found = all.iter().find(|one| one.to_string() == name);
-    found.copied().ok_or_else(|| Error::UnknownName {
-        what,
-        found: name.to_owned(),
-        known: all.iter().map(T::to_string).collect::<Vec<_>>().join(", "),
-    })
-}
+named!(Preset, "preset");

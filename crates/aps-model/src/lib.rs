@@ -53,6 +53,7 @@ mod kind;
 mod layers;
 mod loss;
 mod models;
+mod named;
 pub mod onnx;
 mod ops;
 pub mod optim;

@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use aps_model::condition::{
-    ConditionConfig, ConditionImages, InputKind, InputShape, Link, ModelInput, PolarShape,
+    ConditionConfig, ConditionImages, Frame, InputKind, InputShape, Link, ModelInput, PolarShape,
     Rasters,
 };
 use aps_model::data::{Examples, Mirrored, Samples};
@@ -43,6 +43,11 @@ fn settings_survive_json_and_names_are_those_of_the_command_line() {
         let text = serde_json::to_string(&preset).unwrap();
         assert_eq!(text, format!("\"{preset}\""));
     }
+    for frame in Frame::ALL {
+        assert_eq!(frame.to_string().parse::<Frame>().unwrap(), frame);
+    }
+    let told = "west".parse::<Frame>().unwrap_err().to_string();
+    assert_eq!(told, "unknown frame \"west\"; known are map, receiver");
     let settings = (ConditionConfig::default(), TrainConfig::regression());
     let text = serde_json::to_string(&settings).unwrap();
     let read: (ConditionConfig, TrainConfig) = serde_json::from_str(&text).unwrap();

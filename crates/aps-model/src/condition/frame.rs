@@ -1,10 +1,9 @@
 //! The part of the plane that a condition image shows.
 
-use std::fmt;
-use std::str::FromStr;
-
 use candle_core::{Result, Tensor};
 use serde::{Deserialize, Serialize};
+
+use crate::named::named;
 
 /// Frame of condition images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
@@ -31,20 +30,7 @@ impl Frame {
     }
 }
 
-impl fmt::Display for Frame {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Frame {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|frame| frame.name() == text);
-        found.ok_or_else(|| format!("unknown frame '{text}': map or receiver"))
-    }
-}
+named!(Frame, "frame");
 
 /// Sums over maps, from which the average over any rectangle follows at once (Crow, SIGGRAPH 1984).
 #[derive(Debug, Clone)]

@@ -1,16 +1,12 @@
 //! Settings of a training.
 
-use std::fmt;
-use std::str::FromStr;
-
 use candle_core::{DType, Tensor};
 use serde::{Deserialize, Serialize};
 
 use super::schedule::{Budget, Schedule};
 use crate::condition::InputShape;
-use crate::kind::find;
+use crate::named::named;
 use crate::optim::AdamConfig;
-use crate::{Error, Result};
 
 /// Numbers that a network is trained with. Weights, normalisations, softmax, losses and the optimizer are in f32 always.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -49,19 +45,7 @@ impl Precision {
     }
 }
 
-impl fmt::Display for Precision {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for Precision {
-    type Err = Error;
-
-    fn from_str(name: &str) -> Result<Self> {
-        find("precision", name, &Self::ALL)
-    }
-}
+named!(Precision, "precision");
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
