@@ -98,10 +98,6 @@ mod tests {
         fn device(&self) -> &Device {
             &Device::Cpu
         }
-
-        fn image_size(&self) -> usize {
-            0
-        }
     }
 
     /// Three transmitters and four receivers on each of two maps.

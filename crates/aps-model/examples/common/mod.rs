@@ -57,10 +57,6 @@ impl ModelInput for SomeWays {
     fn shape(&self) -> InputShape {
         InputShape::Polar(self.0)
     }
-
-    fn image_size(&self) -> usize {
-        0
-    }
 }
 
 /// Opens a device by name.

@@ -121,7 +121,9 @@ pub trait ModelInput: Debug + Send + Sync {
     }
 
     /// Returns the rows and columns of an image; 0 for input that is none.
-    fn image_size(&self) -> usize;
+    fn image_size(&self) -> usize {
+        0
+    }
 }
 
 /// Makes condition images (links, 3, size, size) in f32 of any links of some maps. O(size^2) a link, on all threads of a CPU.

@@ -179,10 +179,6 @@ impl ModelInput for Held {
     fn device(&self) -> &Device {
         self.0.device()
     }
-
-    fn image_size(&self) -> usize {
-        self.0.image_size()
-    }
 }
 
 #[test]

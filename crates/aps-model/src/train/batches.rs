@@ -256,10 +256,6 @@ mod tests {
         fn device(&self) -> &candle_core::Device {
             &candle_core::Device::Cpu
         }
-
-        fn image_size(&self) -> usize {
-            0
-        }
     }
 
     #[test]

@@ -143,10 +143,6 @@ impl ModelInput for PolarWays {
     fn shape(&self) -> InputShape {
         InputShape::Polar(shape())
     }
-
-    fn image_size(&self) -> usize {
-        0
-    }
 }
 
 #[cfg(test)]
