@@ -142,7 +142,7 @@ impl Case {
         let parameters = self.parameters(input.shape())?;
         let vb = self.builder(&parameters, 1);
         let model = self.kind.build(self.preset, input.shape(), vb)?;
-        let samples = Samples::new(links, targets)?;
+        let samples = Box::new(Samples::new(links, targets)?);
         let trainer = Trainer::new(model, &parameters, input, samples, config)?;
         let trainer = trainer.with_loss(self.kind.loss());
         // As a training does.

@@ -30,20 +30,6 @@ pub trait Examples: Debug + Send + Sync {
     fn write_target(&self, example: usize, target: &mut [f32]);
 }
 
-impl<E: Examples + ?Sized> Examples for Box<E> {
-    fn len(&self) -> usize {
-        (**self).len()
-    }
-
-    fn link(&self, example: usize) -> Link {
-        (**self).link(example)
-    }
-
-    fn write_target(&self, example: usize, target: &mut [f32]) {
-        (**self).write_target(example, target);
-    }
-}
-
 /// Examples in memory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Samples {

@@ -79,7 +79,7 @@ fn try_trainer(
         ..TrainConfig::regression()
     };
     change(&mut config);
-    let samples = Samples::new(links, targets).unwrap();
+    let samples = Box::new(Samples::new(links, targets).unwrap());
     Trainer::new(Box::new(model), &parameters, input, samples, config)
 }
 

@@ -90,7 +90,8 @@ fn trainer(
     examples: impl Examples + 'static,
     config: TrainConfig,
 ) -> Trainer {
-    Trainer::new(model, &parameters, Box::new(input()), examples, config).unwrap()
+    let (input, examples) = (Box::new(input()), Box::new(examples));
+    Trainer::new(model, &parameters, input, examples, config).unwrap()
 }
 
 pub fn regression(examples: impl Examples + 'static, config: TrainConfig) -> Trainer {
@@ -426,9 +427,10 @@ fn time_ends_a_training_and_a_continued_one_gets_what_is_left() {
 
 #[test]
 fn settings_that_cannot_train_are_refused() {
-    let attempt = |parameters: &VarMap, samples, config| {
+    let attempt = |parameters: &VarMap, samples: Samples, config| {
         let (model, _) = resnet_mlp(WIDTH);
-        Trainer::new(model, parameters, Box::new(input()), samples, config)
+        let (input, samples) = (Box::new(input()), Box::new(samples));
+        Trainer::new(model, parameters, input, samples, config)
     };
     let (_, parameters) = resnet_mlp(WIDTH);
     let refused = |change: fn(&mut TrainConfig)| {

@@ -11,7 +11,7 @@
 //! # let rasters = Rasters { pixels: &[0.0; 1024], height: 32, width: 32, metres_per_pixel: 1.0 };
 //! # let images = ConditionConfig { image_size: 32, sigma_px: 2.0, ..ConditionConfig::default() };
 //! # let links: Vec<Link> = (0..4).map(|i| Link { map: 0, tx_m: [i as f64, 3.0], rx_m: [9.0, 9.0] }).collect();
-//! # let examples = Samples::new(links, vec![1.0; 4 * 180])?;
+//! # let examples = Box::new(Samples::new(links, vec![1.0; 4 * 180])?);
 //! use aps_model::candle_nn::VarMap;
 //! use aps_model::train::{TrainConfig, Trainer};
 //! use aps_model::{ModelKind, Preset, seeded};

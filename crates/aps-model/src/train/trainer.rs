@@ -131,7 +131,7 @@ impl Trainer {
         model: Box<dyn Model>,
         parameters: &VarMap,
         input: Box<dyn ModelInput>,
-        examples: impl Examples + 'static,
+        examples: Box<dyn Examples>,
         config: TrainConfig,
     ) -> Result<Self, TrainError> {
         if let Some(problem) = config.problem() {
@@ -145,7 +145,7 @@ impl Trainer {
             return Err(TrainError::Config(problem));
         }
         let order = Order::new(config.seed, examples.len(), config.batch);
-        let order = order.grouped(&examples, &*input);
+        let order = order.grouped(&*examples, &*input);
         Ok(Self {
             model,
             regularizer: None,
@@ -154,7 +154,7 @@ impl Trainer {
             schedule: config.schedule(order.steps_per_epoch()),
             order,
             input: Arc::from(input),
-            examples: Arc::new(examples),
+            examples: Arc::from(examples),
             targets: None,
             held: Held::default(),
             config,
