@@ -7,12 +7,12 @@
 use std::sync::{Mutex, PoisonError};
 
 use candle_core::backprop::GradStore;
-use candle_core::{
-    CpuStorage, DType, Device, InplaceOp2, Layout, Result, Storage, Tensor, Var, bail,
-};
+use candle_core::{CpuStorage, DType, Device, InplaceOp2, Layout, Result, Tensor, Var, bail};
 use candle_nn::{Optimizer, ParamsAdamW};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+use crate::ops::with_slices;
 
 /// Settings of [`AdamW`] without the learning rate.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -302,9 +302,10 @@ pub(crate) fn gradient_norm<'a>(
 ) -> Result<f64> {
     let (mut squares, mut on_device) = (0.0, Vec::new());
     for gradient in vars.into_iter().filter_map(|var| gradients.get(var)) {
-        match sum_of_squares(gradient)? {
-            Some(sum) => squares += sum,
-            None => on_device.push(gradient.to_dtype(DType::F32)?.sqr()?.sum_all()?),
+        if gradient.device().is_cpu() && gradient.dtype() == DType::F32 {
+            squares += with_slices([&gradient.contiguous()?], |[g]| sum_of_squares(g))?;
+        } else {
+            on_device.push(gradient.to_dtype(DType::F32)?.sqr()?.sum_all()?);
         }
     }
     if !on_device.is_empty() {
@@ -314,17 +315,10 @@ pub(crate) fn gradient_norm<'a>(
     Ok(squares.sqrt())
 }
 
-/// Sums the squares of a gradient in single precision on the CPU; `None` for others.
-fn sum_of_squares(gradient: &Tensor) -> Result<Option<f64>> {
-    let gradient = gradient.contiguous()?;
-    let (storage, layout) = gradient.storage_and_layout();
-    if let (Storage::Cpu(CpuStorage::F32(values)), Some((start, end))) =
-        (&*storage, layout.contiguous_offsets())
-    {
-        let square = |&x: &f32| f64::from(x) * f64::from(x);
-        let blocks = values[start..end].par_chunks(BLOCK);
-        let blocks: Vec<f64> = blocks.map(|block| block.iter().map(square).sum()).collect();
-        return Ok(Some(blocks.iter().sum()));
-    }
-    Ok(None)
+/// Sums squares in f64, block by block.
+fn sum_of_squares(values: &[f32]) -> f64 {
+    let square = |&x: &f32| f64::from(x) * f64::from(x);
+    let blocks = values.par_chunks(BLOCK);
+    let blocks: Vec<f64> = blocks.map(|block| block.iter().map(square).sum()).collect();
+    blocks.iter().sum()
 }
