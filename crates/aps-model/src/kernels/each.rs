@@ -17,12 +17,3 @@ pub(super) fn zip_with(
         .for_each(|(out, (x, y))| f(x, y, out));
     out
 }
-
-/// `f` writes its second argument from the first, in parts of `x`.
-pub(super) fn map(x: &[f32], f: impl Fn(&[f32], &mut [f32]) + Sync) -> Vec<f32> {
-    let mut out = vec![0.0; x.len()];
-    out.par_chunks_mut(CHUNK)
-        .zip(x.par_chunks(CHUNK))
-        .for_each(|(out, x)| f(x, out));
-    out
-}

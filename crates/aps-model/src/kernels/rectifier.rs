@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::each::{map, zip_with};
+use super::each::zip_with;
 
 /// `max(x + y, 0)`, NaN where the sum is NaN.
 pub(crate) fn add_relu(x: &[f32], y: &[f32]) -> Vec<f32> {
@@ -16,7 +16,7 @@ pub(crate) fn where_positive(result: &[f32], grad: &[f32]) -> Vec<f32> {
 
 /// `x` where it is above 0, else `slope * x`.
 pub(crate) fn leaky(x: &[f32], slope: f32) -> Vec<f32> {
-    map(x, |x, out| leaky_of(x, slope, out))
+    zip_with(x, x, |x, _, out| leaky_of(x, slope, out))
 }
 
 /// `grad` where `x` is above 0, else `slope * grad`.
