@@ -2,7 +2,6 @@
 
 use candle_core::{D, Result, Tensor};
 
-use super::portable::at_least_f32;
 use crate::recording::{int, ints, recorded};
 
 /// x + y.
@@ -70,38 +69,21 @@ pub(crate) fn log(x: &Tensor) -> Result<Tensor> {
     recorded(&[x], |g, v| g.node("Log", v, []), || x.log())
 }
 
-/// The root of the mean square along the last dimension, which is kept with length 1.
-pub(crate) fn rms_last(x: &Tensor) -> Result<Tensor> {
-    recorded(
-        &[x],
-        |g, v| {
-            let square = g.node("Mul", &[v[0], v[0]], []);
-            let mean = g.node(
-                "ReduceMean",
-                &[square],
-                [ints("axes", [-1]), int("keepdims", 1)],
-            );
-            g.node("Sqrt", &[mean], [])
-        },
-        || {
-            let mean = at_least_f32(x)?.sqr()?.mean_keepdim(D::Minus1)?;
-            mean.sqrt()?.to_dtype(x.dtype())
-        },
-    )
+/// x squared.
+pub(crate) fn square(x: &Tensor) -> Result<Tensor> {
+    recorded(&[x], |g, v| g.node("Mul", &[v[0], v[0]], []), || x.sqr())
 }
 
-/// x less its mean along the last dimension.
-pub(crate) fn centred_last(x: &Tensor) -> Result<Tensor> {
+/// The square root of x.
+pub(crate) fn sqrt(x: &Tensor) -> Result<Tensor> {
+    recorded(&[x], |g, v| g.node("Sqrt", v, []), || x.sqrt())
+}
+
+/// The mean along the last dimension, which is kept with length 1.
+pub(crate) fn mean_last(x: &Tensor) -> Result<Tensor> {
     recorded(
         &[x],
-        |g, v| {
-            let mean = g.node("ReduceMean", v, [ints("axes", [-1]), int("keepdims", 1)]);
-            g.node("Sub", &[v[0], mean], [])
-        },
-        || {
-            let wide = at_least_f32(x)?;
-            let centred = wide.broadcast_sub(&wide.mean_keepdim(D::Minus1)?)?;
-            centred.to_dtype(x.dtype())
-        },
+        |g, v| g.node("ReduceMean", v, [ints("axes", [-1]), int("keepdims", 1)]),
+        || x.mean_keepdim(D::Minus1),
     )
 }

@@ -25,7 +25,7 @@ pub(crate) use self::conv2d::{conv_transpose2x2, conv1d, conv2d};
 pub(crate) use self::cpu::as_on_a_device;
 pub(crate) use self::cpu::with_slices;
 pub(crate) use self::elementwise::{
-    add, at_most, centred_last, div, exp, log, mul, rms_last, scale, shift, sub,
+    add, at_most, div, exp, log, mean_last, mul, scale, shift, sqrt, square, sub,
 };
 pub(crate) use self::linear::{linear, project};
 pub(crate) use self::norm::{batch_norm, batch_norm_relu};

@@ -87,8 +87,9 @@ impl Module for Spectrum {
         if self.is_by_link.to_dtype(DType::F32)?.to_scalar::<f32>()? == 0.0 {
             return Ok(y);
         }
-        let centred = ops::centred_last(&y)?;
-        let deviation = ops::shift(&ops::rms_last(&centred)?, LEAST_DEVIATION)?;
+        let centred = ops::sub(&y, &ops::mean_last(&y)?)?;
+        let variance = ops::mean_last(&ops::square(&centred)?)?;
+        let deviation = ops::shift(&ops::sqrt(&variance)?, LEAST_DEVIATION)?;
         ops::div(&centred, &deviation)
     }
 }
