@@ -225,7 +225,7 @@ fn shortest_m(scene: &Scene, p: DVec2, q: DVec2) -> f64 {
     let corners = (0..scene.walls().len() as u32).filter(|&id| scene.is_convex(id));
     let mut places: Vec<DVec2> = corners.map(|id| scene.walls()[id as usize].a).collect();
     places.push(q);
-    let step = |p: DVec2, q: DVec2| match scene.is_blocked(p, q, [None; 2]) {
+    let step = |p: DVec2, q: DVec2| match scene.is_blocked(p, q) {
         true => f64::INFINITY,
         false => p.distance(q),
     };

@@ -33,8 +33,8 @@ fn terrace_with_slits_is_the_terrace_without() {
         assert_eq!(closed.outlines(), whole.outlines(), "{width_m} m");
         assert_eq!(closed.report().to_string(), "2 gaps closed");
         let [p, q] = [60.0, 180.0].map(|y| DVec2::new(120.0 + width_m / 2.0, y));
-        assert!(closed.is_blocked(p, q, [None; 2]));
-        assert!(!scene(&houses, 0.0).is_blocked(p, q, [None; 2]));
+        assert!(closed.is_blocked(p, q));
+        assert!(!scene(&houses, 0.0).is_blocked(p, q));
     }
 }
 
@@ -156,9 +156,9 @@ proptest! {
     #[test]
     fn slit_between_turned_houses_is_closed_in_any_order((houses, width_m, ends) in houses_with_slit()) {
         let [p, q] = ends;
-        prop_assert!(!scene(&houses, 0.0).is_blocked(p, q, [None; 2]));
+        prop_assert!(!scene(&houses, 0.0).is_blocked(p, q));
         let closed = scene(&houses, 0.04);
-        prop_assert!(closed.is_blocked(p, q, [None; 2]), "{} m", width_m);
+        prop_assert!(closed.is_blocked(p, q), "{} m", width_m);
         let [a, b] = houses.clone();
         let swapped = [b.iter().rev().copied().collect(), a];
         prop_assert_eq!(closed.outlines(), scene(&swapped, 0.04).outlines());

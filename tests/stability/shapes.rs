@@ -205,7 +205,7 @@ fn houses_a_picometre_apart_are_one_row() {
         assert!(all.all(|i| i.point.x < 1e-9 || i.point.x > 20.0 - 1e-9));
         // Corner to corner, and shifted along a wall.
         let (p, q) = (DVec2::new(15.0, 15.0), DVec2::new(25.0, 5.0));
-        assert!(scene(&row).is_blocked(p, q, [None; 2]), "{gap}");
+        assert!(scene(&row).is_blocked(p, q), "{gap}");
         let shifted = [
             rectangle(0.0, 0.0, 10.0, 10.0),
             rectangle(10.0 + gap, 3.0, 20.0, 17.0),
@@ -213,7 +213,7 @@ fn houses_a_picometre_apart_are_one_row() {
         let shifted = scene(&shifted);
         for x in [10.0, 10.0 + gap / 2.0, 10.0 + gap] {
             let (p, q) = (DVec2::new(x, -1.0), DVec2::new(x, 11.0));
-            assert!(shifted.is_blocked(p, q, [None; 2]), "{gap} {x}");
+            assert!(shifted.is_blocked(p, q), "{gap} {x}");
         }
     }
 }

@@ -57,7 +57,7 @@ impl CornerGraph {
                     near.point.distance(far.point) >= NEAREST_M
                         && !near.is_inside(far.point)
                         && !far.is_inside(near.point)
-                        && !scene.is_blocked(near.point, far.point, [None; 2])
+                        && !scene.is_blocked(near.point, far.point)
                 };
                 let others = (from + 1..wedges.len()).filter(|&to| is_seen(&wedges[to]));
                 // The order of counting does not change if there are too many pairs.

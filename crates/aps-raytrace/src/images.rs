@@ -87,8 +87,7 @@ impl Outlook {
     pub fn sees(&self, scene: &Scene, to: DVec2) -> bool {
         let from = self.from;
         // The nearest wall in that direction decides most cases, without a search for others.
-        !scene.is_blocked_by(from, to, self.nearest(to - from))
-            && !scene.is_blocked(from, to, [None; 2])
+        !scene.is_blocked_by(from, to, self.nearest(to - from)) && !scene.is_blocked(from, to)
     }
 
     /// The wall that is seen in a direction, if any, as far as rounding goes.

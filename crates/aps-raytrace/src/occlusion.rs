@@ -156,8 +156,8 @@ mod tests {
     fn check(buildings: &[Footprint], p: (f64, f64), q: (f64, f64), blocked: bool) {
         let scene = Scene::new(buildings, None).unwrap();
         let (p, q) = (DVec2::from(p), DVec2::from(q));
-        assert_eq!(scene.is_blocked(p, q, [None; 2]), blocked, "forth");
-        assert_eq!(scene.is_blocked(q, p, [None; 2]), blocked, "back");
+        assert_eq!(scene.is_blocked(p, q), blocked, "forth");
+        assert_eq!(scene.is_blocked(q, p), blocked, "back");
     }
 
     #[test]

@@ -61,7 +61,7 @@ impl PolarLink<'_> {
     #[must_use]
     pub fn geodesic_m(&self) -> f64 {
         let (tx, rx) = (self.transmitter, self.receiver);
-        if tx.place == rx.place || !self.map.scene().is_blocked(tx.place, rx.place, [None; 2]) {
+        if tx.place == rx.place || !self.map.scene().is_blocked(tx.place, rx.place) {
             return tx.place.distance(rx.place);
         }
         let over = |&(corner, distance_m): &(u32, f64)| tx.shortest_m[corner as usize] + distance_m;

@@ -50,8 +50,7 @@ impl Segment {
         // The foot may lie on the wall that the segment ends at.
         let foot = self.from + self.unit * (along * (1.0 - SHORTER));
         let is_hiding = |&wall: &Option<u32>| scene.is_blocked_by(foot, place, wall);
-        let is_blocked =
-            || hiding.iter().any(is_hiding) || scene.is_blocked(foot, place, [None; 2]);
+        let is_blocked = || hiding.iter().any(is_hiding) || scene.is_blocked(foot, place);
         let is_free = foot == place || !is_blocked();
         is_free.then_some([foot_m.hypot(across), across / foot_m])
     }
@@ -65,7 +64,7 @@ impl Segment {
             return None;
         }
         let met = self.from + self.unit * (self.length_m * (1.0 - SHORTER));
-        let is_free = !scene.is_blocked(met, place, [None; 2]);
+        let is_free = !scene.is_blocked(met, place);
         is_free.then_some([foot_m.hypot(across), across / foot_m])
     }
 

@@ -310,15 +310,11 @@ impl Scene {
     ///
     /// Grazing a wall or passing a corner on one side leaves it free; slipping through between
     /// two corners that leave a gap of width zero does not. Decided exactly, and the same in
-    /// both directions. Walls in `skip` are those on whose fronts the ends were computed to lie:
-    /// they and their neighbours around convex corners, which lie behind them, are ignored.
+    /// both directions.
     #[inline]
     #[must_use]
-    pub fn is_blocked(&self, p: DVec2, q: DVec2, skip: [Option<u32>; 2]) -> bool {
-        self.is_obstructed(&Stretch {
-            skip,
-            ..Stretch::between(p, q)
-        })
+    pub fn is_blocked(&self, p: DVec2, q: DVec2) -> bool {
+        self.is_obstructed(&Stretch::between(p, q))
     }
 
     /// Returns true when one wall already blocks the segment from `p` to `q`.
