@@ -45,12 +45,8 @@ pub(crate) struct Map<'s> {
 impl<'s> Map<'s> {
     pub fn new(scene: &Cow<'s, Scene>, config: TraceConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let origin = scene.origin();
-        let local = if origin == DVec2::ZERO {
-            scene.clone()
-        } else {
-            Cow::Owned(scene.moved(-origin))
-        };
+        let (moved, origin) = scene.near_zero();
+        let local = moved.map_or_else(|| scene.clone(), Cow::Owned);
         let wavelength_m = SPEED_OF_LIGHT_M_PER_S / config.frequency_hz;
         let wavenumber_per_m = std::f64::consts::TAU / wavelength_m;
         let reflectors: Vec<Reflector> = scene

@@ -42,8 +42,7 @@ impl<'s> PolarMap<'s> {
 
     fn of(given: Cow<'s, Scene>, fan: Fan) -> Result<Self, PolarError> {
         fan.check()?;
-        let origin = given.origin();
-        let moved = (origin != DVec2::ZERO).then(|| given.moved(-origin));
+        let (moved, origin) = given.near_zero();
         Ok(Self {
             corners: Corners::new(moved.as_ref().unwrap_or(&given))?,
             given,

@@ -335,7 +335,7 @@ impl Scene {
     ///
     /// Subtracting it is exact for every vertex (Sterbenz: no coordinate is more than twice
     /// another), so that the walls so moved are the same walls with more digits to compute in.
-    pub(crate) fn origin(&self) -> DVec2 {
+    fn origin(&self) -> DVec2 {
         if self.walls.is_empty() {
             return DVec2::ZERO;
         }
@@ -352,19 +352,23 @@ impl Scene {
         DVec2::new(axis(min.x, max.x), axis(min.y, max.y))
     }
 
-    /// The same walls, moved.
-    pub(crate) fn moved(&self, by: DVec2) -> Self {
+    /// The same walls counted from their origin, where that is not zero, and the origin \[m\].
+    pub(crate) fn near_zero(&self) -> (Option<Self>, DVec2) {
+        let origin = self.origin();
+        if origin == DVec2::ZERO {
+            return (None, origin);
+        }
         let mut scene = self.clone();
         for wall in &mut scene.walls {
-            wall.a += by;
-            wall.b += by;
+            wall.a -= origin;
+            wall.b -= origin;
         }
         scene.area = scene.area.map(|area| Area {
-            min: area.min + by,
-            max: area.max + by,
+            min: area.min - origin,
+            max: area.max - origin,
         });
         scene.index = WallIndex::new(&scene.walls);
-        scene
+        (Some(scene), origin)
     }
 
     pub(crate) fn index(&self) -> &WallIndex {
