@@ -9,9 +9,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::bound::{Direction, Directions};
+use crate::friis::Friis;
 use crate::images::group_starts;
 use crate::legs::{Corners, Leg, Legs};
-use crate::slope::Slopes;
 use crate::wedge::Ray;
 
 /// The legs from one corner to another.
@@ -88,10 +88,11 @@ const BYTES: usize = 2 * (Directions::BYTES + size_of::<f64>() + 2 * size_of::<u
     + size_of::<u32>();
 
 impl Between {
-    /// Finds them; `legs_from` finds those of one corner. `Ok(None)` if they take more than `max_bytes`.
+    /// Finds them, with `slopes` those of their waves too; `legs_from` finds those of one corner. `Ok(None)` if they take more than
+    /// `max_bytes`.
     pub fn find<E: Send>(
         corners: &Corners,
-        slopes: Option<Slopes>,
+        slopes: Option<Friis>,
         max_bytes: usize,
         legs_from: impl Fn(usize) -> Result<Option<Legs>, E> + Sync,
     ) -> Result<Option<Self>, E> {
@@ -110,7 +111,7 @@ impl Between {
         Ok(legs.map(|legs| Self::new(corners, slopes, legs)))
     }
 
-    fn new(corners: &Corners, slopes: Option<Slopes>, legs: Vec<Legs>) -> Self {
+    fn new(corners: &Corners, slopes: Option<Friis>, legs: Vec<Legs>) -> Self {
         let mut blocks: Vec<Block> = Vec::new();
         for (from, legs) in (0..).zip(&legs) {
             let mut first = 0;
@@ -203,7 +204,7 @@ impl Between {
 impl Leaving {
     fn new(
         corners: &Corners,
-        slopes: Option<Slopes>,
+        slopes: Option<Friis>,
         from: usize,
         mut legs: Legs,
         blocks: &[u32],
@@ -211,8 +212,8 @@ impl Leaving {
         let wedge = &corners.wedges[from];
         let rays = legs.all_mut().iter_mut().map(|leg| {
             let mut ray = wedge.ray(leg.corner_image);
-            if let Some(slopes) = slopes {
-                ray.slope = slopes.factor(leg, &ray);
+            if let Some(friis) = slopes {
+                ray.slope = friis.slope(leg, &ray);
                 leg.ray.slope = ray.slope;
             }
             ray

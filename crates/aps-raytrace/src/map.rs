@@ -14,7 +14,6 @@ use crate::images::{ImageTree, Outlook};
 use crate::legs::{Corners, Legs};
 use crate::material::{Reflector, SPEED_OF_LIGHT_M_PER_S};
 use crate::scene::Scene;
-use crate::slope::Slopes;
 use crate::wedge::Wedge;
 
 /// A scene prepared for one configuration.
@@ -94,11 +93,7 @@ impl<'s> Map<'s> {
 
     fn legs_between_corners(&self) -> Result<Between, ConfigError> {
         let limit = self.config.max_wave_bytes;
-        let wavelength_m = self.friis.wavelength_m;
-        let slopes = self
-            .config
-            .slope_diffraction
-            .then_some(Slopes { wavelength_m });
+        let slopes = self.config.slope_diffraction.then_some(self.friis);
         let between = Between::find(&self.corners, slopes, limit, |corner| {
             let wedge = &self.corners.wedges[corner];
             let mut outlook = Outlook::from(&self.local, wedge.point);

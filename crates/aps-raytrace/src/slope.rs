@@ -23,6 +23,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
+use crate::friis::Friis;
 use crate::legs::Leg;
 use crate::transition::transition_slopes;
 use crate::utd::Boundaries;
@@ -140,15 +141,9 @@ impl Turn {
     }
 }
 
-/// The slopes of waves between corners at one carrier.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Slopes {
-    pub wavelength_m: f64,
-}
-
-impl Slopes {
+impl Friis {
     /// mu / j for a leg from a corner, where `ray` leaves, to another, at most 1: its sign is that of the reflections on it.
-    pub fn factor(self, leg: &Leg, ray: &Ray) -> f64 {
+    pub fn slope(self, leg: &Leg, ray: &Ray) -> f64 {
         let sign = if leg.reflections.is_multiple_of(2) {
             1.0
         } else {
