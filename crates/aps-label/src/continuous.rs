@@ -108,7 +108,8 @@ pub(crate) struct Continuous {
     /// Per column: the maximum, and where it is [1/f_s after the first path].
     pub best: Vec<Lanes>,
     pub place: Vec<Lanes>,
-    /// Polynomials searched for the last label, for tests of the cost.
+    /// Polynomials searched so far.
+    #[cfg(test)]
     polynomials: usize,
 }
 
@@ -349,9 +350,11 @@ fn settle(search: &mut Continuous) {
         search.place.as_flattened_mut(),
     );
     let (pieces, halves) = (&mut search.pieces, &mut search.halves);
-    search.polynomials = 0;
     while !pieces.list.is_empty() {
-        search.polynomials += pieces.list.len();
+        #[cfg(test)]
+        {
+            search.polynomials += pieces.list.len();
+        }
         for (eight, values) in pieces.list.chunks_mut(LANES).zip(&pieces.values) {
             let mut c = polynomial::interpolate(values);
             let (x, upper) = polynomial::top(&mut c);
