@@ -205,6 +205,10 @@ mod tests {
         };
         let of_elements = error(&|config| config.array = array);
         assert_eq!(of_elements, ConfigError::Elements { elements: 0 });
+        assert_eq!(
+            of_elements.to_string(),
+            "array of 0 elements: must be between 1 and 4096"
+        );
     }
 
     #[test]

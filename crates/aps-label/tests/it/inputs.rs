@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use crate::common::{PROTOCOLS, label};
 use aps_label::{
-    Array, ConfigError, Label, LabelConfig, Labeler, MAX_DELAY_S, MAX_PATHS, PathError, PathSample,
-    Protocol, Scratch, Status,
+    Array, Label, LabelConfig, Labeler, MAX_DELAY_S, MAX_PATHS, PathError, PathSample, Protocol,
+    Scratch, Status,
 };
 
 const GOOD: PathSample = PathSample {
@@ -118,23 +118,6 @@ fn q_is_never_nan() {
     assert_eq!(at(GOOD, f64::MIN), Ok(0.0));
 }
 
-#[test]
-fn a_bad_configuration_says_what_is_allowed() {
-    let config = LabelConfig {
-        array: Array::UniformLinear {
-            elements: 0,
-            spacing_wavelengths: 0.5,
-        },
-        ..LabelConfig::released()
-    };
-    let error = Labeler::new(&config).expect_err("an error");
-    assert_eq!(error, ConfigError::Elements { elements: 0 });
-    assert_eq!(
-        error.to_string(),
-        "array of 0 elements: must be between 1 and 4096"
-    );
-}
-
 /// Released angles are the direction of travel, Paper's point towards the source.
 #[test]
 fn the_protocols_look_in_opposite_directions() {
@@ -159,17 +142,6 @@ fn the_protocols_look_in_opposite_directions() {
             .expect("bins");
         assert!((labeler.angles_deg()[peak] - want_deg).abs() <= 1.01);
     }
-}
-
-#[test]
-fn paper_label_of_one_path_is_its_gain_and_delay() {
-    let path = PathSample {
-        arrival_azimuth_rad: 0.0,
-        ..GOOD
-    };
-    let label = label(&labeler(Protocol::Paper), &[path]);
-    assert!((label.aps_db[90] + 90.0).abs() <= 1e-6);
-    assert_eq!(label.aps_delay_s[90], 3e-7);
 }
 
 /// The largest loss of the released delay grid: a path half-way between two delays.
