@@ -129,20 +129,6 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Against 40 digits, x from 1e-9 to 1e9.
-    #[test]
-    fn agrees_with_the_high_precision_table() {
-        let table = include_str!("../../../tests/golden/transition.csv");
-        let mut worst = 0.0_f64;
-        for line in table.lines().skip(1) {
-            let row: Vec<f64> = line.split(',').map(|s| s.parse().unwrap()).collect();
-            let exact = Complex64::new(row[1], row[2]);
-            worst = worst.max((transition(row[0]) - exact).norm() / exact.norm());
-        }
-        eprintln!("largest relative error of F: {worst:.2e}");
-        assert!(worst < 1e-9, "{worst:e}");
-    }
-
     /// The bounds of the tracer rest on it.
     #[test]
     fn magnitude_never_exceeds_one() {
