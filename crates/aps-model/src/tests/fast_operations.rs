@@ -194,10 +194,17 @@ fn activations() {
 #[test]
 fn attention() {
     let rng = &mut ChaCha8Rng::seed_from_u64(16);
-    let sizes = [(1, 1, 1, 1), (2, 5, 3, 4), (3, 33, 2, 17), (2, 50, 4, 64)];
-    for (batch, tokens, heads, depth) in sizes {
+    for (batch, tokens, heads, depth, factor) in [
+        (1, 1, 1, 1, 2.0),
+        (1, 16, 1, 3, 2.0),
+        (2, 5, 3, 4, 2.0),
+        (3, 33, 2, 17, 2.0),
+        (2, 50, 4, 64, 2.0),
+        // The tokens of ViT-Reg, and scores up to a hundred apart.
+        (1, 197, 2, 4, 8.0),
+    ] {
         // Scores far enough apart that weights differ by orders.
-        let inputs = [(values(rng, &[batch, tokens, 3 * heads * depth]) * 2.0).unwrap()];
+        let inputs = [(values(rng, &[batch, tokens, 3 * heads * depth]) * factor).unwrap()];
         let attend = |t: &[Tensor]| ops::self_attention(&t[0], heads);
         let reference = |t: &[Tensor]| portable::self_attention(&t[0], heads);
         check(&attend, &reference, &inputs);
