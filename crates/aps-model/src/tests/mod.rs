@@ -1,8 +1,10 @@
 //! Tests of what is not public: operations, layers, models of other sizes, steps of training.
 
 mod convolutions;
+mod counts;
 mod fast_operations;
 mod gradients;
+mod half;
 mod mixed;
 mod onnx;
 mod operations;

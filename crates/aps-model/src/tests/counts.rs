@@ -1,23 +1,10 @@
 //! Sizes of the models.
 
-use aps_model::candle_core::{DType, Device};
-use aps_model::candle_nn::VarMap;
-use aps_model::condition::{InputKind, InputShape, PolarShape};
-use aps_model::{ModelKind, Preset, seeded, trainable};
+use candle_core::DType;
+use candle_nn::VarMap;
 
-/// Returns a shape of input that a model takes.
-fn shape(kind: ModelKind) -> InputShape {
-    match kind.input() {
-        InputKind::Images => InputShape::Images,
-        InputKind::Polar => InputShape::Polar(POLAR),
-    }
-}
-
-const POLAR: PolarShape = PolarShape {
-    directions: 720,
-    kinds: 15,
-    features: 14,
-};
+use super::{builder, shape_of};
+use crate::{ModelKind, Preset, trainable};
 
 /// Compares the trainable parameters of each model and of its regularizer, without buffers.
 #[track_caller]
@@ -29,8 +16,8 @@ fn assert_counts(preset: Preset, expected: [(&str, usize); 10]) {
     let mut counts = Vec::new();
     for kind in ModelKind::ALL {
         let (own, critic) = (VarMap::new(), VarMap::new());
-        let builder = |parameters| seeded(parameters, 1, DType::F32, &Device::Cpu);
-        kind.build(preset, shape(kind), builder(&own)).unwrap();
+        let builder = |parameters| builder(parameters, DType::F32, 1);
+        kind.build(preset, shape_of(kind), builder(&own)).unwrap();
         counts.push((kind.to_string(), count(&own)));
         let regularizer = kind.build_regularizer(preset, builder(&critic)).unwrap();
         if regularizer.is_some() {
