@@ -14,7 +14,7 @@
 mod houses;
 
 use std::fs;
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -119,16 +119,11 @@ fn run_page(page: &Path, kind: &str, runner: Runner<'_>) -> Result<(), String> {
         return Ok(());
     }
     let folder = tempfile::tempdir().unwrap();
-    furnish(folder.path(), runner);
+    furnish(folder.path());
     for block in blocks {
-        let path = std::env::var("PATH").unwrap();
         let output = Command::new("bash")
-            .args(["-euo", "pipefail", "-c", &block.text])
+            .args(["-euo", "pipefail", "-c", &(cargo(runner) + &block.text)])
             .current_dir(folder.path().join("repository"))
-            .env(
-                "PATH",
-                format!("{}:{path}", folder.path().join("bin").display()),
-            )
             .output()
             .unwrap();
         if !output.status.success() {
@@ -145,8 +140,8 @@ fn run_page(page: &Path, kind: &str, runner: Runner<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// Makes a folder look like the repository, and `cargo xtask` run `runner`.
-fn furnish(folder: &Path, runner: Runner<'_>) {
+/// Makes a folder look like the repository.
+fn furnish(folder: &Path) {
     let inside = folder.join("repository");
     fs::create_dir_all(inside.join("path/to/maps")).unwrap();
     for entry in fs::read_dir(repository()).unwrap() {
@@ -166,25 +161,26 @@ fn furnish(folder: &Path, runner: Runner<'_>) {
         let file = inside.join(format!("{name}.npy"));
         aps_data::npy::write(file, &[4, 180], &spectra(shift)).unwrap();
     }
-    let cargo = folder.join("bin/cargo");
-    fs::create_dir_all(folder.join("bin")).unwrap();
+}
+
+/// A function of the shell that stands for `cargo`: as a file it would be busy while another test's process starts.
+fn cargo(runner: Runner<'_>) -> String {
     let models = match runner.models {
-        Some(models) => format!("exec '{}' \"$@\"", models.display()),
+        Some(models) => format!("'{}' \"$@\"", models.display()),
         None => "echo 'mark this block: sh models' >&2; exit 1".into(),
     };
-    let script = format!(
-        r#"#!/bin/sh
-[ "$1" = xtask ] || {{ echo "'cargo $1' has no place in a tested block" >&2; exit 1; }}
-shift
-case "$1" in
-    train | predict | export-onnx | bench-models) {models} ;;
-    *) exec '{}' "$@" ;;
-esac
+    format!(
+        r#"cargo() {{
+    [ "$1" = xtask ] || {{ echo "'cargo $1' has no place in a tested block" >&2; exit 1; }}
+    shift
+    case "$1" in
+        train | predict | export-onnx | bench-models) {models} ;;
+        *) '{}' "$@" ;;
+    esac
+}}
 "#,
         runner.own.display()
-    );
-    fs::write(&cargo, script).unwrap();
-    fs::set_permissions(&cargo, fs::Permissions::from_mode(0o755)).unwrap();
+    )
 }
 
 /// Four spectra of 180 bins.
