@@ -27,11 +27,14 @@ pub fn lines(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
         _ if !question.city.houses.is_empty() => {
             let city = stock.city(&question.city)?;
             let is_plain = is_plain(&city);
-            let tiles = TileSettings {
-                tile_m: city.area.max.x,
-                metric: true,
-                corner: Some([0.0; 2]),
-                ..TileSettings::default()
+            let tiles = match is_plain {
+                true => TileSettings::default(),
+                false => TileSettings {
+                    tile_m: city.area.max.x,
+                    metric: true,
+                    corner: Some([0.0; 2]),
+                    ..TileSettings::default()
+                },
             };
             must_be_read_back(stock, &city, id, tiles)?;
             option(&mut link, "--map", map_name(id));
