@@ -40,7 +40,7 @@ impl fmt::Display for Summary<'_> {
         if t.missing_links > 0 {
             writeln!(
                 f,
-                "missing     {:>12}  links of transmitters that reach too few points",
+                "missing     {:>12}  links of transmitters that reach too few points; --receivers outdoor keeps links without a path",
                 t.missing_links
             )?;
         }

@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long)]
     preset: Option<Preset>,
     /// Weights: .safetensors, or .pt of PyTorch [default: those that come with the program].
-    #[arg(long, required_unless_present = "model")]
+    #[arg(long)]
     weights: Option<PathBuf>,
     /// Rows and columns of condition images [pixels; default: as trained, by the config.json beside the weights; else
     /// 256 paper, 64 small].

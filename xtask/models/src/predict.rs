@@ -195,7 +195,7 @@ pub fn advised(error: map2aps::Error) -> Error {
                 .map(|p| format!("--protocol {p}"));
             let options = protocol.unwrap_or("--array, --elements and --spacing".into());
             anyhow!(
-                "{:#}; a data set that stores paths is labelled anew by `relabel` with {options}",
+                "{:#}; `relabel` labels a data set that stores paths anew with {options}, `dataset` makes another",
                 Error::new(error)
             )
         }

@@ -179,7 +179,7 @@ pub enum TrainingError {
         shipped: Vec<ModelKind>,
     },
     /// Weights that do not name their model.
-    #[error("'{}' does not say which model it is of", .0.display())]
+    #[error("'{}' does not say which model it is of; best.safetensors of a run does", .0.display())]
     Unnamed(PathBuf),
     /// Weights of another model.
     #[error(
