@@ -280,7 +280,7 @@ class Tracer:
     max_reflections, max_diffractions : int
         Most of each on a path, 0 to 1000; 2 and 1 by default.
     max_interactions : int
-        Most reflections and diffractions together on a path; 3 by default.
+        Most reflections and diffractions together on a path; the sum of both limits by default.
     slope_diffraction : bool
         Waves from corner to corner take their slope along; True by default.
     dynamic_range_db : float or None

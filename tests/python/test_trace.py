@@ -215,7 +215,7 @@ def test_a_tracer_tells_its_scene_and_limits(scene: map2aps.Scene) -> None:
 
 def test_limits_have_names_and_single_settings_change_them() -> None:
     scene = map2aps.Scene.synthetic(seed=1)
-    numbers = {"max_reflections": 5, "max_diffractions": 2, "max_interactions": 7, "dynamic_range_db": 30.0}
+    numbers = {"max_reflections": 5, "max_diffractions": 2, "dynamic_range_db": 30.0}
     tx, rx = (2.0, 2.0), (30.0, 2.0)
 
     def gains(**limits: Any) -> Any:

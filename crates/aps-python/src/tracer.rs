@@ -89,6 +89,11 @@ pub fn config(limits: Option<&Bound<'_, PyDict>>) -> PyResult<TraceConfig> {
     for (name, value) in limits.into_iter().flatten() {
         set(&mut config, &name.extract::<String>()?, &value)?;
     }
+    let is_given = |limits: &Bound<'_, PyDict>| limits.contains("max_interactions");
+    if !limits.map_or(Ok(false), is_given)? {
+        let (reflections, diffractions) = (config.max_reflections, config.max_diffractions);
+        config.max_interactions = reflections.saturating_add(diffractions);
+    }
     config.validate().map_err(|e| exception(Error::from(e)))?;
     Ok(config)
 }
