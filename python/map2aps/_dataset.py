@@ -383,7 +383,7 @@ def relabel(
         The new data set.
     """
     source = data if isinstance(data, Dataset) else Dataset(data)
-    chosen = protocol or source.protocol
+    chosen = source.protocol if protocol is None else protocol
     if chosen is None:
         raise ValueError("protocol: the data set tells none of its own; name one")
     settings = label_settings(chosen, array, sampling_rate_hz)

@@ -81,3 +81,21 @@ fn transmitter_that_reaches_too_few_has_fewer_links_and_the_reason_is_counted() 
     let told = succeed(&format!("verify {} --maps {maps}", folder.arg("data")));
     assert!(told.contains("as it should be"), "{told}");
 }
+
+#[test]
+fn points_with_chains_beyond_the_limits_alone_have_no_path_inside_them() {
+    let (folder, maps) = Folder::with_maps(1);
+    make(&folder, &maps, "plain", [4, 20], "");
+    let limits = "--max-reflections 1 --max-diffractions 0 --max-fallback-diffractions 3";
+    let sizes = "--tx-per-map 4 --rx-per-map 20 --store aps,paths";
+    folder.make(
+        "chains",
+        &["--profile smoke", limits, sizes, "--maps", &maps],
+    );
+    let passed_over = |name| {
+        let dataset = Dataset::open(folder.path(name)).unwrap();
+        dataset.manifest().maps[0].statistics["points_not_reached"].clone()
+    };
+    assert!(passed_over("plain")["no_path"].as_u64().unwrap() > 0);
+    assert_eq!(passed_over("plain"), passed_over("chains"));
+}

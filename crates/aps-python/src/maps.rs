@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use map2aps::maps::{City, TileSettings};
 use map2aps::{Error, MapSource};
-use pyo3::exceptions::PyUserWarning;
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 use crate::given::Given;
@@ -38,6 +38,9 @@ impl Maps {
             None => {
                 let name = "maps, a path or the number of synthetic cities";
                 let count = self.count.named(name)?;
+                if count == 0 {
+                    return Err(PyValueError::new_err("maps: 0 is no number of maps"));
+                }
                 Ok(MapSource::Synthetic { count })
             }
         };

@@ -31,12 +31,15 @@ impl Overview {
             let of_map = map.statistics["dominant_peaks"].as_object();
             for (number, count) in of_map.into_iter().flatten() {
                 if let (Ok(number), Some(count)) = (number.parse(), count.as_u64()) {
-                    *peaks.entry(number).or_default() += count;
+                    let sum = peaks.entry(number).or_default();
+                    *sum = sum.saturating_add(count);
                 }
             }
-            sums.missing_links += map.statistics["missing_links"].as_u64().unwrap_or(0);
+            let missing = map.statistics["missing_links"].as_u64().unwrap_or(0);
+            sums.missing_links = sums.missing_links.saturating_add(missing);
             if let Some(paths) = map.statistics["paths"].as_u64() {
-                *sums.traced_paths.get_or_insert(0) += paths;
+                let sum = sums.traced_paths.get_or_insert(0);
+                *sum = sum.saturating_add(paths);
             }
         }
         sums.dominant_peaks = tally::peaks(&peaks);

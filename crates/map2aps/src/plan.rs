@@ -164,13 +164,13 @@ impl DatasetPlan {
     }
 
     fn make_maps(&self, making: &Making, control: &Control<'_>) -> Result<Made> {
-        if let Some(first) = making.first_there() {
+        for there in making.there() {
             // One that cannot be read any more cannot be compared.
-            if let Ok(scene) = self.maps.load(first.id, self.seed, self.scene) {
+            if let Ok(scene) = self.maps.load(there.id, self.seed, self.scene) {
                 let image = maps::raster(&scene, self.maps.raster())?;
                 let (grid, mut bytes) = (image.grid(), Vec::new());
                 npy::write_to(&mut bytes, &[grid.height, grid.width], image.pixels())?;
-                making.must_have(&first, "buildings.npy", &sha256_of(&bytes))?;
+                making.must_have(&there, "buildings.npy", &sha256_of(&bytes))?;
             }
         }
         let of_map = self.tx_per_map.saturating_mul(self.rx_per_map);
@@ -260,7 +260,7 @@ mod tests {
         // A plan decides nothing about the data.
         std::fs::write(out.path().join("plan.json"), "damaged").unwrap();
         make(&own, 1).unwrap();
-        // All is there, so that nothing is made of them.
-        make(&other, 1).unwrap();
+        let told = make(&other, 1).unwrap_err().chain();
+        assert!(told.contains("made from another source"), "{told}");
     }
 }

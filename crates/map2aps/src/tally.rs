@@ -21,11 +21,14 @@ const LINKS_AFFECTED: &str = "links_where_it_may_exceed_0_1_db";
 
 /// Mean number of peaks and share of links with at most two, of links by their number of peaks; `None` without any.
 pub(crate) fn peaks(links: &BTreeMap<usize, u64>) -> Option<(f64, f64)> {
-    let labelled: u64 = links.values().sum();
-    let all: u64 = links.iter().map(|(&number, n)| number as u64 * n).sum();
-    let at_most_two: u64 = links.range(..=2).map(|(_, n)| n).sum();
-    let share = |n: u64| n as f64 / labelled as f64;
-    (labelled > 0).then(|| (share(all), share(at_most_two)))
+    // In floating point: a foreign manifest may tell any numbers.
+    let labelled: f64 = links.values().map(|&n| n as f64).sum();
+    let all: f64 = links
+        .iter()
+        .map(|(&number, &n)| number as f64 * n as f64)
+        .sum();
+    let at_most_two: f64 = links.range(..=2).map(|(_, &n)| n as f64).sum();
+    (labelled > 0.0).then(|| (all / labelled, at_most_two / labelled))
 }
 
 /// Powers of the half-precision numbers of decibels that are not above 0, by their bits less the sign's: a spectrum is stored in few

@@ -58,6 +58,14 @@ impl LinkMaker {
         Ok(())
     }
 
+    /// The state of the link traced last, which has no path inside the limits; chains beyond them do not count.
+    pub fn status_inside_limits(&self) -> LinkStatus {
+        match self.status_without_label() {
+            LinkStatus::Unlabelled => LinkStatus::NoPath,
+            other => other,
+        }
+    }
+
     /// The state of the link traced last if it gets no label.
     pub fn status_without_label(&self) -> LinkStatus {
         match &self.link {

@@ -120,7 +120,7 @@ impl Run<'_> {
                     rows.tally.near_links += u64::from(is_near);
                     self.control.progress.advance(1);
                 } else {
-                    rows.tally.pass_over(maker.status_without_label());
+                    rows.tally.pass_over(maker.status_inside_limits());
                 }
             }
         }

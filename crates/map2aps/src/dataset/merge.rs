@@ -19,6 +19,17 @@ pub enum MergeError {
     /// Folders without a whole map.
     #[error("no map is finished in {}", names(.0))]
     NoMap(Vec<PathBuf>),
+    /// A map that two folders hold with other bytes.
+    #[error(
+        "map {map} in '{}' is not that in '{}': they are of different maps or programs; leave one out",
+        folders[0].display(), folders[1].display()
+    )]
+    Differ {
+        /// The map.
+        map: u32,
+        /// The folders.
+        folders: [PathBuf; 2],
+    },
     /// Maps that were planned and are in none of the folders.
     #[error("maps {maps:?} are in none of {}; make them first", names(folders))]
     Missing {
@@ -56,6 +67,7 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
         let mut own = part.survey.config.iter();
         own.try_for_each(|own| config.must_equal(own, &part.folder))?;
     }
+    must_be_alike(&parts)?;
     // Each whole map and one of the folders that have it.
     let of_part = |part| Part::ids(part).map(move |id| (id, part));
     let sources: BTreeMap<u32, &Part> = parts.iter().rev().flat_map(of_part).collect();
@@ -155,6 +167,23 @@ impl Part {
     }
 }
 
+/// Refuses folders of which two hold different files of one map.
+fn must_be_alike(parts: &[Part]) -> Result<(), MergeError> {
+    let mut seen = BTreeMap::new();
+    for part in parts {
+        for map in &part.survey.maps {
+            let (first, folder) = seen.entry(map.id).or_insert((map, &part.folder));
+            if first.files != map.files {
+                return Err(MergeError::Differ {
+                    map: map.id,
+                    folders: [part.folder.clone(), folder.to_path_buf()],
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Refuses to make less than what was planned.
 fn must_be_all_there(
     parts: &[Part],
@@ -211,5 +240,30 @@ mod tests {
             "{told}"
         );
         merge(&folders[..1], &out, &Control::default()).unwrap();
+    }
+
+    #[test]
+    fn a_map_that_two_folders_hold_otherwise_is_refused() {
+        let root = tempfile::tempdir().unwrap();
+        let folders = ["first", "other"].map(|name| root.path().join(name));
+        for folder in &folders {
+            synthetic::made(&synthetic::plan(2, 1, 2), folder, &[0, 1]);
+        }
+        let out = root.path().join("out");
+        let alike = merge(&folders, &out, &Control::default());
+        assert_eq!(alike.unwrap().maps, 2);
+        for name in ["manifest.json", "map_0001/map.json"] {
+            let path = folders[1].join(name);
+            let text = std::fs::read_to_string(&path).unwrap();
+            let at = text.rfind("\"sha256\": \"").unwrap() + 11;
+            let digit = if &text[at..=at] == "0" { "1" } else { "0" };
+            std::fs::write(&path, [&text[..at], digit, &text[at + 1..]].concat()).unwrap();
+        }
+        let told = merge(&folders, &root.path().join("new"), &Control::default());
+        let told = told.unwrap_err().chain();
+        assert!(
+            told.contains("map 1 in") && told.contains("other"),
+            "{told}"
+        );
     }
 }

@@ -76,7 +76,7 @@ pub(crate) struct Making {
     /// Maps of the data set, of all shards.
     maps: Vec<u32>,
     /// Maps that this writer may write.
-    own: usize,
+    own: Vec<u32>,
     /// Maps that this writer may write and that are not there yet.
     pub todo: Vec<u32>,
     shards: Option<u32>,
@@ -97,7 +97,7 @@ impl Making {
         maps.dedup();
         let mut todo = maps.clone();
         todo.retain(|&id| access.covers(id));
-        let own = todo.len();
+        let own = todo.clone();
         todo.retain(|&id| !writer.has_map(id));
         Ok(Self {
             writer,
@@ -113,10 +113,12 @@ impl Making {
         })
     }
 
-    /// Returns the first map that is there, where others are left to do.
-    pub fn first_there(&self) -> Option<MapEntry> {
-        let mut there = self.maps.iter().filter_map(|&id| self.writer.entry(id));
-        there.next().filter(|_| !self.todo.is_empty())
+    /// The maps that are there and can be compared with their source: those of this writer, and the first of all shards.
+    pub fn there(&self) -> impl Iterator<Item = MapEntry> {
+        let first = self.maps.iter().find(|&&id| self.writer.has_map(id));
+        let others = first.filter(|first| !self.own.contains(first));
+        let ids = others.into_iter().chain(&self.own);
+        ids.filter_map(|&id| self.writer.entry(id))
     }
 
     /// Refuses a source in which a map that is there has another file of this name.
@@ -146,8 +148,8 @@ impl Making {
         control.progress.begin(Work {
             units: links,
             name: "links",
-            finished_maps: self.own - self.todo.len(),
-            maps: self.own,
+            finished_maps: self.own.len() - self.todo.len(),
+            maps: self.own.len(),
         });
         let run = Run {
             writer: &self.writer,

@@ -65,14 +65,14 @@ pub fn relabel(
     let maps: Vec<u32> = manifest.maps.iter().map(|map| map.id).collect();
     let labeler = Labeler::new(&label)?;
     let making = Making::open(out, config, labeler, &maps, Access::Whole)?;
-    if let Some(first) = making.first_there() {
+    for there in making.there() {
         let mut maps = manifest.maps.iter();
-        let own = maps.find(|map| map.id == first.id);
+        let own = maps.find(|map| map.id == there.id);
         // What a relabelled map takes as it is.
         for name in ["buildings", "tx", "rx", "link_tx", "link_rx"].map(|n| format!("{n}.npy")) {
             let file = own.and_then(|own| own.files.iter().find(|file| file.name == name));
             let sha256 = file.map_or("", |file| &file.sha256);
-            making.must_have(&first, &name, sha256)?;
+            making.must_have(&there, &name, sha256)?;
         }
     }
     let is_left = |map: &&MapEntry| making.todo.contains(&map.id);
@@ -190,13 +190,15 @@ mod tests {
             )
         };
         run(&own).unwrap();
+        let is_refused = || {
+            let told = run(&other).unwrap_err().chain();
+            let is_told = told.contains("map 0 in") && told.contains("made from another source");
+            assert!(is_told, "{told}");
+        };
+        is_refused();
         std::fs::remove_file(out.join("manifest.json")).unwrap();
         std::fs::remove_dir_all(out.join("map_0001")).unwrap();
-        let told = run(&other).unwrap_err().chain();
-        assert!(
-            told.contains("map 0 in") && told.contains("made from another source"),
-            "{told}"
-        );
+        is_refused();
         assert_eq!(Survey::of(&out).unwrap().maps.len(), 1);
         run(&own).unwrap();
     }

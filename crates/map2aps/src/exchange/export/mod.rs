@@ -5,9 +5,7 @@ mod samples;
 #[cfg(feature = "parquet")]
 mod tables;
 
-#[cfg(feature = "parquet")]
-use std::collections::BTreeSet;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fs;
 use std::path::Path;
 
@@ -182,15 +180,17 @@ impl Export {
     fn layout(&self) -> Value {
         match self.layout {
             ExportLayout::Released => json!("released"),
-            ExportLayout::Samples => json!("samples"),
-            // With the choice of maps, for the files beside the tables are of all of them. What the choice comes to may grow.
+            // With the choice of links, for there are files about all of them. What the choice comes to may grow.
+            ExportLayout::Samples => json!({ "samples": self.choice(), "limit": self.limit }),
             #[cfg(feature = "parquet")]
-            ExportLayout::Parquet => {
-                let maps = self.maps.as_ref();
-                let maps = maps.map(|maps| maps.iter().collect::<BTreeSet<_>>());
-                json!({ "parquet": { "maps": maps, "part": self.part.map(Part::name) } })
-            }
+            ExportLayout::Parquet => json!({ "parquet": self.choice() }),
         }
+    }
+
+    fn choice(&self) -> Value {
+        let maps = self.maps.as_ref();
+        let maps = maps.map(|maps| maps.iter().collect::<BTreeSet<_>>());
+        json!({ "maps": maps, "part": self.part.map(Part::name) })
     }
 
     /// Notes what is exported, or refuses to go on with another export.
@@ -201,33 +201,40 @@ impl Export {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
             Err(error) => return Err(error).at_file(Place::Reading, &path),
         };
-        let noted = found.as_ref().and_then(|f| f["source"]["map"].as_u64());
         let record = serde_json::to_vec_pretty(&json!({
             "layout": self.layout(),
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
-            "source": source(manifest, noted)?,
+            "source": source(manifest)?,
         }))?;
-        match found {
-            None => Ok(replace_unsynced(&path, &record)?),
-            // Through text, as the stored one went.
-            Some(found) if found == serde_json::from_slice::<Value>(&record)? => {
-                remove_partial_files(out)
-            }
-            Some(_) => Err(ExchangeError::OtherExport(path).into()),
+        let Some(mut found) = found else {
+            return Ok(replace_unsynced(&path, &record)?);
+        };
+        // Through text, as the stored one went. The data set may have more maps by now.
+        let record_now: Value = serde_json::from_slice(&record)?;
+        let noted = found["source"].take();
+        let is_there = |(map, files): (&String, &Value)| record_now["source"][map] == *files;
+        let is_source = noted
+            .as_object()
+            .is_some_and(|noted| noted.iter().all(is_there));
+        found["source"] = record_now["source"].clone();
+        if !is_source || found != record_now {
+            return Err(ExchangeError::OtherExport(path).into());
+        }
+        remove_partial_files(out)?;
+        match noted == record_now["source"] {
+            true => Ok(()),
+            false => Ok(replace_unsynced(&path, &record)?),
         }
     }
 }
 
-/// A map of a data set, else its first, with the checksum of its list of files; null where it is not there. More maps do not change it.
-fn source(manifest: &Manifest, map: Option<u64>) -> Result<Value> {
-    let mut maps = manifest.maps.iter();
-    let map = maps.find(|entry| map.is_none_or(|map| map == u64::from(entry.id)));
-    Ok(match map {
-        Some(map) => json!({ "map": map.id, "files": sha256_of(&serde_json::to_vec(&map.files)?) }),
-        None => Value::Null,
-    })
+/// The maps of a data set, each with the checksum of its list of files.
+fn source(manifest: &Manifest) -> Result<BTreeMap<u32, String>> {
+    let maps = manifest.maps.iter();
+    let maps = maps.map(|map| Ok((map.id, sha256_of(&serde_json::to_vec(&map.files)?))));
+    maps.collect()
 }
 
 /// Removes what an export that was killed left half-written in a folder and those below. The folder is locked.
@@ -315,8 +322,19 @@ mod tests {
         let export = Export::new(ExportLayout::Samples);
         let run = |dataset| export.run(dataset, &out, &Control::default());
         run(&data).unwrap();
-        let told = run(&other).unwrap_err().chain();
-        assert!(told.contains("is of another export"), "{told}");
+        let mut part = Export::new(ExportLayout::Samples);
+        part.part = Some(Part::Test);
+        let of_part = part.run(&data, &out, &Control::default());
+        for told in [run(&other), of_part] {
+            let told = told.unwrap_err().chain();
+            assert!(told.contains("is of another export"), "{told}");
+        }
+        // A map that the first lacks may be added, another of the same number may not.
+        let folder = root.path().join("more");
+        let more = synthetic::made(&synthetic::plan(4, 1, 2), &folder, &[0, 1, 2]);
+        assert_eq!(run(&more).unwrap().links, 6);
+        assert!(run(&data).is_err());
+        let data = &more;
 
         let samples = out.join("samples");
         let (partial, file) = aps_data::PartialFile::create(&samples.join("x.npz")).unwrap();
@@ -330,10 +348,10 @@ mod tests {
         fs::write(&left[0], "half").unwrap();
         fs::write(samples.join(".hidden"), "own").unwrap();
         let lock = lock_folder(&out).unwrap();
-        let told = run(&data).unwrap_err().chain();
+        let told = run(data).unwrap_err().chain();
         assert!(told.contains("is locked") && left[0].exists(), "{told}");
         drop(lock);
-        run(&data).unwrap();
+        run(data).unwrap();
         assert!(!left[0].exists() && samples.join(".hidden").exists());
 
         // A record of no source, and one that tells none.
@@ -341,9 +359,9 @@ mod tests {
         let mut told: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
         told["source"] = Value::Null;
         fs::write(&record, told.to_string()).unwrap();
-        assert!(run(&data).is_err());
+        assert!(run(data).is_err());
         told.as_object_mut().unwrap().remove("source").unwrap();
         fs::write(&record, told.to_string()).unwrap();
-        assert!(run(&data).is_err());
+        assert!(run(data).is_err());
     }
 }

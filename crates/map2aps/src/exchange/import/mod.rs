@@ -7,16 +7,19 @@ mod released;
 mod samples;
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Split, Totals};
+use aps_data::{DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Split, Totals, sha256_of};
 use rayon::prelude::*;
+use serde_json::{Value, json};
 
 use super::ExchangeError;
 use crate::control::{Control, Work};
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
+use crate::maps::MapError;
 
 use buildings::Buildings;
 use named::{LinkFile, map_number};
@@ -44,9 +47,24 @@ fn make<T>(
     maps: &BTreeMap<u32, Vec<T>>,
     control: &Control<'_>,
     mut map: impl FnMut(&DatasetWriter, u32, &[T]) -> Result<()>,
-) -> Result<Imported> {
+) -> Result<Imported>
+where
+    T: AsRef<Path>,
+{
     let seed = config.seed;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
+    for (&id, files) in maps {
+        let there = writer.entry(id);
+        let noted = there.map_or(Value::Null, |there| there.statistics["source"].clone());
+        if !noted.is_null() && noted != source(files)? {
+            return Err(MapError::OtherSource {
+                id,
+                file: "list of files".into(),
+                folder: out.into(),
+            }
+            .into());
+        }
+    }
     let todo = || maps.iter().filter(|(id, _)| !writer.has_map(**id));
     if todo().next().is_some() {
         writer.set_plan(&control.plan(maps.keys().copied().collect(), None))?;
@@ -66,6 +84,17 @@ fn make<T>(
         totals: writer.finish(&Split::of_maps(ids, seed))?.totals,
         left_out: LeftOut::default(),
     })
+}
+
+/// What a map keeps of the files that it is made of: a checksum of their names and sizes, by which another source is told.
+fn source<T: AsRef<Path>>(files: &[T]) -> Result<Value> {
+    let mut list = String::new();
+    for path in files.iter().map(AsRef::as_ref) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let bytes = fs::metadata(path).at_file(Place::Reading, path)?.len();
+        list.push_str(&format!("{bytes} {name}\n"));
+    }
+    Ok(sha256_of(list.as_bytes()).into())
 }
 
 /// Writes a map of links that are named after their ends, a file each, which `link` reads.
@@ -98,6 +127,7 @@ fn write_named(
         control.progress.advance(files.len() as u64);
     }
     buildings.check_ends(files.len())?;
+    map.set_statistics(json!({ "source": source(files)? }));
     map.finish()?;
     Ok(())
 }
@@ -196,6 +226,37 @@ mod tests {
             seed: 0,
         };
         import.run(out.path(), &Control::default())
+    }
+
+    #[test]
+    fn files_of_another_source_are_not_put_beside_those_of_the_first() {
+        let (root, files, _) = released();
+        let out = root.path().join("out");
+        let run = |folder: &Path| {
+            let import = ImportReleased {
+                folder: folder.into(),
+                maps: None,
+                seed: 0,
+            };
+            import.run(&out, &Control::default())
+        };
+        run(&files).unwrap();
+        run(&files).unwrap();
+        // One link less: another list of files of map 1.
+        let folder = files.join("map_1/1_adps/aps");
+        let mut entries = fs::read_dir(folder).unwrap();
+        fs::remove_file(entries.next().unwrap().unwrap().path()).unwrap();
+        for finished in [true, false] {
+            if !finished {
+                fs::remove_file(out.join("manifest.json")).unwrap();
+                fs::remove_dir_all(out.join("map_0000")).unwrap();
+            }
+            let error = told(run(&files));
+            assert!(
+                error.contains("map 1 in") && error.contains("another source"),
+                "{error}"
+            );
+        }
     }
 
     fn told(result: Result<Imported>) -> String {

@@ -15,6 +15,12 @@ pub(super) struct LinkFile {
     pub path: PathBuf,
 }
 
+impl AsRef<Path> for LinkFile {
+    fn as_ref(&self) -> &Path {
+        &self.path
+    }
+}
+
 impl LinkFile {
     /// The files of a folder with such a beginning and end, which are named after links.
     ///

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use super::{
-    Buildings, ExchangeError, Imported, LINKS_AT_ONCE, make, map_number, must_have_maps,
+    Buildings, ExchangeError, Imported, LINKS_AT_ONCE, make, map_number, must_have_maps, source,
     without_ends,
 };
 use crate::batch::Buffers;
@@ -201,6 +201,7 @@ impl ImportPropbin {
             control.progress.advance(1);
         }
         buildings.check_ends(links.len())?;
+        map.set_statistics(json!({ "source": source(files)? }));
         map.finish()?;
         Ok(())
     }
