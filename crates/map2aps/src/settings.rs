@@ -47,6 +47,9 @@ pub enum SettingsError {
     /// A material that this version does not know.
     #[error("its manifest names the unknown material '{0}'")]
     Material(String),
+    /// A setting of earlier versions that this one does not repeat.
+    #[error("it was traced with --accuracy {0}, which is gone: its links cannot be computed anew")]
+    Accuracy(f64),
 }
 
 /// The `configuration` of a traced data set; `maps` says what kind they are of.
@@ -128,6 +131,9 @@ struct TraceSettings {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     slope_diffraction: bool,
     dynamic_range_db: Option<f64>,
+    /// A setting of earlier versions. Without a value it decides nothing.
+    #[serde(default, skip_serializing)]
+    accuracy_db: Option<f64>,
     max_fallback_diffractions: usize,
 }
 
@@ -163,11 +169,15 @@ impl TraceSettings {
             slope_diffraction: config.slope_diffraction
                 && has_legs_between_corners(config.max_diffractions, config.max_interactions),
             dynamic_range_db: config.dynamic_range_db,
+            accuracy_db: None,
             max_fallback_diffractions: config.max_fallback_diffractions,
         }
     }
 
     fn config(self) -> Result<TraceConfig> {
+        if let Some(accuracy_db) = self.accuracy_db {
+            return Err(SettingsError::Accuracy(accuracy_db).into());
+        }
         let material = match self.material {
             MaterialSetting::Named(name) => {
                 let known = name.parse();
