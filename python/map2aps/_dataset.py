@@ -356,8 +356,8 @@ def relabel(
     protocol: Protocol | None = None,
     array: Array | None = None,
     sampling_rate_hz: float | None = None,
-    store_pdp: bool = False,
-    store_paths: bool = True,
+    store_pdp: bool | None = None,
+    store_paths: bool | None = None,
     progress: Progress | bool | None = True,
 ) -> Dataset:
     """Labels the stored paths of a data set anew: another protocol, array or bandwidth, without a trace.
@@ -372,8 +372,8 @@ def relabel(
         Definition of the labels; that of `data` by default.
     array, sampling_rate_hz
         See `label`; those of `data` by default.
-    store_pdp, store_paths : bool
-        Store power delay profiles, and the paths again.
+    store_pdp, store_paths : bool, optional
+        Store power delay profiles, and the paths again; as `data` does by default.
     progress : callable, bool or None
         See `make_dataset`.
 

@@ -100,8 +100,8 @@ def relabel(
     folder: str | os.PathLike[str],
     out: str | os.PathLike[str],
     label: dict[str, Any],
-    store_pdp: bool,
-    store_paths: bool,
+    store_pdp: bool | None,
+    store_paths: bool | None,
     progress: Callable[[int, int], object] | None,
 ) -> None: ...
 def manifest(folder: str | os.PathLike[str]) -> str: ...

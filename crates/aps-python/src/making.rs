@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use map2aps::maps::{SceneSettings, TileSettings};
 use map2aps::settings::label_of;
 use map2aps::{
-    Control, Dataset, DatasetPlan, MapSource, Receivers, Stored, relabel as relabel_paths,
+    Control, Dataset, DatasetPlan, Error, MapSource, Receivers, Stored, relabel as relabel_paths,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -95,8 +95,11 @@ pub fn make_dataset(
         ..DatasetPlan::default()
     };
     let maps = run_owned(py, move || source(tiles))?;
-    if let MapSource::City(city) = &maps {
-        tell_passed_over(py, city, 2)?;
+    match &maps {
+        MapSource::City(city) => tell_passed_over(py, city, 2)?,
+        _ => tiles
+            .must_be_default()
+            .map_err(|error| exception(Error::from(error)))?,
     }
     let made = |control: &Control<'_>| {
         let available = maps.ids()?;
@@ -111,21 +114,23 @@ pub fn make_dataset(
 
 /// Labels the stored paths of the data set in `folder` anew, in the folder `out`; settings that are not given are those of its labels.
 #[pyfunction]
+#[pyo3(signature = (folder, out, label, store_pdp, store_paths, progress))]
 pub fn relabel(
     py: Python<'_>,
     folder: PathBuf,
     out: PathBuf,
     label: LabelSettings,
-    store_pdp: Given<bool>,
-    store_paths: Given<bool>,
+    store_pdp: Option<Given<bool>>,
+    store_paths: Option<Given<bool>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
-    let stored = Stored {
-        pdp: store_pdp.named("store_pdp")?,
-        paths: store_paths.named("store_paths")?,
-        ..Stored::default()
-    };
     let source = run_owned(py, move || Ok(Dataset::open(folder)?))?;
+    let own = source.manifest().layout.stored();
+    let stored = Stored {
+        pdp: optional(store_pdp, "store_pdp")?.unwrap_or(own.pdp),
+        paths: optional(store_paths, "store_paths")?.unwrap_or(own.paths),
+        ..own
+    };
     let own = label_of(&source.manifest().configuration).map_err(exception)?;
     let label = label.over(&own, stored.pdp)?;
     let made = |control: &Control<'_>| relabel_paths(&source, &out, &label, stored, control);

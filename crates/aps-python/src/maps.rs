@@ -44,14 +44,10 @@ impl Maps {
                 Ok(MapSource::Synthetic { count })
             }
         };
-        Ok(move |tiles: TileSettings| {
-            let source = match known {
-                Ok(synthetic) => synthetic,
-                Err(path) if path.is_dir() => MapSource::Folder(path),
-                Err(path) => return MapSource::geojson(path, tiles),
-            };
-            tiles.must_be_default()?;
-            Ok(source)
+        Ok(move |tiles| match known {
+            Ok(synthetic) => Ok(synthetic),
+            Err(path) if path.is_dir() => Ok(MapSource::Folder(path)),
+            Err(path) => MapSource::geojson(path, tiles),
         })
     }
 }

@@ -17,7 +17,7 @@ const TX_AT_ONCE: usize = 16;
 /// Receivers that are prepared at a time: each takes some ten kilobytes.
 const RX_AT_ONCE: usize = 4096;
 
-/// Links that a thread takes at a time.
+/// Most links that a thread takes at a time.
 const LINKS_AT_ONCE: usize = 64;
 
 /// Transmitters of a portion of links from each transmitter to each receiver, and its receivers. Such transmitters take turns at a receiver,

@@ -165,6 +165,7 @@ impl DatasetPlan {
 
     fn make_maps(&self, making: &Making, control: &Control<'_>) -> Result<Made> {
         for there in making.there() {
+            control.check()?;
             // One that cannot be read any more cannot be compared.
             if let Ok(scene) = self.maps.load(there.id, self.seed, self.scene) {
                 let image = maps::raster(&scene, self.maps.raster())?;

@@ -21,7 +21,7 @@ pub enum MergeError {
     NoMap(Vec<PathBuf>),
     /// A map that two folders hold with other bytes.
     #[error(
-        "map {map} in '{}' is not that in '{}': they are of different maps or programs; leave one out",
+        "map {map} in '{}' is not that in '{}': they are of different maps or programs; leave one folder out, or remove the map from it",
         folders[0].display(), folders[1].display()
     )]
     Differ {

@@ -60,7 +60,7 @@ pub enum MapError {
     NoRoomForCopies(u32),
     /// Maps of which one differs from the map that a data set was begun with.
     #[error(
-        "map {id} in '{}' was made from another source: its {file} is not that of the one now given; give the former, or another folder",
+        "map {id} in '{}' was made from another source: its {file} is not that of the one now given; give the former, or another folder, or remove this map's",
         folder.display()
     )]
     OtherSource {

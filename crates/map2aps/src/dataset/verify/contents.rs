@@ -138,9 +138,10 @@ fn check_statistics(
     findings: &mut Findings<'_>,
 ) -> Result<()> {
     let manifest = dataset.manifest();
-    // Imported data have none.
-    let Value::Object(stored) = &entry.statistics else {
-        return Ok(());
+    // Imported data tell no more than their source.
+    let stored = match &entry.statistics {
+        Value::Object(stored) if stored.keys().any(|key| key != "source") => stored,
+        _ => return Ok(()),
     };
     let mut tally = Tally::default();
     if let (Some(aps), Ok(label)) = (&map.aps, settings::label_of(&manifest.configuration)) {

@@ -208,22 +208,21 @@ impl Export {
             "configuration": manifest.configuration,
             "source": source(manifest)?,
         }))?;
-        let Some(mut found) = found else {
+        let Some(found) = found else {
             return Ok(replace_unsynced(&path, &record)?);
         };
         // Through text, as the stored one went. The data set may have more maps by now.
-        let record_now: Value = serde_json::from_slice(&record)?;
-        let noted = found["source"].take();
-        let is_there = |(map, files): (&String, &Value)| record_now["source"][map] == *files;
-        let is_source = noted
-            .as_object()
-            .is_some_and(|noted| noted.iter().all(is_there));
-        found["source"] = record_now["source"].clone();
-        if !is_source || found != record_now {
+        let own: Value = serde_json::from_slice(&record)?;
+        let is_there = |(map, files): (&String, &Value)| own["source"][map] == *files;
+        let noted = found["source"].as_object();
+        let is_source = noted.is_some_and(|noted| noted.iter().all(is_there));
+        let is_same = |name: &&str| found[*name] == own[*name];
+        let settings = ["layout", "seed", "stored", "configuration"];
+        if !is_source || !settings.iter().all(is_same) {
             return Err(ExchangeError::OtherExport(path).into());
         }
         remove_partial_files(out)?;
-        match noted == record_now["source"] {
+        match is_same(&"source") {
             true => Ok(()),
             false => Ok(replace_unsynced(&path, &record)?),
         }
@@ -363,5 +362,9 @@ mod tests {
         told.as_object_mut().unwrap().remove("source").unwrap();
         fs::write(&record, told.to_string()).unwrap();
         assert!(run(data).is_err());
+        for foreign in ["[]", "3", "\"x\"", "{}"] {
+            fs::write(&record, foreign).unwrap();
+            assert!(run(data).is_err(), "{foreign}");
+        }
     }
 }

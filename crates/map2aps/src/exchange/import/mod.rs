@@ -54,6 +54,7 @@ where
     let seed = config.seed;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
     for (&id, files) in maps {
+        control.check()?;
         let there = writer.entry(id);
         let noted = there.map_or(Value::Null, |there| there.statistics["source"].clone());
         if !noted.is_null() && noted != source(files)? {
@@ -86,7 +87,8 @@ where
     })
 }
 
-/// What a map keeps of the files that it is made of: a checksum of their names and sizes, by which another source is told.
+/// What a map keeps of the files that it is made of: a checksum of their names and sizes. It tells another source unless names and
+/// sizes are the same.
 fn source<T: AsRef<Path>>(files: &[T]) -> Result<Value> {
     let mut list = String::new();
     for path in files.iter().map(AsRef::as_ref) {
