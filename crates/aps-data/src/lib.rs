@@ -128,7 +128,7 @@ pub use status::LinkStatus;
 pub use survey::Survey;
 pub use writer::{Access, DatasetWriter};
 
-/// What is read can be shared by threads, what writes can be sent to one.
+/// Threads can share readers, and writers can be sent to one.
 const _: fn() = || {
     fn is_shared<T: Clone + Send + Sync>() {}
     fn is_sent<T: Send>() {}

@@ -9,6 +9,7 @@ use aps_raytrace::{Link, PathRecord, Receiver, TerminalError, Tracer, Transmitte
 use rayon::prelude::*;
 
 use crate::control::{Control, Work};
+use crate::dataset::SIDE_BY_SIDE;
 use crate::error::{At, Place, Result};
 
 /// Transmitters that are prepared at a time: each takes up to some megabytes.
@@ -20,10 +21,8 @@ const RX_AT_ONCE: usize = 4096;
 /// Most links that a thread takes at a time.
 const LINKS_AT_ONCE: usize = 64;
 
-/// Transmitters of a portion of links from each transmitter to each receiver, and its receivers. Such transmitters take turns at a receiver,
-/// whose tables are too large to stay in a cache until the next portion.
-const TX_SIDE_BY_SIDE: usize = 4;
-const RX_OF_A_PORTION: usize = LINKS_AT_ONCE / TX_SIDE_BY_SIDE;
+/// Receivers of a portion of links from each transmitter to each receiver; its transmitters take turns at them.
+const RX_OF_A_PORTION: usize = LINKS_AT_ONCE / SIDE_BY_SIDE;
 
 /// Traces the links from each transmitter to each receiver; each terminal is prepared once for every 16 transmitters and 4096
 /// receivers. Link `t * rx.len() + r` goes from `tx[t]` to `rx[r]`. The same bits on any number of threads.
@@ -52,13 +51,13 @@ pub fn trace_links(
                 tracer.transmitter(point).at(place)
             })?;
             let portions: Vec<(usize, usize)> = (0..tx.len())
-                .step_by(TX_SIDE_BY_SIDE)
+                .step_by(SIDE_BY_SIDE)
                 .flat_map(|t| (0..rx.len()).step_by(RX_OF_A_PORTION).map(move |r| (t, r)))
                 .collect();
             let traced: Vec<(usize, Vec<PathTable>)> = portions
                 .into_par_iter()
                 .map_init(Link::default, |link, (t, r)| {
-                    let tx = &tx[t..tx.len().min(t + TX_SIDE_BY_SIDE)];
+                    let tx = &tx[t..tx.len().min(t + SIDE_BY_SIDE)];
                     let rx = &rx[r..rx.len().min(r + RX_OF_A_PORTION)];
                     let tables = trace_some(tracer, tx, rx, first_rx + r, link, control)?;
                     Ok((first_tx + t, tables))

@@ -6,7 +6,7 @@ mod damage;
 mod fuzz;
 /// Values computed by NumPy and Pillow.
 mod golden;
-/// What errors say.
+/// Messages of errors.
 mod messages;
 /// Our arrays against an independent reader and writer of the same format.
 mod npy;

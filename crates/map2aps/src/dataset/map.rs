@@ -26,7 +26,7 @@ const PARTS_A_THREAD: usize = 2;
 
 /// Most transmitters whose links a thread makes side by side. A receiver's tables, up to a megabyte with two diffractions, are read from
 /// memory once for all of them.
-const SIDE_BY_SIDE: usize = 4;
+pub const SIDE_BY_SIDE: usize = 4;
 
 /// Context that all maps of a run share.
 pub struct Run<'a> {

@@ -27,7 +27,7 @@ pub use verify::{Verified, Verify};
 pub(crate) use link::LinkMaker;
 pub use map::is_near;
 
-pub(crate) use map::Run;
+pub(crate) use map::{Run, SIDE_BY_SIDE};
 pub(crate) use receivers::Choice;
 pub(crate) use rows::Rows;
 

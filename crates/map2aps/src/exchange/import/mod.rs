@@ -87,7 +87,7 @@ where
     })
 }
 
-/// What a map keeps of the files that it is made of: a checksum of their names and sizes. It tells another source unless names and
+/// Checksum of the names and sizes of the files that a map is made of, which the map keeps. It tells another source unless names and
 /// sizes are the same.
 fn source<T: AsRef<Path>>(files: &[T]) -> Result<Value> {
     let mut list = String::new();
