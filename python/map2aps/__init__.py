@@ -3,12 +3,12 @@
 >>> import map2aps
 >>> scene = map2aps.Scene.synthetic(seed=1)
 >>> paths = map2aps.Tracer(scene).trace((2.0, 2.0), [(30.0, 2.0), (2.0, 40.0)])
->>> map2aps.label(paths, protocol="paper").aps_db.shape
+>>> map2aps.label(paths).aps_db.shape
 (2, 180)
 
 Lengths are metres, times seconds, angles radians counter-clockwise from x unless a name says otherwise (``_db``, ``_deg``). Arguments
 are anything that ``numpy.asarray`` accepts; they are copied, and computed with in double precision. Where a function takes a protocol it
-is "released" by default; `relabel` keeps that of the data set.
+is "paper" by default; `relabel` keeps that of the data set.
 
 Python's lock and Ctrl-C:
 

@@ -7,7 +7,7 @@ from typing import Any, Literal, TypeAlias
 
 Protocol: TypeAlias = Literal["paper", "released"]
 # Of every function that takes one, as of ``cargo xtask dataset``.
-USUAL_PROTOCOL: Protocol = "released"
+USUAL_PROTOCOL: Protocol = "paper"
 
 
 @dataclass(frozen=True)

@@ -368,7 +368,7 @@ def relabel(
         A finished data set that stores paths (``store_paths=True``).
     path : path-like
         Folder of the new data set; one that was interrupted is continued.
-    protocol : {"released", "paper"}, optional
+    protocol : {"paper", "released"}, optional
         Definition of the labels; that of `data` by default.
     array, sampling_rate_hz
         See `label`; those of `data` by default.

@@ -88,7 +88,7 @@ def explain(
         Paths of one link or more.
     link : int
         The link among them.
-    protocol : {"released", "paper"}
+    protocol : {"paper", "released"}
         Definition of the spectrum.
     array : UniformLinear or UniformCircular, optional
         The receiving array; 16 elements half a wavelength apart by default.

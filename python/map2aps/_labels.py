@@ -68,7 +68,7 @@ def label(
     ----------
     paths : Paths
         Paths of any number of links.
-    protocol : {"released", "paper"}
+    protocol : {"paper", "released"}
         Definition of the label.
     array : UniformLinear or UniformCircular, optional
         The receiving array; 16 elements half a wavelength apart by default.

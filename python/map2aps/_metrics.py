@@ -107,7 +107,7 @@ def metrics(
     ----------
     truth, prediction : array_like, shape (samples, bins)
         Spectra in one unit: normalised ones, as learning targets are and the benchmark scores, or linear power; not decibels.
-    protocol : {"released", "paper"} or Dataset
+    protocol : {"paper", "released"} or Dataset
         Definition of the metrics, which does not follow from the numbers: give the data set of the true spectra to take that of its
         labels. Numbers of one must not be compared with numbers of the other.
     map_ids : array_like of int, shape (samples,), optional
@@ -127,7 +127,7 @@ def metrics(
     if isinstance(protocol, Dataset):
         of_labels = protocol.protocol
         if of_labels is None:
-            raise ValueError(f"protocol: {protocol.path} does not tell that of its labels; name it, 'released' or 'paper'")
+            raise ValueError(f"protocol: {protocol.path} does not tell that of its labels; name it, 'paper' or 'released'")
         protocol = of_labels
     found = _native.metrics(truth, prediction, protocol, map_ids, data_range)
     known = np.asarray(truth)

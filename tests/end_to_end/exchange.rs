@@ -13,7 +13,7 @@ use crate::{assert_told, fail, succeed};
 
 /// A small data set with these arrays.
 fn make(folder: &Folder, out: &str, store: &str) -> Dataset {
-    folder.make(out, &["--profile smoke --store", store]);
+    folder.make(out, &["--profile smoke --protocol released --store", store]);
     Dataset::open(folder.path(out)).unwrap()
 }
 
@@ -96,7 +96,7 @@ fn export_continues_where_it_was_and_keeps_to_its_data() {
     assert!(whole == exported("parts", ""), "continuing changed a file");
     assert!(exported("test", "--part test").len() < whole.len());
 
-    folder.make("other", &["--profile smoke --seed 7 --store aps,paths"]);
+    folder.make("other", &["--profile smoke --protocol released --seed 7 --store aps,paths"]);
     let (other, parts) = (folder.arg("other"), folder.arg("parts"));
     let error = fail(&format!("export {other} --layout released --out {parts}"));
     assert!(error.contains("another export"), "{error}");
@@ -106,7 +106,7 @@ fn export_continues_where_it_was_and_keeps_to_its_data() {
 fn what_cannot_be_exported_is_explained() {
     let folder = Folder::new();
     make(&folder, "aps", "aps");
-    folder.make("paper", &["--profile smoke --protocol paper"]);
+    folder.make("paper", &["--profile smoke"]);
     let [aps, paper, out, new] = ["aps", "paper", "out", "new"].map(|name| folder.arg(name));
     let error = fail(&format!("export {aps} --layout released --out {out}"));
     assert!(error.contains("--store aps,paths"), "{error}");

@@ -26,7 +26,7 @@ fn finished_data_set_is_described() {
         "240  4 transmitters, receivers from 80 points a map",
         "180 bins over [-180, 180] deg, dB in half precision",
         "paths: delay",
-        "label.protocol = \"released\"",
+        "label.protocol = \"paper\"",
         "trace.max_reflections = 2",
         "seed = 42",
         "training maps: mean 0.",
@@ -37,7 +37,7 @@ fn finished_data_set_is_described() {
     let json = json(&folder);
     assert_eq!(json["links"], 240);
     assert_eq!(json["finished"], true);
-    assert_eq!(json["configuration"]["label"]["protocol"], "released");
+    assert_eq!(json["configuration"]["label"]["protocol"], "paper");
     let status = json["status"].as_object().unwrap().values();
     assert_eq!(status.map(|n| n.as_u64().unwrap()).sum::<u64>(), 240);
 }

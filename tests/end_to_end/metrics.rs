@@ -126,7 +126,7 @@ fn a_given_range_shifts_psnr() {
         "metrics --truth {truth} --prediction {prediction} --data-range 10"
     ));
     assert!((mean(&scores, "psnr_db") - 40.0).abs() < 1e-4);
-    assert_eq!(scores["protocol"], "released");
+    assert_eq!(scores["protocol"], "paper");
 }
 
 #[test]
@@ -212,7 +212,7 @@ pub fn mean_std(values: &[f64]) -> (f64, f64) {
 fn data_set_as_truth() {
     let folder = Folder::new();
     let truth = folder.arg("data");
-    succeed(&format!("dataset --profile smoke --out {truth}"));
+    succeed(&format!("dataset --profile smoke --protocol released --out {truth}"));
     let dataset = Dataset::open(&truth).unwrap();
     let (mean, std) = mean_std(&linear(&dataset, Part::Train));
     let test = linear(&dataset, Part::Test);

@@ -33,8 +33,8 @@ fn same_settings_give_the_same_bytes() {
 #[test]
 fn other_protocol_gives_the_labels_of_a_fresh_trace_and_back() {
     let folder = Folder::new();
-    folder.make("released", &[SETTINGS, "aps,paths"]);
-    folder.make("paper", &[SETTINGS, "aps,pdp,paths --protocol paper"]);
+    folder.make("released", &[SETTINGS, "aps,paths --protocol released"]);
+    folder.make("paper", &[SETTINGS, "aps,pdp,paths"]);
     let to_paper = "--protocol paper --store aps,pdp,paths";
     relabel(&folder, "released", "relabelled", to_paper);
     assert_same(&arrays(&folder, "paper"), &arrays(&folder, "relabelled"));
@@ -57,7 +57,7 @@ fn circular_array_sees_what_the_crate_computes() {
             elements: 12,
             radius_wavelengths: 12.0 * 0.4 / std::f64::consts::TAU,
         },
-        ..LabelConfig::released()
+        ..LabelConfig::default()
     };
     (config.delay_axis.points, config.delay_axis.last_s) = (65, 2e-6);
     let labeler = Labeler::new(&config).unwrap();

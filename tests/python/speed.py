@@ -36,7 +36,7 @@ def timed(work: Callable[[], object], who: int = resource.RUSAGE_SELF) -> tuple[
 def many_links(map_file: str, terminals: np.ndarray) -> None:
     scene = map2aps.Scene.from_radiomapseer(map_file)
     paths = map2aps.Tracer(scene).trace(terminals[:100], terminals[100:])
-    assert len(map2aps.label(paths).aps_db) == 50_000
+    assert len(map2aps.label(paths, "released").aps_db) == 50_000
 
 
 def beside_rust(map_file: str, program: str, rounds: int) -> None:

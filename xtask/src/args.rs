@@ -359,8 +359,8 @@ impl ArrayArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Labels")]
 pub struct LabelArgs {
-    /// Definition of the label: released (what the published code computes) or paper.
-    #[arg(long, default_value = "released")]
+    /// Definition of the label: paper, or released (what the published code computes).
+    #[arg(long, default_value_t)]
     pub protocol: Protocol,
     #[command(flatten)]
     array: ArrayArgs,

@@ -158,9 +158,9 @@ impl LabelConfig {
 }
 
 impl Default for LabelConfig {
-    /// [`LabelConfig::released`].
+    /// The preset of the default protocol, [`LabelConfig::paper`].
     fn default() -> Self {
-        Self::released()
+        Self::of(Protocol::default())
     }
 }
 
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn presets_are_valid() {
-        for config in [LabelConfig::default(), LabelConfig::paper()] {
+        for config in [LabelConfig::released(), LabelConfig::paper()] {
             assert_eq!(config.validate(), Ok(()));
         }
     }

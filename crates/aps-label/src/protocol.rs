@@ -38,11 +38,12 @@ pub(crate) const FLOOR_POWER: f64 = 1e-35;
 /// ```
 ///
 /// [`NEGLIGIBLE_DB`]: crate::NEGLIGIBLE_DB
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Protocol {
-    /// As the paper defines it.
+    /// As the paper defines it. The default: its labels lose nothing to a grid of delays.
+    #[default]
     Paper,
     /// As the released Python code computes it.
     Released,

@@ -9,11 +9,12 @@ use crate::peaks::Topology;
 pub const TOLERANCES_DEG: [f64; 2] = [2.0, 4.0];
 
 /// The definition of the metrics to score under.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Protocol {
     /// The Map2APS paper's text: circular angles on a grid of \[-180, 180) deg.
+    #[default]
     Paper,
     /// The Python code released with the paper: bins counted as degrees, no wrap.
     Released,

@@ -17,7 +17,7 @@ use crate::tally::Tally;
 
 /// Settings that a traced data set is made from: the same plan gives the same bytes, for any number of threads.
 ///
-/// The default is a small data set of synthetic cities with the released protocol's angle power spectra: 20
+/// The default is a small data set of synthetic cities with the angle power spectra of protocol `paper`: 20
 /// transmitters a map with 100 receivers each.
 #[derive(Debug, Clone)]
 pub struct DatasetPlan {
@@ -49,7 +49,7 @@ impl Default for DatasetPlan {
             tx_per_map: 20,
             rx_per_map: 100,
             receivers: Receivers::default(),
-            label: LabelConfig::released(),
+            label: LabelConfig::default(),
             stored: Stored::default(),
             seed: 42,
             trace: TraceConfig::default(),

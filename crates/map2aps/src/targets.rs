@@ -24,7 +24,7 @@ pub fn protocol_of(dataset: &Dataset) -> Option<Protocol> {
 /// # Panics
 /// When the data set stores no angle power spectra.
 pub fn learning_target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Target)> {
-    let protocol = protocol_of(dataset).unwrap_or(Protocol::Released);
+    let protocol = protocol_of(dataset).unwrap_or_default();
     let train = training_statistics(dataset)?;
     let target = Target::Normalised(Normalization::of(protocol, train));
     Ok((protocol, train, target))
@@ -93,7 +93,7 @@ impl Target {
         if maps().any(is_silent) {
             return None;
         }
-        let protocol = protocol_of(dataset).unwrap_or(Protocol::Released);
+        let protocol = protocol_of(dataset).unwrap_or_default();
         let normalization = |train| Normalization::of(protocol, train);
         pooled(maps()).map(normalization).map(Self::Normalised)
     }

@@ -74,8 +74,8 @@ pub struct Order {
     /// outdoor (the same points for all transmitters of a map, reached or not).
     #[arg(long, default_value = "reached")]
     receivers: Receivers,
-    /// Definition of the label: released (what the published code computes) or paper.
-    #[arg(long, default_value = "released")]
+    /// Definition of the label: paper, or released (what the published code computes).
+    #[arg(long, default_value_t)]
     protocol: Protocol,
     /// Data to store: any of aps,pdp,paths.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "aps")]

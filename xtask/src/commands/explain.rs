@@ -42,7 +42,7 @@ pub struct Args {
     #[arg(long, value_parser = parse_point, allow_hyphen_values = true, requires = "map")]
     rx: Option<DVec2>,
     /// Definition of the spectrum whose lobes are explained: paper or released.
-    #[arg(long, default_value = "paper")]
+    #[arg(long, default_value_t)]
     protocol: Protocol,
     #[command(flatten)]
     array: ArrayArgs,

@@ -23,7 +23,7 @@ pub struct Args {
     paths: PathBuf,
     #[command(flatten)]
     label: LabelArgs,
-    /// Points of the delay axis [default: 128 released, 401 paper].
+    /// Points of the delay axis [default: 401 paper, 128 released].
     #[arg(long)]
     delay_points: Option<usize>,
     /// Last delay of the axis [s].

@@ -77,7 +77,7 @@ pub struct Args {
     /// Map of each sample: .npy file of shape (samples), integers. A data set knows its own.
     #[arg(long)]
     map_ids: Option<PathBuf>,
-    /// Definition of the metrics: released or paper [default: the data set's; released for files].
+    /// Definition of the metrics: paper or released [default: the data set's; paper for files].
     #[arg(long)]
     protocol: Option<Protocol>,
     /// Form in which a data set's labels are compared [default: normalised].

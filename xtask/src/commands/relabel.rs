@@ -24,7 +24,7 @@ pub struct Args {
     /// Folder of the new data set; an unfinished one is continued.
     #[arg(long)]
     out: PathBuf,
-    /// Definition of the label: released (what the published code computes) or paper. Brings its delay grid along.
+    /// Definition of the label: paper, or released (what the published code computes). Brings its delay grid along.
     #[arg(long)]
     protocol: Option<Protocol>,
     #[command(flatten)]

@@ -49,7 +49,7 @@ pub struct Args {
     #[arg(long)]
     svg: Option<PathBuf>,
     /// Definition of the APS in the picture.
-    #[arg(long, default_value = "paper")]
+    #[arg(long, default_value_t)]
     protocol: Protocol,
     #[command(flatten)]
     trace: TraceArgs,

@@ -17,7 +17,7 @@ pub use import::{ImportPropbin, ImportReleased, ImportSamples, Imported, LeftOut
 pub enum ExchangeError {
     /// Labels of another protocol than the published data's.
     #[error(
-        "the labels follow the protocol {}, the published data `released`; make labels of that protocol",
+        "the labels follow the protocol {}, the published data `released`; make the data set with that protocol, or relabel its paths",
         .0.as_ref().map_or("of nobody knows what".into(), |name| format!("`{name}`"))
     )]
     Protocol(Option<String>),

@@ -170,7 +170,7 @@ impl Prediction<'_> {
 /// Settings of a comparison.
 #[derive(Debug, Default)]
 pub struct Scoring {
-    /// Definition of the metrics; otherwise that of the labels, and the released one for files.
+    /// Definition of the metrics; otherwise that of the labels, and `paper` for files.
     pub protocol: Option<Protocol>,
     /// Map of each sample; a data set knows its own.
     pub map_ids: Option<ArrayFile>,
@@ -194,7 +194,7 @@ impl Scoring {
     /// The protocol by which a prediction for this truth is scored.
     pub fn protocol(&self, truth: &Truth) -> Protocol {
         let own = truth.own_protocol();
-        self.protocol.or(own).unwrap_or(Protocol::Released)
+        self.protocol.or(own).unwrap_or_default()
     }
 
     /// Scores a prediction. Samples with NaN or an infinity are in no mean, but in [`Evaluation::rejected`].
