@@ -96,7 +96,10 @@ fn export_continues_where_it_was_and_keeps_to_its_data() {
     assert!(whole == exported("parts", ""), "continuing changed a file");
     assert!(exported("test", "--part test").len() < whole.len());
 
-    folder.make("other", &["--profile smoke --protocol released --seed 7 --store aps,paths"]);
+    folder.make(
+        "other",
+        &["--profile smoke --protocol released --seed 7 --store aps,paths"],
+    );
     let (other, parts) = (folder.arg("other"), folder.arg("parts"));
     let error = fail(&format!("export {other} --layout released --out {parts}"));
     assert!(error.contains("another export"), "{error}");

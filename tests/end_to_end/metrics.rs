@@ -212,7 +212,9 @@ pub fn mean_std(values: &[f64]) -> (f64, f64) {
 fn data_set_as_truth() {
     let folder = Folder::new();
     let truth = folder.arg("data");
-    succeed(&format!("dataset --profile smoke --protocol released --out {truth}"));
+    succeed(&format!(
+        "dataset --profile smoke --protocol released --out {truth}"
+    ));
     let dataset = Dataset::open(&truth).unwrap();
     let (mean, std) = mean_std(&linear(&dataset, Part::Train));
     let test = linear(&dataset, Part::Test);

@@ -218,6 +218,7 @@ fn links_that_are_not_there_are_told() {
 
     for (line, told) in [
         ("explain DATA --link 0,9,1", "no link from transmitter 9"),
+        ("explain DATA --link 0,1,99", "that transmitter has 20 links, to receivers "),
         ("explain DATA --link 0;1", "MAP,TX,RX"),
         ("explain DATA --link 0,1,1 --maps MAPS", "buildings differ"),
         ("gallery DATA --links 7,0,0", "no map 7"),

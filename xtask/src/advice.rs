@@ -22,7 +22,9 @@ pub fn advice(error: &Error) -> String {
         Cause::Map(MapError::NotGeoJson { .. }) => " in --map-ids",
         Cause::Map(MapError::NoImage(_)) => " (cargo xtask import ... --maps)",
         Cause::Map(MapError::NoPart { .. }) => "; name another part with --split",
-        Cause::Exchange(ExchangeError::Protocol { .. }) => " (--protocol released), or give --any-protocol",
+        Cause::Exchange(ExchangeError::Protocol { .. }) => {
+            " (--protocol released), or give --any-protocol"
+        }
         Cause::Exchange(ExchangeError::NoPlaces) => {
             "; make it with --store aps,paths, or give --zero-places"
         }

@@ -8,8 +8,8 @@ use aps_label::LabelConfig;
 use aps_raytrace::glam::DVec2;
 use aps_report::link::LinkView;
 use aps_report::picture::Outlines;
-use map2aps::maps::NamedMaps;
-use map2aps::{LinkMap, LinkSource, settings};
+use map2aps::maps::{NamedMaps, ranges};
+use map2aps::{LinkMap, LinkSource, counted, settings};
 use serde_json::Value;
 
 use crate::args::TileArgs;
@@ -100,15 +100,33 @@ impl SourceMap {
     pub fn row_of(&self, tx: u32, rx: u32) -> Result<usize> {
         self.map.row_of(tx, rx).with_context(|| {
             let data = &self.map.data;
+            let of_tx = data.links.iter().filter(|&&[from, _]| from == tx);
+            let mut receivers: Vec<u32> = of_tx.map(|&[_, to]| to).collect();
+            receivers.sort_unstable();
+            let known = match receivers.len() {
+                0 => format!("it has {} transmitters, from 0", data.tx_m.len()),
+                count => format!(
+                    "that transmitter has {}: {}",
+                    counted(count, "link, to receiver", "links, to receivers"),
+                    shortened(&receivers)
+                ),
+            };
             format!(
-                "map {} has no link from transmitter {tx} to receiver {rx}; it has {} transmitters, {} receivers and {} links",
-                data.id,
-                data.tx_m.len(),
-                data.rx_m.len(),
-                data.links.len()
+                "map {} has no link from transmitter {tx} to receiver {rx}; {known}",
+                data.id
             )
         })
     }
+}
+
+/// The first of some ascending numbers as a list like `0-4,7`.
+fn shortened(ascending: &[u32]) -> String {
+    const SHOWN: usize = 20;
+    let more = match ascending.len() > SHOWN {
+        true => ", ...",
+        false => "",
+    };
+    ranges(&ascending[..ascending.len().min(SHOWN)]) + more
 }
 
 /// Names the option by which the maps of a data set are given, for messages that ask for them.

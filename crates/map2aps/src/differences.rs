@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use aps_label::Protocol;
 use serde_json::Value;
 
 use crate::settings::has_legs_between_corners;
@@ -33,7 +34,7 @@ impl Difference {
     /// that by which the training took its labels, `learnt` the configuration of the data set that was trained on, `found` that
     /// of another. Settings of power delay profiles are left out, which no spectrum depends on, and so is slope diffraction
     /// where paths have one corner at most.
-    pub fn all(protocol: &str, learnt: &Value, found: &Value) -> Vec<Self> {
+    pub fn all(protocol: Protocol, learnt: &Value, found: &Value) -> Vec<Self> {
         let of = |group: &str, setting: &'static str| Self {
             setting,
             learnt: learnt[group][setting].clone(),
@@ -41,13 +42,13 @@ impl Difference {
         };
         let mut all = vec![
             Self {
-                learnt: protocol.into(),
+                learnt: protocol.name().into(),
                 ..of("label", "protocol")
             },
             of("label", "array"),
             of("label", "sampling_rate_hz"),
         ];
-        if protocol == "released" {
+        if protocol == Protocol::Released {
             // Its spectra are the largest of those at the sampled delays.
             all.push(of("label", "delay_axis"));
         }
@@ -125,7 +126,7 @@ mod tests {
 
     fn names(learnt: (&LabelConfig, &TraceConfig), found: (&LabelConfig, &TraceConfig)) -> String {
         let [a, b] = [learnt, found].map(|(label, trace)| configuration(label, trace));
-        let all = Difference::all(&learnt.0.protocol.to_string(), &a, &b);
+        let all = Difference::all(learnt.0.protocol, &a, &b);
         let names: Vec<&str> = all.iter().map(|difference| difference.setting).collect();
         names.join(" ")
     }
@@ -206,7 +207,7 @@ mod tests {
     fn only_told_protocols_and_arrays_change_the_meaning() {
         let configuration = json!({ "label": { "protocol": "released", "array": "a" }, "trace": { "frequency_hz": 1.0 } });
         let all = Difference::all(
-            "paper",
+            Protocol::Paper,
             &json!({ "label": { "array": "b" } }),
             &configuration,
         );
@@ -228,7 +229,7 @@ mod tests {
         );
         // Labels that tell nothing, and settings that are none at all.
         for foreign in [json!({}), json!(null), json!("text"), json!([1])] {
-            let all = Difference::all("paper", &configuration, &foreign);
+            let all = Difference::all(Protocol::Paper, &configuration, &foreign);
             assert!(!all.is_empty() && !all.iter().any(Difference::is_of_meaning));
         }
     }

@@ -41,9 +41,9 @@ pub struct Args {
     /// Receiver X,Y [m].
     #[arg(long, value_parser = parse_point, allow_hyphen_values = true, requires = "map")]
     rx: Option<DVec2>,
-    /// Definition of the spectrum whose lobes are explained: paper or released.
-    #[arg(long, default_value_t)]
-    protocol: Protocol,
+    /// Definition of the spectrum whose lobes are explained: paper or released [default: the data set's, or paper].
+    #[arg(long)]
+    protocol: Option<Protocol>,
     #[command(flatten)]
     array: ArrayArgs,
     /// Heading of the array [deg], counter-clockwise from +x: angles are counted from there.
@@ -79,11 +79,12 @@ impl Args {
         let mut subject = self.subject()?;
         subject.title += &heading_words(self.heading);
         subject.link = subject.link.from_heading(self.heading);
-        let explanation = Explanation::of(&subject.link, self.protocol, &subject.label)?
-            .with_context(|| {
+        let protocol = self.protocol.unwrap_or(subject.label.protocol);
+        let explanation =
+            Explanation::of(&subject.link, protocol, &subject.label)?.with_context(|| {
                 format!(
-                    "{}: it has no path that the {} protocol counts",
-                    subject.title, self.protocol
+                    "{}: it has no path that the {protocol} protocol counts",
+                    subject.title
                 )
             })?;
         let picture = Explained {

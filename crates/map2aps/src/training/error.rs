@@ -151,6 +151,9 @@ pub enum TrainingError {
         /// Their deviation.
         std: f64,
     },
+    /// A width of the spots that no image can be drawn with.
+    #[error("sigma_px is {0}: it must be positive; restore the file")]
+    SpotWidth(f64),
     /// A run to continue whose best weights are gone.
     #[error(
         "the run has its best weights in '{}', which is not there; restore it, or start anew in another folder", .0.display()

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use aps_data::{Dataset, Difference};
-use aps_label::{MeanStd, Normalization};
+use aps_label::{MeanStd, Normalization, Protocol};
 use aps_model::condition::Frame;
 use aps_model::train::TrainConfig;
 use serde::{Deserialize, Serialize};
@@ -41,7 +41,7 @@ pub struct Settings {
     /// Its settings, as its manifest has them.
     pub data_configuration: Value,
     /// Definition of labels and metrics.
-    pub protocol: String,
+    pub protocol: Protocol,
     /// Statistics of linear relative power over the training maps, by which targets are normalised.
     pub training_statistics: MeanStd,
     /// Training maps.
@@ -103,16 +103,18 @@ impl Settings {
         let settings: Self = serde_json::from_str(text)?;
         let MeanStd { mean, std } = settings.training_statistics;
         // What is predicted is in single precision.
-        match mean.is_finite() && std > 0.0 && (1.0 / std) < f64::from(f32::MAX) {
-            true => Ok(settings),
-            false => Err(TrainingError::Statistics { mean, std }.into()),
+        if !(mean.is_finite() && std > 0.0 && (1.0 / std) < f64::from(f32::MAX)) {
+            return Err(TrainingError::Statistics { mean, std }.into());
+        }
+        match settings.sigma_px {
+            sigma_px if sigma_px.is_finite() && sigma_px > 0.0 => Ok(settings),
+            sigma_px => Err(TrainingError::SpotWidth(sigma_px).into()),
         }
     }
 
-    /// Method by which the targets of the training were made; `None` for a protocol that this version does not know.
-    pub(super) fn normalization(&self) -> Option<Normalization> {
-        let protocol = self.protocol.parse().ok()?;
-        Some(Normalization::of(protocol, self.training_statistics))
+    /// Method by which the targets of the training were made.
+    pub(super) fn normalization(&self) -> Normalization {
+        Normalization::of(self.protocol, self.training_statistics)
     }
 }
 
@@ -203,18 +205,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn statistics_that_cannot_be_divided_by_are_refused() {
+    fn settings_that_no_prediction_can_use_are_refused() {
         let shipped = Shipped::of(ModelKind::MsAreg).unwrap().settings;
-        let mut settings: Value = serde_json::from_str(shipped).unwrap();
         Settings::parse(shipped).unwrap();
-        for std in [json!(0.0), json!(-1), json!(1e-320)] {
-            settings["training_statistics"]["std"] = std;
-            let told = Settings::parse(&settings.to_string()).unwrap_err();
-            assert!(
-                told.chain().contains("training_statistics"),
-                "{}",
-                told.chain()
-            );
+        for (at, value, part) in [
+            (
+                "/training_statistics/std",
+                json!(0.0),
+                "training_statistics",
+            ),
+            ("/training_statistics/std", json!(-1), "training_statistics"),
+            (
+                "/training_statistics/std",
+                json!(1e-320),
+                "training_statistics",
+            ),
+            ("/sigma_px", json!(0), "sigma_px"),
+            ("/sigma_px", json!(-20), "sigma_px"),
+            ("/protocol", json!("mine"), "`mine`"),
+        ] {
+            let mut settings: Value = serde_json::from_str(shipped).unwrap();
+            *settings.pointer_mut(at).unwrap() = value;
+            let told = Settings::parse(&settings.to_string()).unwrap_err().chain();
+            assert!(told.contains(part), "{told}");
         }
     }
 }

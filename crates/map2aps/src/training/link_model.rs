@@ -55,7 +55,7 @@ impl LinkModel {
             return Err(TrainingError::NoGeometry(kind).into());
         }
         let known = trained.settings().and_then(|settings| {
-            let Normalization::Paper(statistics) = settings.normalization()? else {
+            let Normalization::Paper(statistics) = settings.normalization() else {
                 return None;
             };
             Some((&settings.data_configuration, statistics))

@@ -73,7 +73,7 @@ impl OnnxModel {
                 facts.push(("sigma_px", settings.sigma_px.to_string()));
                 facts.push(("frame", settings.frame.to_string()));
             }
-            facts.push(("protocol", settings.protocol));
+            facts.push(("protocol", settings.protocol.to_string()));
             facts.push(("training_statistics", statistics));
             if let Some(labels) = settings.data_configuration.get("label") {
                 facts.push(("label", labels.to_string()));

@@ -149,7 +149,7 @@ impl Training {
             device: self.device,
             data: dataset.root().into(),
             data_configuration: dataset.manifest().configuration.clone(),
-            protocol: protocol.to_string(),
+            protocol,
             training_statistics,
             train_maps,
             dev_maps,

@@ -87,7 +87,7 @@ impl Trained {
         let Target::Normalised(wanted) = wanted else {
             return self;
         };
-        let own = self.settings.as_ref().and_then(Settings::normalization);
+        let own = self.settings.as_ref().map(Settings::normalization);
         let differ = |&own: &Normalization| own != wanted;
         let target = own.filter(differ).map(|own| [own, wanted]);
         Self { target, ..self }
@@ -104,7 +104,7 @@ impl Trained {
             return Ok(Vec::new());
         };
         let found = &dataset.manifest().configuration;
-        let all = Difference::all(&settings.protocol, &settings.data_configuration, found);
+        let all = Difference::all(settings.protocol, &settings.data_configuration, found);
         match all.iter().find(|difference| difference.is_of_meaning()) {
             Some(difference) => Err(TrainingError::OtherLabels {
                 model: self.label.kind,
