@@ -218,8 +218,28 @@ fn links_that_are_not_there_are_told() {
 
     for (line, told) in [
         ("explain DATA --link 0,9,1", "no link from transmitter 9"),
-        ("explain DATA --link 0,1,99", "that transmitter has 20 links, to receivers "),
+        (
+            "explain DATA --link 0,1,99",
+            "that transmitter has 20 links, to receivers ",
+        ),
         ("explain DATA --link 0;1", "MAP,TX,RX"),
+        ("explain DATA --link 0,1,1 --tile 50", "settings of tiles"),
+        (
+            "explain DATA --link 0,1,1 --max-reflections 5",
+            "settings of the trace",
+        ),
+        (
+            "explain --map MAPS/0.json --tx 20,20 --rx 30,30 --seed 3",
+            "--seed is for",
+        ),
+        (
+            "explain --map MAPS/0.json --tx 20,20 --rx 30,30 --map-id 3",
+            "settings of tiles",
+        ),
+        (
+            "explain --map synthetic --tx 20,20 --rx 30,30 --map-id 3",
+            "--map-id is for",
+        ),
         ("explain DATA --link 0,1,1 --maps MAPS", "buildings differ"),
         ("gallery DATA --links 7,0,0", "no map 7"),
         ("explain", "name a link"),

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::path::Path;
 use std::str::FromStr;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use aps_data::{Access, Part, Stored};
 use aps_label::{ArrayForm, HEADINGS_DEG, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
@@ -54,11 +54,19 @@ impl TileArgs {
         described(maps.open(self.settings(), synthetic)?)
     }
 
-    /// Opens the maps that a data set was made of; a city is cut by the settings in its `configuration`.
+    /// Opens the maps that a data set was made of, if they are named; a city is cut by the settings in its `configuration`.
     ///
     /// # Errors
-    /// As [`TileArgs::open`], and a city of another data set.
-    pub fn open_for(&self, maps: &NamedMaps, configuration: &Value) -> Result<MapSource> {
+    /// As [`TileArgs::open`], a city of another data set, and settings of tiles without maps.
+    pub fn open_for(
+        &self,
+        maps: Option<&NamedMaps>,
+        configuration: &Value,
+    ) -> Result<Option<MapSource>> {
+        let Some(maps) = maps else {
+            let is_default = self.settings().must_be_default();
+            return Ok(is_default.map(|()| None).map_err(map2aps::Error::from)?);
+        };
         let tiles = match maps {
             NamedMaps::City(_) => self.over(TileSettings::of_dataset(configuration)),
             _ => self.settings(),
@@ -70,7 +78,7 @@ impl TileArgs {
                 .must_be_of(configuration)
                 .map_err(map2aps::Error::from)?;
         }
-        Ok(source)
+        Ok(Some(source))
     }
 
     /// The settings given, and others where none are.
@@ -129,9 +137,9 @@ pub struct OneMapArgs {
     /// Tile of a city [default: the first with a building].
     #[arg(long, requires = "map")]
     map_id: Option<u32>,
-    /// Seed of the synthetic city.
-    #[arg(long, default_value_t = 42)]
-    seed: u64,
+    /// Seed of the synthetic city [default: 42].
+    #[arg(long, requires = "map")]
+    seed: Option<u64>,
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
@@ -145,8 +153,17 @@ impl OneMapArgs {
         let tiles = self.tiles.settings();
         if map == Path::new("synthetic") {
             tiles.must_be_default().map_err(map2aps::Error::from)?;
-            return Ok(MapSource::Synthetic { count: 1 }.load(0, self.seed, scene)?);
+            ensure!(
+                self.map_id.is_none(),
+                "--map-id is for a city in GeoJSON; another synthetic one has another --seed"
+            );
+            let seed = self.seed.unwrap_or(42);
+            return Ok(MapSource::Synthetic { count: 1 }.load(0, seed, scene)?);
         }
+        ensure!(
+            self.seed.is_none(),
+            "--seed is for --map synthetic; leave it away"
+        );
         let (scene, city) = maps::load_file(map, self.map_id, tiles, scene)?;
         if let Some(city) = city {
             note!("{city}");

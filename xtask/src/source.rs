@@ -37,8 +37,7 @@ impl Source {
             true => settings::label_of(configuration).with_context(place)?,
             false => LabelConfig::default(),
         };
-        let maps = maps.map(|maps| tiles.open_for(maps, configuration));
-        let maps = maps.transpose().with_context(place)?;
+        let maps = tiles.open_for(maps, configuration).with_context(place)?;
         let links = LinkSource::new(dataset, maps).with_context(place)?;
         Ok(Self { links, label })
     }

@@ -110,8 +110,8 @@ impl Args {
         let root = self.data.as_path();
         let dataset = training::open(root)?;
         let configuration = &dataset.manifest().configuration;
-        let open = |maps: &NamedMaps| self.tiles.open_for(maps, configuration);
-        let trained = trained.with_maps(self.maps.as_ref().map(open).transpose()?);
+        let maps = self.tiles.open_for(self.maps.as_ref(), configuration)?;
+        let trained = trained.with_maps(maps);
         let (.., target) = targets::learning_target(&dataset)?;
         let trained = &trained.for_targets(target);
         let part = self.split;

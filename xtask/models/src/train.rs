@@ -179,9 +179,8 @@ impl Args {
     fn plan(&self, dataset: &Dataset) -> Result<Training> {
         let usual = self.model.train_config(self.preset);
         let configuration = &dataset.manifest().configuration;
-        let open = |maps: &NamedMaps| self.tiles.open_for(maps, configuration);
         Ok(Training {
-            maps: self.maps.as_ref().map(open).transpose()?,
+            maps: self.tiles.open_for(self.maps.as_ref(), configuration)?,
             model: self.model,
             preset: self.preset,
             image_size: self.image_size.unwrap_or(usual_image_size(self.preset)),

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use aps_label::{LabelConfig, Protocol};
-use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
+use aps_raytrace::{TraceConfig, Tracer};
 use aps_report::explain::{Explained, Explanation};
 use aps_report::link::{LinkView, heading_words};
 use aps_report::picture::Outlines;
@@ -108,7 +108,12 @@ impl Args {
     }
 
     fn subject(&self) -> Result<Subject> {
+        let config = self.trace.config();
         if let (Some(folder), Some(id)) = (&self.dataset, self.link) {
+            ensure!(
+                config == TraceConfig::default(),
+                "settings of the trace are for --map: the paths of a data set are those that it was made with"
+            );
             let source = Source::open(folder, self.maps.as_ref(), &self.one_map.tiles)?;
             let map = source.map(id.map)?;
             let row = map.row_of(id.tx, id.rx)?;
@@ -124,7 +129,6 @@ impl Args {
             bail!("name a link: DATASET --link MAP,TX,RX, or --map FILE --tx X,Y --rx X,Y");
         };
         let scene = self.one_map.load(file)?;
-        let config = self.trace.config();
         let tracer = Tracer::new(&scene, config.clone())?;
         let link = tracer.trace(tx, rx)?;
         cautions::tell_carrier(&config);

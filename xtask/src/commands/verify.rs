@@ -43,10 +43,8 @@ impl Args {
         let dataset = Dataset::open(&self.dataset)?;
         let manifest = dataset.manifest();
         let configuration = &manifest.configuration;
-        let maps = match &self.maps {
-            Some(maps) => Some(self.tiles.open_for(maps, configuration)?),
-            None => MapSource::of_dataset(configuration),
-        };
+        let named = self.tiles.open_for(self.maps.as_ref(), configuration)?;
+        let maps = named.or_else(|| MapSource::of_dataset(configuration));
         let verify = Verify {
             maps,
             sample: self.sample,

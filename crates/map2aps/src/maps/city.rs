@@ -308,6 +308,7 @@ pub fn load_bytes(
     settings: SceneSettings,
 ) -> Result<(Scene, Option<City>)> {
     match is_list(bytes) {
+        true if tile.is_some() => Err(MapError::NoTiles).at_file(Place::MapFile, file),
         true => {
             tiles.must_be_default().at_file(Place::MapFile, file)?;
             let scene = radiomapseer::scene(bytes, settings);

@@ -28,8 +28,8 @@ pub enum MapError {
     },
     /// Settings of tiles beside maps that are not cut into tiles.
     #[error(
-        "settings of tiles (side, corner, coordinates, which buildings) are for a city in GeoJSON; leave them away, for these \
-         maps are not cut into tiles"
+        "settings of tiles (side, corner, coordinates, which buildings, number) are for a city in GeoJSON; leave them away, for \
+         these maps are not cut into tiles"
     )]
     NoTiles,
     /// More synthetic cities than there are ids for.
