@@ -372,7 +372,7 @@ impl ArrayArgs {
     }
 }
 
-/// Settings of labels for paths that were not traced here.
+/// Settings of labels.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Labels")]
 pub struct LabelArgs {

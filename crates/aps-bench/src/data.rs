@@ -53,15 +53,15 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
 /// Opens the data set of a part's folder; first makes the maps that it lacks, all of them if `fresh`. Whole maps are kept when it is
 /// cancelled.
 pub fn open(
-    config: &Config,
     plan: &DatasetPlan,
     split: &Split,
     folder: &Path,
     fresh: bool,
     watch: Watch<'_>,
 ) -> Result<(Part, Dataset)> {
+    let maps = [&split.train[..], &split.develop, &split.test].concat();
     let settings = json!({
-        "maps": config.data.maps,
+        "buildings": plan.buildings_sha256(&maps)?,
         "split": split,
         "seed": plan.seed,
         "settings": plan.config().configuration,

@@ -8,8 +8,8 @@ use aps_model::weights::Shipped;
 use aps_report::benchmark::Entry;
 use map2aps::targets::Target;
 use map2aps::training::Trained;
-use map2aps::{Draw, Examples, check_links};
-use serde_json::json;
+use map2aps::{Draw, Examples, check_links, links_file};
+use serde_json::{Value, json};
 
 use crate::answer::{self, Answer};
 use crate::baselines;
@@ -72,7 +72,8 @@ impl<'a> Context<'a> {
         };
         let made_of = match (job, &training) {
             (_, Some((_, part))) => json!(part.hash()),
-            (Job::External(_, file) | Job::Weights(_, file), _) => json!(size_and_sha256(file)?.1),
+            (Job::External(_, file), _) => sums([file, &links_file(file)])?,
+            (Job::Weights(_, file), _) => sums([file, &file.with_file_name("config.json")])?,
             (&Job::Shipped(kind), _) => {
                 let bytes = Shipped::of(kind).map_or(&[][..], |shipped| shipped.bytes);
                 json!(sha256_of(bytes))
@@ -148,4 +149,11 @@ impl<'a> Context<'a> {
             .for_targets(Target::Normalised(bed.test.normalization()));
         bed.ask(&trained, &self.bench.config.latency, self.watch)
     }
+}
+
+/// Checksums of a file and of one beside it, which may not be there.
+fn sums([file, beside]: [&Path; 2]) -> Result<Value> {
+    let beside = beside.is_file().then(|| size_and_sha256(beside));
+    let beside = beside.transpose()?.map(|(_, sum)| sum);
+    Ok(json!([size_and_sha256(file)?.1, beside]))
 }

@@ -67,7 +67,7 @@ impl TestBed {
         watch: Watch<'_>,
     ) -> Result<Self> {
         let (plan, split) = data::plan(config)?;
-        let (data, dataset) = data::open(config, &plan, &split, folder, fresh, watch)?;
+        let (data, dataset) = data::open(&plan, &split, folder, fresh, watch)?;
         Ok(Self {
             test: TestSet::load(&dataset, part, limit, config.seed)?,
             plan,

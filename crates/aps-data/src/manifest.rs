@@ -191,6 +191,11 @@ impl Manifest {
         }
     }
 
+    /// Returns a map of the data set, if it has it.
+    pub fn map(&self, id: u32) -> Option<&MapEntry> {
+        self.maps.iter().find(|map| map.id == id)
+    }
+
     /// Returns the settings of the data set.
     pub fn config(&self) -> DatasetConfig {
         DatasetConfig {

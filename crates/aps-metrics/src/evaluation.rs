@@ -171,6 +171,12 @@ impl Evaluation {
         self.truth.range()
     }
 
+    /// Returns the largest of all finite true values pushed so far; `None` if there was none. Where it is not above 0 the spectra
+    /// seem to be in decibels, of which the metrics mean nothing.
+    pub fn truth_maximum(&self) -> Option<f64> {
+        self.truth.maximum()
+    }
+
     /// One metric of each scored sample.
     pub fn column(&self, metric: Metric, range: DataRange) -> Vec<f64> {
         self.scored

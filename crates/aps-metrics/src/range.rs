@@ -56,6 +56,11 @@ impl RangeScan {
         };
     }
 
+    /// Maximum of all values; `None` before the first value.
+    pub fn maximum(&self) -> Option<f64> {
+        self.bounds.map(|(_, high)| high)
+    }
+
     /// Maximum - minimum of all values, at least 1e-6; `None` before the first value.
     pub fn range(&self) -> Option<DataRange> {
         self.bounds

@@ -190,6 +190,7 @@ mod tests {
             maps: MapSource::Synthetic { count: 3 },
             tx_per_map: 2,
             rx_per_map: 5,
+            label: aps_label::LabelConfig::released(),
             ..DatasetPlan::default()
         };
         plan.make(root.path(), &[0, 1, 2], &Control::default())

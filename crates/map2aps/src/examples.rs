@@ -2,16 +2,17 @@
 
 use std::sync::OnceLock;
 
-use aps_data::{ConditionConfig, ConditionImages, Dataset, MapData, Part, Raster, Samples};
+use aps_data::{ConditionConfig, ConditionImages, Dataset, MapData, Part, Samples};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 use crate::error::{At, Place, Result};
+use crate::maps::identity::Kept;
 use crate::maps::{MapError, MapSource};
 use crate::polar::PolarViews;
-use crate::scenes::{Scenes, is_blank};
+use crate::scenes::Scenes;
 use crate::scores::{Domain, ScoreError};
 use crate::targets::{self, Target};
 
@@ -78,7 +79,7 @@ enum Labels {
 #[derive(Debug, Clone)]
 pub(crate) struct ExampleMap {
     pub id: u32,
-    pub buildings: Raster,
+    pub buildings: Kept,
     images: OnceLock<ConditionImages>,
 }
 
@@ -169,7 +170,7 @@ impl Examples {
             }
             examples.maps.push(ExampleMap {
                 id,
-                buildings: map.buildings,
+                buildings: Kept::new(dataset, id, map.buildings),
                 images: OnceLock::new(),
             });
         }
@@ -221,7 +222,7 @@ impl Examples {
 
     /// Rows and columns of a condition image: those of the map's image, or what [`Examples::with_image_size`] made them.
     pub fn image_shape(&self) -> [usize; 2] {
-        let grid = self.maps.first().map(|map| map.buildings.grid());
+        let grid = self.maps.first().map(|map| map.buildings.image.grid());
         let own = grid.map_or([0; 2], |grid| [grid.height, grid.width]);
         self.images.image_size.map_or(own, |size| [size.max(1); 2])
     }
@@ -241,7 +242,7 @@ impl Examples {
         let scenes = Scenes::new(configuration, *seed, maps.cloned())?;
         let scene = |map: &ExampleMap| {
             let found = scenes.scene(map.id, &map.buildings)?;
-            let missing = || match is_blank(&map.buildings) {
+            let missing = || match map.buildings.is_blank() {
                 true => MapError::NoImage(map.id),
                 false => MapError::NoScene(map.id),
             };
@@ -317,7 +318,7 @@ impl Examples {
     pub fn write_condition(&self, example: usize, image: &mut [f32]) {
         let Example { tx_m, rx_m, .. } = self.list[example];
         let map = &self.maps[self.map_index(example)];
-        let paint = || ConditionImages::new(&map.buildings, self.images);
+        let paint = || ConditionImages::new(&map.buildings.image, self.images);
         map.images.get_or_init(paint).write(tx_m, rx_m, image);
     }
 }

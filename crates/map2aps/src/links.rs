@@ -9,6 +9,7 @@ use crate::control::Control;
 use crate::dataset::stored_paths;
 use crate::error::Result;
 use crate::maps::MapSource;
+use crate::maps::identity::Kept;
 use crate::scenes::Scenes;
 use crate::settings;
 
@@ -58,9 +59,10 @@ impl LinkSource {
     /// A map that is not there or cannot be read, and [`MapError::OtherBuildings`](crate::MapError::OtherBuildings) for a given one.
     pub fn map(&self, id: u32) -> Result<LinkMap> {
         let data = self.dataset.map(id)?;
+        let buildings = Kept::new(&self.dataset, id, data.buildings.clone());
         Ok(LinkMap {
             stored: stored_paths(&self.dataset, id)?,
-            scene: self.scenes.scene(id, &data.buildings)?,
+            scene: self.scenes.scene(id, &buildings)?,
             trace: self.trace.clone(),
             data,
         })

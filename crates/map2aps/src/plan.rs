@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use aps_data::{Access, DatasetConfig, Layout, Split, Stored, npy, sha256_of};
+use aps_data::{Access, DatasetConfig, Layout, Split, Stored, sha256_of};
 use aps_label::{LabelConfig, Labeler};
 use aps_raytrace::TraceConfig;
 use aps_raytrace::scene::RepairReport;
+use rayon::prelude::*;
 
 use crate::control::Control;
 use crate::dataset::{Choice, Made, Making, Run};
@@ -82,9 +83,10 @@ impl DatasetPlan {
         control: &Control<'_>,
     ) -> Result<Made> {
         let making = self.making(out, &self.with_copies(maps)?, access)?;
+        // Before the work: it is refused where more maps take a copy's map out of the training.
+        let split = maps::split(&making.all(), self.seed, self.scene.orientations)?;
         let made = self.make_maps(&making, control)?;
         if access == Access::Whole {
-            let split = maps::split(&making.writer.map_ids(), self.seed, self.scene.orientations)?;
             making.writer.finish(&split)?;
         }
         Ok(made)
@@ -168,10 +170,7 @@ impl DatasetPlan {
             control.check()?;
             // One that cannot be read any more cannot be compared.
             if let Ok(scene) = self.maps.load(there.id, self.seed, self.scene) {
-                let image = maps::raster(&scene, self.maps.raster())?;
-                let (grid, mut bytes) = (image.grid(), Vec::new());
-                npy::write_to(&mut bytes, &[grid.height, grid.width], image.pixels())?;
-                making.must_have(&there, "buildings.npy", &sha256_of(&bytes))?;
+                making.must_be_of(&there, &scene, self.maps.raster())?;
             }
         }
         let of_map = self.tx_per_map.saturating_mul(self.rx_per_map);
@@ -195,6 +194,22 @@ impl DatasetPlan {
         let pool = self.sampling().pool();
         let terminals = sampling::draw(&scene, self.seed, id, self.tx_per_map, pool)?;
         run.map(id, &scene, &terminals, choice, &self.trace)
+    }
+
+    /// Checksum of the buildings of some maps: another one where a data set of them would be of other buildings.
+    ///
+    /// # Errors
+    /// A map that cannot be read.
+    pub fn buildings_sha256(&self, maps: &[u32]) -> Result<String> {
+        let of_map = |&id: &u32| {
+            let scene = self.maps.load(id, self.seed, self.scene)?;
+            Ok(format!(
+                "{id} {}\n",
+                maps::identity::outlines_sha256(&scene)
+            ))
+        };
+        let all: Result<Vec<String>> = maps.par_iter().map(of_map).collect();
+        Ok(sha256_of(all?.concat().as_bytes()))
     }
 
     /// Rings of a map's buildings \[m\]; a point inside an odd number of them is indoors.

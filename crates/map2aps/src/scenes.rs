@@ -1,11 +1,11 @@
 //! The scenes that the maps of a data set were made of.
 
-use aps_data::Raster;
 use aps_raytrace::Scene;
 use serde_json::Value;
 
 use crate::error::Result;
-use crate::maps::{self, MapError, MapSource, SceneSettings};
+use crate::maps::identity::Kept;
+use crate::maps::{MapError, MapSource, SceneSettings};
 use crate::settings;
 
 /// Source of the scenes of a data set: maps that were given, or its own where no file is needed for them.
@@ -32,12 +32,11 @@ impl Scenes {
         })
     }
 
-    /// The scene that a map with these buildings was made of, if it is at hand: one that was given must be it, another is used
-    /// if it is.
+    /// The scene that a map was made of, if it is at hand: one that was given must be it, another is used if it is.
     ///
     /// # Errors
     /// A given map that is not there or cannot be read, [`MapError::OtherBuildings`] and [`MapError::NoImage`].
-    pub fn scene(&self, id: u32, buildings: &Raster) -> Result<Option<Scene>> {
+    pub fn scene(&self, id: u32, buildings: &Kept) -> Result<Option<Scene>> {
         let Some((maps, is_given)) = &self.maps else {
             return Ok(None);
         };
@@ -46,11 +45,10 @@ impl Scenes {
             Err(_) if !is_given => return Ok(None),
             Err(error) => return Err(error),
         };
-        let raster = maps::raster(&scene, buildings.grid())?;
-        match (raster == *buildings, is_given) {
+        match (buildings.is_of(&scene)?, is_given) {
             (true, _) => Ok(Some(scene)),
             (false, false) => Ok(None),
-            (false, true) if is_blank(buildings) => Err(MapError::NoImage(id).into()),
+            (false, true) if buildings.is_blank() => Err(MapError::NoImage(id).into()),
             (false, true) => Err(MapError::OtherBuildings {
                 id,
                 maps: maps.to_string(),
@@ -58,9 +56,4 @@ impl Scenes {
             .into()),
         }
     }
-}
-
-/// Tells if an image shows no building, as that of a data set that came without maps.
-pub(crate) fn is_blank(buildings: &Raster) -> bool {
-    buildings.pixels().iter().all(|&pixel| pixel == 0)
 }

@@ -5,12 +5,13 @@ use std::path::Path;
 // Whatever takes this file has these beside it.
 use super::{Control, Dataset, DatasetPlan, MapSource};
 
-/// Plan of so many cities.
+/// Plan of so many cities, with labels that every form of export takes.
 pub fn plan(count: u32, tx_per_map: usize, rx_per_map: usize) -> DatasetPlan {
     DatasetPlan {
         maps: MapSource::Synthetic { count },
         tx_per_map,
         rx_per_map,
+        label: aps_label::LabelConfig::released(),
         ..DatasetPlan::default()
     }
 }

@@ -8,7 +8,7 @@ use aps_model::{ModelKind, Preset};
 use map2aps::training::OnnxModel;
 use xtask::{note, say};
 
-use crate::choices::models;
+use crate::choices::{models, must_be_shipped};
 use crate::predict::{advised, size_assumed};
 
 /// Closing section of the long help: facts that the options' single lines leave out.
@@ -60,6 +60,7 @@ impl Args {
             (None, None) => bail!("give --weights or --model"),
         };
         let model = model.map_err(advised)?;
+        must_be_shipped(self.weights.as_deref(), self.preset, model.label)?;
         if let (Some(weights), false) = (&self.weights, model.report.dropped.is_empty()) {
             note!("weights '{}': {}", weights.display(), model.report);
         }

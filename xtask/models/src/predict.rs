@@ -20,7 +20,7 @@ use xtask::interrupt::interrupt_flag;
 use xtask::progress::bar_of;
 use xtask::{TileArgs, note, parts};
 
-use crate::choices::devices;
+use crate::choices::{devices, must_be_shipped};
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -95,6 +95,7 @@ impl Args {
         };
         let trained = trained.map_err(advised)?;
         let kind = trained.label().kind;
+        must_be_shipped(self.weights.as_deref(), self.preset, trained.label())?;
         ensure!(
             self.image_size.is_none() || kind.input() == InputKind::Images,
             "--image-size is for models of images, not for {kind}"

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use aps_data::Access;
-use aps_label::{LabelConfig, Protocol};
 use clap::{Subcommand, ValueEnum};
 use map2aps::maps::{MAX_ORIENTATIONS, NamedMaps, choose};
 use map2aps::{Control, DatasetPlan, Receivers, SceneSettings};
 
-use crate::args::{self, IdList, SceneArgs, Store, TileArgs, TraceArgs, parse_shard};
+use crate::args::{self, IdList, LabelArgs, SceneArgs, Store, TileArgs, TraceArgs, parse_shard};
 use crate::cautions;
 use crate::command_line;
 use crate::interrupt::interrupt_flag;
@@ -74,9 +73,6 @@ pub struct Order {
     /// outdoor (the same points for all transmitters of a map, reached or not).
     #[arg(long, default_value = "reached")]
     receivers: Receivers,
-    /// Definition of the label: paper, or released (what the published code computes).
-    #[arg(long, default_value_t)]
-    protocol: Protocol,
     /// Data to store: any of aps,pdp,paths.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "aps")]
     store: Vec<Store>,
@@ -88,6 +84,8 @@ pub struct Order {
     pub out: PathBuf,
     #[command(flatten)]
     scene: SceneArgs,
+    #[command(flatten)]
+    label: LabelArgs,
     #[command(flatten)]
     trace: TraceArgs,
     #[command(flatten)]
@@ -170,10 +168,7 @@ impl Order {
             tx_per_map: self.tx_per_map.unwrap_or(tx_per_map),
             rx_per_map: self.rx_per_map.unwrap_or(rx_per_map),
             receivers: self.receivers,
-            label: LabelConfig {
-                pdp: stored.pdp,
-                ..LabelConfig::of(self.protocol)
-            },
+            label: self.label.config(stored.pdp),
             stored,
             seed: self.seed,
             trace: self.trace.config(),

@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long, value_parser = parse_point, requires = "tx", allow_hyphen_values = true)]
     rx: Vec<DVec2>,
     /// CSV with columns tx_x,tx_y,rx_x,rx_y [m], one link a row.
-    #[arg(long, conflicts_with = "tx")]
+    #[arg(long, conflicts_with_all = ["tx", "rx"])]
     links: Option<PathBuf>,
     /// Form of the output.
     #[arg(long, value_enum, default_value_t = Format::Table)]

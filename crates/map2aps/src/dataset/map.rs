@@ -18,6 +18,7 @@ use super::rows::Rows;
 use crate::control::Control;
 use crate::error::{At, Place, Result};
 use crate::maps;
+use crate::maps::identity::with_outlines;
 use crate::sampling::Terminals;
 use crate::tally::Tally;
 
@@ -76,7 +77,7 @@ impl Run<'_> {
             self.transmitters(&tracer, tx, &rx, choice)
         })
         .at(Place::Map(id))?;
-        writer.set_statistics(tally.statistics());
+        writer.set_statistics(with_outlines(tally.statistics(), scene));
         self.finish(writer, &mut tally)?;
         Ok(tally)
     }

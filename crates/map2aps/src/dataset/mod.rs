@@ -11,13 +11,17 @@ mod verify;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use aps_data::{Access, Dataset, DatasetConfig, DatasetWriter, MapEntry, PathTable, Profile};
+use aps_data::{
+    Access, Dataset, DatasetConfig, DatasetWriter, MapEntry, PathTable, Profile, RasterGrid, npy,
+    sha256_of,
+};
 use aps_label::Labeler;
+use aps_raytrace::Scene;
 use aps_raytrace::scene::RepairReport;
 
 use crate::control::{Control, Work};
 use crate::error::{At, Error, Place, Result};
-use crate::maps::MapError;
+use crate::maps::{self, MapError, identity};
 use crate::tally::Tally;
 
 pub use merge::{MergeError, MissingPart, merge};
@@ -113,6 +117,15 @@ impl Making {
         })
     }
 
+    /// The maps that are there or are to be made, of all shards, ascending.
+    pub fn all(&self) -> Vec<u32> {
+        let mut all = self.writer.map_ids();
+        all.extend(&self.maps);
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
     /// The maps that are there and can be compared with their source: those of this writer, and the first of all shards.
     pub fn there(&self) -> impl Iterator<Item = MapEntry> {
         let first = self.maps.iter().find(|&&id| self.writer.has_map(id));
@@ -125,12 +138,37 @@ impl Making {
     pub fn must_have(&self, map: &MapEntry, file: &str, sha256: &str) -> Result<(), MapError> {
         let mut files = map.files.iter();
         match files.any(|stored| stored.name == file && stored.sha256 != sha256) {
-            true => Err(MapError::OtherSource {
-                id: map.id,
-                file: file.into(),
-                folder: self.folder.clone(),
-            }),
+            true => Err(self.other_source(map.id, file)),
             false => Ok(()),
+        }
+    }
+
+    /// Refuses a scene that a map which is there was not made of. One of an earlier version keeps its image alone.
+    pub fn must_be_of(&self, map: &MapEntry, scene: &Scene, grid: RasterGrid) -> Result<()> {
+        if identity::told(map).is_some() {
+            let outlines = identity::outlines_sha256(scene);
+            return Ok(self.must_have_outlines(map, Some(&outlines))?);
+        }
+        let (image, mut bytes) = (maps::raster(scene, grid)?, Vec::new());
+        npy::write_to(&mut bytes, &[grid.height, grid.width], image.pixels())?;
+        Ok(self.must_have(map, "buildings.npy", &sha256_of(&bytes))?)
+    }
+
+    /// Refuses a source in which a map that is there has other outlines, where both are known.
+    pub fn must_have_outlines(&self, map: &MapEntry, given: Option<&str>) -> Result<(), MapError> {
+        match (identity::told(map), given) {
+            (Some(told), Some(given)) if told != given => {
+                Err(self.other_source(map.id, identity::OUTLINES))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn other_source(&self, id: u32, what: &str) -> MapError {
+        MapError::OtherSource {
+            id,
+            what: what.into(),
+            folder: self.folder.clone(),
         }
     }
 

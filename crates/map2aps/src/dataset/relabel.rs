@@ -15,6 +15,7 @@ use super::{Made, Making, Run};
 use crate::batch::Buffers;
 use crate::control::Control;
 use crate::error::{At, Place, Result};
+use crate::maps::identity;
 use crate::settings::{self, SettingsError};
 use crate::tally::Tally;
 
@@ -66,8 +67,8 @@ pub fn relabel(
     let labeler = Labeler::new(&label)?;
     let making = Making::open(out, config, labeler, &maps, Access::Whole)?;
     for there in making.there() {
-        let mut maps = manifest.maps.iter();
-        let own = maps.find(|map| map.id == there.id);
+        let own = manifest.map(there.id);
+        making.must_have_outlines(&there, own.and_then(identity::told))?;
         // What a relabelled map takes as it is.
         for name in ["buildings", "tx", "rx", "link_tx", "link_rx"].map(|n| format!("{n}.npy")) {
             let file = own.and_then(|own| own.files.iter().find(|file| file.name == name));
@@ -92,7 +93,7 @@ impl Run<'_> {
             return Err(problem).at(Place::SourceMap(id));
         }
         let (map, paths) = (source.map(id)?, source.paths(id)?);
-        let entry = source.manifest().maps.iter().find(|map| map.id == id);
+        let entry = source.manifest().map(id);
         let entry = entry.expect("the map was loaded");
         let mut tally = Tally {
             prepare: started.elapsed(),

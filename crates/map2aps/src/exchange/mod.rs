@@ -24,6 +24,17 @@ pub enum ExchangeError {
     /// A folder with another export.
     #[error("'{}' is of another export; give another folder", .0.display())]
     OtherExport(PathBuf),
+    /// A folder with files of a map that is not of the part of the split that is exported.
+    #[error(
+        "'{}' has files of map {map}, which is not of the part that is exported, as when the data set has grown; give another folder",
+        folder.display()
+    )]
+    LeftPart {
+        /// The map.
+        map: String,
+        /// The folder.
+        folder: PathBuf,
+    },
     /// A folder with files of others.
     #[error("'{}' holds other files; give an empty folder, or one that is not there yet", .0.display())]
     NotEmpty(PathBuf),

@@ -6,7 +6,7 @@ use aps_data::Part;
 use aps_raytrace::glam::DVec2;
 use serde_json::Value;
 
-use super::ranges;
+use super::{COPY_STRIDE, ranges};
 
 /// Fault of a map, or of the choice of maps.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -58,16 +58,23 @@ pub enum MapError {
         "map {0} cannot have copies in other orientations: ids from 1000000 on are those of copies"
     )]
     NoRoomForCopies(u32),
+    /// A copy of a map that is no training map, as when more maps change the split.
+    #[error(
+        "map {0} is a copy of map {upright}, which is no training map of these maps; make them in another folder, or remove the folder \
+         of the copy",
+        upright = .0 % COPY_STRIDE
+    )]
+    CopyOfOther(u32),
     /// Maps of which one differs from the map that a data set was begun with.
     #[error(
-        "map {id} in '{}' was made from another source: its {file} is not that of the one now given; give the former, or another folder, or remove this map's",
+        "map {id} in '{}' was made from another source: its {what} is not that of the one now given; give the former, or another folder, or remove this map's",
         folder.display()
     )]
     OtherSource {
         /// The map.
         id: u32,
-        /// The file that differs.
-        file: String,
+        /// The file, or another part of it, that differs.
+        what: String,
         /// The folder of the data set.
         folder: PathBuf,
     },

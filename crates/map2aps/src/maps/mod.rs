@@ -3,6 +3,7 @@
 #[cfg(feature = "geojson")]
 mod city;
 mod error;
+pub(crate) mod identity;
 mod ids;
 #[cfg(feature = "geojson")]
 mod named;
@@ -29,6 +30,7 @@ pub use error::MapError;
 pub use ids::{choose, parse_ids, ranges};
 #[cfg(feature = "geojson")]
 pub use named::NamedMaps;
+pub(crate) use orientation::split_of_imported;
 pub use orientation::{COPY_STRIDE, MAX_ORIENTATIONS, Orientation, split, with_copies};
 pub use radiomapseer::file_of;
 

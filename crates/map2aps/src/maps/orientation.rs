@@ -84,10 +84,10 @@ pub fn with_copies(mut split: Split, orientations: u32) -> Result<Split, MapErro
     Ok(split)
 }
 
-/// Splits maps by a seed, copies with the map that they are of.
+/// Splits ascending maps by a seed, copies with the map that they are of.
 ///
 /// # Errors
-/// As [`with_copies`].
+/// As [`with_copies`], and [`MapError::CopyOfOther`] for a copy of a map that is trained on no more.
 pub fn split(ids: &[u32], seed: u64, orientations: u32) -> Result<Split, MapError> {
     if orientations == 1 {
         return Ok(Split::of_maps(ids.iter().copied(), seed));
@@ -95,7 +95,28 @@ pub fn split(ids: &[u32], seed: u64, orientations: u32) -> Result<Split, MapErro
     let upright = ids.iter().map(|id| id % COPY_STRIDE);
     let mut split = with_copies(Split::of_maps(upright, seed), orientations)?;
     split.train.retain(|id| ids.binary_search(id).is_ok());
-    Ok(split)
+    let is_upright_train = |id: u32| split.train.contains(&(id % COPY_STRIDE));
+    match ids
+        .iter()
+        .find(|&&id| id >= COPY_STRIDE && !is_upright_train(id))
+    {
+        Some(&id) => Err(MapError::CopyOfOther(id)),
+        None => Ok(split),
+    }
+}
+
+/// Splits imported maps by a seed, copies in the part of the map that they are of.
+pub(crate) fn split_of_imported(ids: &[u32], seed: u64) -> Split {
+    let is_copy = |id: u32| id >= COPY_STRIDE && ids.contains(&(id % COPY_STRIDE));
+    let (copies, own): (Vec<u32>, Vec<u32>) = ids.iter().partition(|&&id| is_copy(id));
+    let mut split = Split::of_maps(own, seed);
+    for part in [&mut split.train, &mut split.develop, &mut split.test] {
+        let of_part = |id: &&u32| part.contains(&(**id % COPY_STRIDE));
+        let mut with: Vec<u32> = copies.iter().filter(of_part).copied().collect();
+        part.append(&mut with);
+        part.sort_unstable();
+    }
+    split
 }
 
 /// Refuses numbers of orientations that a square has not.

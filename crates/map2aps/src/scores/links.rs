@@ -69,7 +69,11 @@ pub fn check_links(dataset: &Dataset, part: Part, prediction: &Path) -> Result<(
     let lines = File::open(&path).at_file(Place::Reading, &path)?;
     let mut lines = BufReader::new(lines).lines();
     let head = lines.next().transpose().at_file(Place::Reading, &path)?;
-    let tells_labels = head.is_some_and(|head| head == LINK_COLUMNS);
+    // Spreadsheets begin the file with a mark.
+    let head = head
+        .as_deref()
+        .map(|head| head.trim_start_matches('\u{feff}'));
+    let tells_labels = head == Some(LINK_COLUMNS);
     let labels = link_labels(dataset);
     let examples = Examples::open(dataset, part, Domain::Linear)?;
     let links = examples.list();

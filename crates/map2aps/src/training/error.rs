@@ -219,7 +219,10 @@ pub enum TrainingError {
 fn chosen_of(pool: &[u32]) -> String {
     match pool.len() {
         0 | 1 => {
-            format!("its training maps {pool:?} are too few to choose any: make one of more maps")
+            format!(
+                "its training maps {pool:?} are too few to choose any: at least 3 maps give some to each part (--map-ids, --profile \
+                 full, or a smaller --tile of a city)"
+            )
         }
         _ => format!("choose some of {pool:?}"),
     }

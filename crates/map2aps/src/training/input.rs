@@ -81,13 +81,15 @@ impl Examples {
             buildings.pixels().iter().copied().map(f32::from).collect()
         };
         let maps = self.maps.iter();
-        maps.flat_map(|map| of_map(&map.buildings)).collect()
+        maps.flat_map(|map| of_map(&map.buildings.image)).collect()
     }
 
     /// The buildings as models take them, of [`Examples::pixels`].
     pub(super) fn rasters<'a>(&self, pixels: &'a [f32]) -> Rasters<'a> {
         let first = self.maps.first();
-        let grid = first.map(|map| map.buildings.grid()).unwrap_or_default();
+        let grid = first
+            .map(|map| map.buildings.image.grid())
+            .unwrap_or_default();
         Rasters {
             pixels,
             height: grid.height,

@@ -38,6 +38,13 @@ impl Printed<'_> {
                 first.defect
             );
         }
+        let maximum = self.scores.evaluation.truth_maximum();
+        if maximum.is_some_and(|maximum| maximum <= 0.0) {
+            note!(
+                "WARNING: no true value is above 0: metrics are of linear power or of normalised spectra, not of decibels; \
+                 10**((db - db.max(axis=1, keepdims=True)) / 10) makes these linear"
+            );
+        }
     }
 
     /// Prints the scores.

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::Findings;
 use crate::dataset::stored_paths;
 use crate::error::Result;
-use crate::maps;
+use crate::maps::identity::{Kept, is_origin_alone};
 use crate::settings;
 use crate::tally::Tally;
 
@@ -43,7 +43,7 @@ pub fn check_against(
     given: &Scene,
     findings: &mut Findings<'_>,
 ) -> Result<bool> {
-    if maps::raster(given, dataset.manifest().layout.raster)? != map.buildings {
+    if !Kept::new(dataset, map.id, map.buildings.clone()).is_of(given)? {
         findings.add(format!(
             "map {}: buildings are not those of the map given",
             map.id
@@ -140,7 +140,7 @@ fn check_statistics(
     let manifest = dataset.manifest();
     // Imported data tell no more than their source.
     let stored = match &entry.statistics {
-        Value::Object(stored) if stored.keys().any(|key| key != "source") => stored,
+        Value::Object(stored) if !is_origin_alone(stored) => stored,
         _ => return Ok(()),
     };
     let mut tally = Tally::default();

@@ -207,6 +207,7 @@ impl Export {
             "stored": manifest.layout,
             "configuration": manifest.configuration,
             "source": source(manifest)?,
+            "maps": self.map_ids(dataset)?,
         }))?;
         let Some(found) = found else {
             return Ok(replace_unsynced(&path, &record)?);
@@ -221,8 +222,15 @@ impl Export {
         if !is_source || !settings.iter().all(is_same) {
             return Err(ExchangeError::OtherExport(path).into());
         }
+        // A larger data set may be split otherwise: files of a map that is of another part now must not stay.
+        let exported = found["maps"].as_array().filter(|_| self.part.is_some());
+        let is_left = |id: &&Value| !own["maps"].as_array().is_some_and(|own| own.contains(id));
+        if let Some(id) = exported.and_then(|exported| exported.iter().find(is_left)) {
+            let (map, folder) = (id.to_string(), out.into());
+            return Err(ExchangeError::LeftPart { map, folder }.into());
+        }
         remove_partial_files(out)?;
-        match is_same(&"source") {
+        match is_same(&"source") && is_same(&"maps") {
             true => Ok(()),
             false => Ok(replace_unsynced(&path, &record)?),
         }

@@ -7,9 +7,11 @@ use aps_data::{Raster, RasterGrid};
 use aps_raytrace::Scene;
 use aps_raytrace::glam::{DVec2, dvec2};
 use aps_raytrace::scene::Location;
+use serde_json::{Value, json};
 
 use super::ExchangeError;
 use crate::error::Result;
+use crate::maps::identity::{SOURCE, with_outlines};
 use crate::maps::{self, MapSource, SceneSettings};
 
 /// Places are whole metres in names: an end that seems to be this far inside a building may stand outside \[m\].
@@ -59,6 +61,15 @@ impl Buildings {
             image,
             scene: None,
             inside: Mutex::default(),
+        }
+    }
+
+    /// Statistics of a map of these buildings and of files with this checksum.
+    pub fn statistics(&self, source: Value) -> Value {
+        let statistics = json!({ SOURCE: source });
+        match &self.scene {
+            Some((scene, _)) => with_outlines(statistics, scene),
+            None => statistics,
         }
     }
 

@@ -11,15 +11,16 @@ use std::fs;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Split, Totals, sha256_of};
+use aps_data::{DatasetConfig, DatasetWriter, LinkRows, Links, MapInput, Totals, sha256_of};
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::ExchangeError;
 use crate::control::{Control, Work};
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
-use crate::maps::MapError;
+use crate::maps::identity::{self, OUTLINES, SOURCE};
+use crate::maps::{MapError, MapSource, SceneSettings, split_of_imported};
 
 use buildings::Buildings;
 use named::{LinkFile, map_number};
@@ -45,6 +46,7 @@ fn make<T>(
     out: &Path,
     config: DatasetConfig,
     maps: &BTreeMap<u32, Vec<T>>,
+    given: Option<&MapSource>,
     control: &Control<'_>,
     mut map: impl FnMut(&DatasetWriter, u32, &[T]) -> Result<()>,
 ) -> Result<Imported>
@@ -55,15 +57,23 @@ where
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
     for (&id, files) in maps {
         control.check()?;
-        let there = writer.entry(id);
-        let noted = there.map_or(Value::Null, |there| there.statistics["source"].clone());
-        if !noted.is_null() && noted != source(files)? {
-            return Err(MapError::OtherSource {
-                id,
-                file: "list of files".into(),
-                folder: out.into(),
+        let Some(there) = writer.entry(id) else {
+            continue;
+        };
+        let other = |what: &str| MapError::OtherSource {
+            id,
+            what: what.into(),
+            folder: out.into(),
+        };
+        let noted = &there.statistics[SOURCE];
+        if !noted.is_null() && *noted != source(files)? {
+            return Err(other("list of files").into());
+        }
+        if let (Some(told), Some(given)) = (identity::told(&there), given) {
+            let scene = given.load(id, 0, SceneSettings::default())?;
+            if told != identity::outlines_sha256(&scene) {
+                return Err(other(OUTLINES).into());
             }
-            .into());
         }
     }
     let todo = || maps.iter().filter(|(id, _)| !writer.has_map(**id));
@@ -82,7 +92,7 @@ where
     }
     let ids = writer.map_ids();
     Ok(Imported {
-        totals: writer.finish(&Split::of_maps(ids, seed))?.totals,
+        totals: writer.finish(&split_of_imported(&ids, seed))?.totals,
         left_out: LeftOut::default(),
     })
 }
@@ -129,7 +139,7 @@ fn write_named(
         control.progress.advance(files.len() as u64);
     }
     buildings.check_ends(files.len())?;
-    map.set_statistics(json!({ "source": source(files)? }));
+    map.set_statistics(buildings.statistics(source(files)?));
     map.finish()?;
     Ok(())
 }

@@ -101,9 +101,14 @@ impl ImportPropbin {
             }),
         };
         let mut left_out = LeftOut::default();
-        let made = make(out, config, &maps, control, |writer, id, files| {
-            self.map(writer, id, files, &labeler, &mut left_out, control)
-        })?;
+        let made = make(
+            out,
+            config,
+            &maps,
+            self.maps.as_ref(),
+            control,
+            |writer, id, files| self.map(writer, id, files, &labeler, &mut left_out, control),
+        )?;
         Ok(Imported { left_out, ..made })
     }
 
@@ -201,7 +206,7 @@ impl ImportPropbin {
             control.progress.advance(1);
         }
         buildings.check_ends(links.len())?;
-        map.set_statistics(json!({ "source": source(files)? }));
+        map.set_statistics(buildings.statistics(source(files)?));
         map.finish()?;
         Ok(())
     }

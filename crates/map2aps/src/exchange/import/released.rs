@@ -73,7 +73,7 @@ impl ImportReleased {
                 "label": LabelConfig { pdp, ..LabelConfig::released() },
             }),
         };
-        make(out, config, &maps, control, |writer, id, files| {
+        make(out, config, &maps, source, control, |writer, id, files| {
             let buildings = Buildings::of(source, id)?;
             let link = |file: &LinkFile| read_link(file, &layout, &buildings);
             write_named(writer, id, files, &buildings, control, link)

@@ -75,7 +75,7 @@ impl ImportSamples {
             layout,
             configuration: json!({ "import": "samples", "label": LabelConfig::released() }),
         };
-        make(out, config, &maps, control, |writer, id, files| {
+        make(out, config, &maps, None, control, |writer, id, files| {
             let buildings = buildings_of(&read(&files[0].path)?, layout.raster);
             let buildings = buildings.at(Place::LinkName(files[0].name))?;
             let buildings = Buildings::drawn(buildings);
