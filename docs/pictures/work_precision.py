@@ -14,7 +14,24 @@ from collections import defaultdict
 INK, GREY, RED, BLUE = "#222", "#bbb", "#c1121f", "#0353a4"
 LEFT, TOP, WIDTH, HEIGHT = 70, 20, 800, 400
 TIMES_US, ERRORS_DB = (1.0, 10_000.0), (0.5, 50.0)
-NAMED = {"R2 D1": "R2 D1", "30 dB": "R2 D1, 30 dB", "R5 D2": "R5 D2", "R5 D2, 20 dB": "R5 D2, 20 dB", "R5 D2, 30 dB": "R5 D2, 30 dB"}
+# Settings that are named: the name, and where it lies from the point (right and down, anchor).
+ABOVE, BELOW, LEFT_OF = (6, -7, "start"), (-6, 16, "end"), (-2, -9, "end")
+BEFORE = {
+    "R2 D1": ("R2 D1", ABOVE),
+    "30 dB": ("R2 D1, 30 dB", (2, 17, "start")),
+    "R5 D2": ("R5 D2", LEFT_OF),
+    "R5 D2, 20 dB": ("R5 D2, 20 dB", ABOVE),
+    "R5 D2, 30 dB": ("30 dB", ABOVE),
+}
+NOW = {
+    "R2 D1": ("R2 D1", (0, -9, "middle")),
+    "30 dB": ("R2 D1, 30 dB", BELOW),
+    "R3 D1": ("R3 D1", (-8, 5, "end")),
+    "R5 D2, 10 dB": ("R5 D2, 10 dB", BELOW),
+    "R5 D2, 20 dB": ("20 dB", BELOW),
+    "R5 D2, 30 dB": ("30 dB", BELOW),
+    "R5 D2": ("R5 D2", BELOW),
+}
 
 
 def settings(path):
@@ -50,8 +67,8 @@ def text(at_x, at_y, words, anchor="middle", colour=INK, size=13):
     return f'<text x="{at_x:.1f}" y="{at_y:.1f}" text-anchor="{anchor}" fill="{colour}" font-size="{size}">{words}</text>'
 
 
-def series(all_settings, colour, below):
-    """Points, front and names of one version; names lie below their points, or above."""
+def series(all_settings, colour, named):
+    """Points, front and names of one version."""
     on_front = front(all_settings.values())
     steps = [f"{x(on_front[0][0]):.1f},{y(on_front[0][1]):.1f}"]
     for (_, before), (time, error) in zip(on_front, on_front[1:]):
@@ -60,8 +77,9 @@ def series(all_settings, colour, below):
     for name, (time, error) in all_settings.items():
         fill = colour if (time, error) in on_front else "white"
         yield f'<circle cx="{x(time):.1f}" cy="{y(error):.1f}" r="4" fill="{fill}" stroke="{colour}"><title>{name}: {time:.1f} us, {error:.3g} dB</title></circle>'
-        if name in NAMED:
-            yield text(x(time) + (-6 if below else 6), y(error) + (16 if below else -7), NAMED[name], "end" if below else "start", colour, 11)
+        if name in named:
+            words, (right, down, anchor) = named[name]
+            yield text(x(time) + right, y(error) + down, words, anchor, colour, 11)
 
 
 def main(before, now, target):
@@ -78,8 +96,8 @@ def main(before, now, target):
     for error in (0.5, 1, 2, 5, 10, 20, 50):
         out.append(f'<line x1="{LEFT}" y1="{y(error):.1f}" x2="{LEFT + WIDTH}" y2="{y(error):.1f}" stroke="{GREY}" stroke-dasharray="2 3"/>')
         out.append(text(LEFT - 8, y(error) + 4, f"{error:g}", "end"))
-    out += series(settings(before), RED, below=False)
-    out += series(settings(now), BLUE, below=True)
+    out += series(settings(before), RED, BEFORE)
+    out += series(settings(now), BLUE, NOW)
     for at_y, colour, words in ((TOP + 24, RED, "before the search by bounds"), (TOP + 46, BLUE, "now")):
         out.append(f'<circle cx="{LEFT + WIDTH - 212}" cy="{at_y - 4}" r="4" fill="{colour}"/>')
         out.append(text(LEFT + WIDTH - 200, at_y, words, "start", colour))
