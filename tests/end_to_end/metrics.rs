@@ -130,6 +130,19 @@ fn a_given_range_shifts_psnr() {
 }
 
 #[test]
+fn decibels_are_told_from_powers() {
+    let folder = Folder::new();
+    let decibels: Vec<f32> = lobes(3)
+        .iter()
+        .map(|x| 10.0 * (x + 1e-3).log10() - 80.0)
+        .collect();
+    let truth = folder.write("truth.npy", &[3, 180], &decibels);
+    let output = xtask(&format!("metrics --truth {truth} --prediction {truth}"));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("not of decibels"), "{told}");
+}
+
+#[test]
 fn rejected_samples_are_shouted() {
     let folder = Folder::new();
     let spectra = lobes(4);

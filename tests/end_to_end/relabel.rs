@@ -51,6 +51,12 @@ fn circular_array_sees_what_the_crate_computes() {
     let array = "--array uca --elements 12 --spacing 0.4 --fs-hz 1e8";
     let more = "--delay-points 65 --last-delay-s 2e-6 --store aps";
     relabel(&folder, "traced", "uca", &format!("{array} {more}"));
+    // A trace makes them at once.
+    let traced = format!("--profile smoke --maps synthetic:3 --store aps {array}");
+    folder.make("at-once", &[&traced]);
+    let spectra = |data| std::fs::read(folder.path(data).join("map_0000/aps_db.npy")).unwrap();
+    assert!(spectra("at-once") == spectra("uca"));
+
     let mut config = LabelConfig {
         sampling_rate_hz: 1e8,
         array: Array::UniformCircular {

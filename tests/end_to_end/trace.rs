@@ -76,6 +76,8 @@ fn picture_and_csv_are_made() {
     ));
     assert!(csv.starts_with("link,tx_x"), "{csv}");
     assert!(csv.lines().any(|l| l.starts_with("1,")), "{csv}");
+    let both = fail(&format!("trace --map {map} --links {links} --rx 2,2"));
+    assert_told(&both, &["--links", "cannot be used with", "--rx"]);
     let picture = fs::read_to_string(svg).unwrap();
     assert!(picture.starts_with("<svg") && picture.contains("Angle power spectrum"));
 }

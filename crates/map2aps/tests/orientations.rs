@@ -83,3 +83,29 @@ fn shards_of_a_data_set_with_copies_join_to_the_bytes_of_one_run() {
         assert!(read("whole") == read("shards"), "{name}");
     }
 }
+
+#[test]
+fn maps_that_take_a_copys_map_out_of_the_training_are_refused_before_they_are_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = DatasetPlan {
+        scene: SceneSettings {
+            orientations: 2,
+            ..SceneSettings::default()
+        },
+        ..synthetic::plan(40, 1, 1)
+    };
+    let few = [0, 1, 2, 3];
+    let dataset = synthetic::made(&plan, folder.path(), &few);
+    let training = dataset.manifest().split.train.clone();
+    // More maps until one of those is trained on no more.
+    let grown = (5..40).find_map(|count| {
+        let all: Vec<u32> = (0..count).collect();
+        let made = plan.make(folder.path(), &all, &Control::default());
+        made.err().map(|error| (count, error.chain()))
+    });
+    let (count, told) = grown.expect("ten maps have two parts without copies");
+    assert!(told.contains("is a copy of map"), "{told}");
+    let now = Dataset::open(folder.path()).unwrap();
+    assert_eq!(now.manifest().split.train[..1], training[..1]);
+    assert!(!folder.path().join(format!("map_{:04}", count - 1)).exists());
+}

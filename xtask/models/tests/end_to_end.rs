@@ -287,6 +287,8 @@ fn an_exported_model_tells_what_it_was_trained_on_and_replaces_no_file() {
     let line = format!("export-onnx --model polar_reg --out {}", text(&shipped));
     assert!(succeed(&line).contains("polar_reg"));
     assert!(fail("export-onnx --model ms_mlp --out no.onnx").contains("polar_reg"));
+    let told = fail("export-onnx --model ms_areg --preset paper --out no.onnx");
+    assert_told(&told, &["come with the program", "preset small"]);
     let told = fail(&format!("{line} --overwrite --image-size 32"));
     assert_told(&told, &["polar_reg takes no condition images"]);
     let none = folder.path().join("none.onnx");

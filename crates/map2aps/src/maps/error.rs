@@ -67,7 +67,7 @@ pub enum MapError {
     CopyOfOther(u32),
     /// Maps of which one differs from the map that a data set was begun with.
     #[error(
-        "map {id} in '{}' was made from another source: its {what} is not that of the one now given; give the former, or another folder, or remove this map's",
+        "map {id} in '{}' was made from another source: it differs in {what} from the one now given; give the former, or another folder, or remove this map's",
         folder.display()
     )]
     OtherSource {

@@ -149,6 +149,30 @@ mod tests {
     }
 
     #[test]
+    fn imported_copies_are_in_the_part_of_their_map() {
+        let ids = [
+            0,
+            1,
+            2,
+            3,
+            COPY_STRIDE,
+            COPY_STRIDE + 3,
+            2 * COPY_STRIDE + 9,
+        ];
+        let upright = Split::of_maps([0, 1, 2, 3, 2 * COPY_STRIDE + 9], 7);
+        let split = split_of_imported(&ids, 7);
+        for (own, with) in [
+            (&upright.train, &split.train),
+            (&upright.develop, &split.develop),
+            (&upright.test, &split.test),
+        ] {
+            let of_part = |id: &u32| own.contains(id) || (own.contains(&(id % COPY_STRIDE)));
+            let expected: Vec<u32> = ids.iter().copied().filter(of_part).collect();
+            assert_eq!(*with, expected);
+        }
+    }
+
+    #[test]
     fn four_quarter_turns_change_nothing() {
         let p = DVec2::new(-1.37, 8.11);
         let quarter = |p| Orientation(1).point(p, AREA);

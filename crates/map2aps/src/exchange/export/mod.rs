@@ -361,6 +361,20 @@ mod tests {
         run(data).unwrap();
         assert!(!left[0].exists() && samples.join(".hidden").exists());
 
+        // A map that has left the part.
+        let of_test = Export {
+            part: Some(aps_data::Part::Test),
+            ..Export::new(ExportLayout::Samples)
+        };
+        let out_of_test = root.path().join("test");
+        let exported = |data| of_test.run(data, &out_of_test, &Control::default());
+        exported(data).unwrap();
+        exported(data).unwrap();
+        let grown = synthetic::made(&synthetic::plan(4, 1, 2), &folder, &[0, 1, 2, 3]);
+        assert_ne!(grown.manifest().split.test, data.manifest().split.test);
+        let told = exported(&grown).unwrap_err().chain();
+        assert!(told.contains("not of the part that is exported"), "{told}");
+
         // A record of no source, and one that tells none.
         let record = out.join(RECORD_FILE);
         let mut told: Value = serde_json::from_slice(&fs::read(&record).unwrap()).unwrap();
