@@ -26,7 +26,14 @@ fn export(folder: &Folder, from: &str, out: &str, layout: &str) {
 /// Imports one folder into another.
 fn import(folder: &Folder, kind: &str, from: &str, out: &str) -> Dataset {
     let data = folder.arg(out);
-    succeed(&format!("import {kind} {} --out {data}", folder.arg(from)));
+    // Only paths are labelled anew.
+    let protocol = if kind == "propbin" {
+        "--protocol released"
+    } else {
+        ""
+    };
+    let from = folder.arg(from);
+    succeed(&format!("import {kind} {from} --out {data} {protocol}"));
     Dataset::open(data).unwrap()
 }
 

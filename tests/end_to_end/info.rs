@@ -24,7 +24,7 @@ fn finished_data_set_is_described() {
         "data', finished",
         "0-2",
         "240  4 transmitters, receivers from 80 points a map",
-        "180 bins over [-180, 180] deg, dB in half precision",
+        "180 bins over [-180, 180) deg, dB in half precision",
         "paths: delay",
         "label.protocol = \"paper\"",
         "trace.max_reflections = 2",

@@ -220,7 +220,7 @@ fn links_that_are_not_there_are_told() {
         ("explain DATA --link 0,9,1", "no link from transmitter 9"),
         (
             "explain DATA --link 0,1,99",
-            "that transmitter has 20 links, to receivers ",
+            "that transmitter has 20 links, to receivers: ",
         ),
         ("explain DATA --link 0;1", "MAP,TX,RX"),
         ("explain DATA --link 0,1,1 --tile 50", "settings of tiles"),

@@ -27,7 +27,7 @@ fn every_command_ends_as_if_it_had_been_read() {
     let folder = Folder::new();
     folder.maps(2);
     for line in [
-        "dataset --maps maps --profile smoke --store aps,paths --out made",
+        "dataset --maps maps --profile smoke --protocol released --store aps,paths --out made",
         "verify made --maps maps",
         "info made",
         "info made --json",

@@ -48,14 +48,14 @@ fn other_protocol_gives_the_labels_of_a_fresh_trace_and_back() {
 fn circular_array_sees_what_the_crate_computes() {
     let folder = Folder::new();
     folder.make("traced", &[SETTINGS, "aps,paths"]);
-    let array = "--array uca --elements 12 --spacing 0.4 --fs-hz 1e8";
+    let array = "--protocol released --array uca --elements 12 --spacing 0.4 --fs-hz 1e8";
     let more = "--delay-points 65 --last-delay-s 2e-6 --store aps";
     relabel(&folder, "traced", "uca", &format!("{array} {more}"));
-    // A trace makes them at once.
-    let traced = format!("--profile smoke --maps synthetic:3 --store aps {array}");
-    folder.make("at-once", &[&traced]);
+    // A trace makes such labels at once.
+    relabel(&folder, "traced", "later", &format!("{array} --store aps"));
+    folder.make("at-once", &[SETTINGS, "aps", array]);
     let spectra = |data| std::fs::read(folder.path(data).join("map_0000/aps_db.npy")).unwrap();
-    assert!(spectra("at-once") == spectra("uca"));
+    assert!(spectra("at-once") == spectra("later"));
 
     let mut config = LabelConfig {
         sampling_rate_hz: 1e8,
@@ -63,7 +63,7 @@ fn circular_array_sees_what_the_crate_computes() {
             elements: 12,
             radius_wavelengths: 12.0 * 0.4 / std::f64::consts::TAU,
         },
-        ..LabelConfig::default()
+        ..LabelConfig::released()
     };
     (config.delay_axis.points, config.delay_axis.last_s) = (65, 2e-6);
     let labeler = Labeler::new(&config).unwrap();

@@ -120,7 +120,8 @@ fn must_be_read_back(
 ) -> Result<(), Fault> {
     let (text, file) = (map(city).to_string(), map_name(id));
     let (file, settings) = (Path::new(&file), stock.maps().scene);
-    let read = load_bytes(text.as_bytes(), file, Some(0), tiles, settings);
+    let tile = (!is_plain(city)).then_some(0);
+    let read = load_bytes(text.as_bytes(), file, tile, tiles, settings);
     let (scene, _) = read.map_err(|error| {
         let why = chain(&error);
         Fault::NoFile(format!(

@@ -270,7 +270,7 @@ mod tests {
         make(&own, 0).unwrap();
         let told = make(&other, 1).unwrap_err().chain();
         assert!(
-            told.contains("map 0 in") && told.contains("buildings.npy"),
+            told.contains("map 0 in") && told.contains("differs in outlines"),
             "{told}"
         );
         // A plan decides nothing about the data.

@@ -31,6 +31,7 @@ fn dataset(folder: &Path) -> Dataset {
         maps: MapSource::Synthetic { count: 3 },
         tx_per_map: 1,
         rx_per_map: 12,
+        label: LabelConfig::released(),
         ..DatasetPlan::default()
     };
     let split = Split {
