@@ -222,8 +222,8 @@ pub fn shard(access: Access) -> Option<String> {
 pub enum Limits {
     /// 2 reflections, 1 diffraction, paths within 60 dB of the strongest.
     R2d1,
-    /// 5 reflections, 2 diffractions, paths within 30 dB: more changes labels by less than 1 dB in the mean, at about five
-    /// times the time.
+    /// 5 reflections, 2 diffractions, paths within 30 dB: a further reflection and weaker paths change labels by less than 1 dB
+    /// in the mean, a third diffraction by more; at about five times the time.
     Converged,
 }
 
