@@ -134,7 +134,7 @@ fn decibels_are_told_from_powers() {
     let folder = Folder::new();
     let decibels: Vec<f32> = lobes(3)
         .iter()
-        .map(|x| 10.0 * (x + 1e-3).log10() - 80.0)
+        .map(|x| 10.0 * (x + 0.06).log10() - 80.0)
         .collect();
     let truth = folder.write("truth.npy", &[3, 180], &decibels);
     let output = xtask(&format!("metrics --truth {truth} --prediction {truth}"));
