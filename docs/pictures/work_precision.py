@@ -44,7 +44,7 @@ def settings(path):
 
 
 def front(points):
-    """The points that no other beats in both, by time."""
+    """The points that no other beats in both, by time; errors within a hundredth of each other are equal."""
     best, found = math.inf, []
     for time, error in sorted(points):
         if error < 0.99 * best:

@@ -130,8 +130,8 @@ def metrics(
             raise ValueError(f"protocol: {protocol.path} does not tell that of its labels; name it, 'paper' or 'released'")
         protocol = of_labels
     found = _native.metrics(truth, prediction, protocol, map_ids, data_range)
-    known = np.asarray(truth)
-    if known.size > 0 and known.max() <= 0:
+    maximum = found.pop("truth_maximum")
+    if maximum is not None and maximum <= 0:
         told = "truth: no value is above 0: metrics are of linear power or of normalised spectra, not of decibels"
         warnings.warn(told, stacklevel=2)
     found["report"] = json.loads(found["report"])

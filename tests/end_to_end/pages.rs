@@ -225,6 +225,10 @@ fn links_that_are_not_there_are_told() {
         ("explain DATA --link 0;1", "MAP,TX,RX"),
         ("explain DATA --link 0,1,1 --tile 50", "settings of tiles"),
         (
+            "explain DATA --link 0,1,1 --close-gaps 1",
+            "and of the scene",
+        ),
+        (
             "explain DATA --link 0,1,1 --max-reflections 5",
             "settings of the trace",
         ),

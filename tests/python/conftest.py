@@ -29,6 +29,6 @@ def paths(scene: map2aps.Scene, outdoors: np.ndarray) -> map2aps.Paths:
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("data") / "set"
     map2aps.make_dataset(
-        folder, 6, tx_per_map=2, rx_per_map=6, store_paths=True, store_pdp=True, progress=None
+        folder, 6, tx_per_map=2, rx_per_map=6, store_paths=True, store_pdp=True, protocol="released", progress=None
     )
     return folder

@@ -40,7 +40,7 @@ def test_stored_labels_are_those_of_the_stored_paths(data: Path) -> None:
 
 
 def test_the_same_call_makes_the_same_bytes_and_keeps_what_is_there(data: Path, tmp_path: Path) -> None:
-    settings = {"tx_per_map": 2, "rx_per_map": 6, "store_paths": True, "store_pdp": True}
+    settings = {"tx_per_map": 2, "rx_per_map": 6, "store_paths": True, "store_pdp": True, "protocol": "released"}
     calls: list[tuple[int, int]] = []
     map2aps.make_dataset(tmp_path / "again", 6, **settings, progress=lambda *of: calls.append(of))
     for file in sorted(data.rglob("*")):

@@ -36,7 +36,7 @@ def test_the_label_is_the_formula_at_its_bins() -> None:
 def test_no_links_have_no_labels() -> None:
     nothing = map2aps.Paths.from_arrays([0], [], [], [])
     assert map2aps.label(nothing).aps_db.shape == (0, 180)
-    assert map2aps.pdp(nothing).pdp_db.shape == (0, 128)
+    assert map2aps.pdp(nothing).pdp_db.shape == (0, 401)
     with pytest.raises(ValueError, match="ascend"):
         map2aps.Paths.from_arrays([], [], [], [])
 
@@ -138,4 +138,4 @@ def test_every_function_takes_the_same_protocol_by_default() -> None:
     functions = [getattr(map2aps, name) for name in map2aps.__all__ if name != "relabel"]
     signatures = [inspect.signature(of) for of in functions if inspect.isfunction(of)]
     defaults = [of.parameters["protocol"].default for of in signatures if "protocol" in of.parameters]
-    assert defaults == ["released"] * 5
+    assert defaults == ["paper"] * 5

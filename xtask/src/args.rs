@@ -64,8 +64,7 @@ impl TileArgs {
         configuration: &Value,
     ) -> Result<Option<MapSource>> {
         let Some(maps) = maps else {
-            let is_default = self.settings().must_be_default();
-            return Ok(is_default.map(|()| None).map_err(map2aps::Error::from)?);
+            return self.must_be_default().map(|()| None);
         };
         let tiles = match maps {
             NamedMaps::City(_) => self.over(TileSettings::of_dataset(configuration)),
@@ -79,6 +78,14 @@ impl TileArgs {
                 .map_err(map2aps::Error::from)?;
         }
         Ok(Some(source))
+    }
+
+    /// Refuses settings where there is no city to be cut.
+    pub fn must_be_default(&self) -> Result<()> {
+        Ok(self
+            .settings()
+            .must_be_default()
+            .map_err(map2aps::Error::from)?)
     }
 
     /// The settings given, and others where none are.
@@ -147,12 +154,17 @@ pub struct OneMapArgs {
 }
 
 impl OneMapArgs {
+    /// Tells if the map is made into a scene as usual.
+    pub fn is_usual_scene(&self) -> bool {
+        self.scene.settings() == SceneSettings::default()
+    }
+
     /// Reads the map: a RadioMapSeer file, a tile of a city in GeoJSON, which is described, or `synthetic`.
     pub fn load(&self, map: &Path) -> Result<Scene> {
         let scene = self.scene.settings();
         let tiles = self.tiles.settings();
         if map == Path::new("synthetic") {
-            tiles.must_be_default().map_err(map2aps::Error::from)?;
+            self.tiles.must_be_default()?;
             ensure!(
                 self.map_id.is_none(),
                 "--map-id is for a city in GeoJSON; another synthetic one has another --seed"

@@ -67,6 +67,9 @@ pub fn open(
         "settings": plan.config().configuration,
     });
     let part = Part::new(folder.into(), settings);
+    if part.is_of_others() {
+        watch.tell(Event::DataReplaced(part.folder()));
+    }
     let state = part.open(fresh, watch)?;
     // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
     let folder = part.folder().join("dataset");

@@ -74,6 +74,13 @@ impl Part {
         (stamp.hash == self.hash).then_some(stamp)
     }
 
+    /// Tells if the folder holds a finished part made with other settings.
+    pub fn is_of_others(&self) -> bool {
+        let text = fs::read_to_string(self.folder.join(FILE)).unwrap_or_default();
+        let stamp: Option<Stamp> = serde_json::from_str(&text).ok();
+        stamp.is_some_and(|stamp| stamp.is_finished && stamp.hash != self.hash)
+    }
+
     /// Opens the folder; removes its content unless that was made with these settings, or always if `fresh`.
     pub fn open(&self, fresh: bool, watch: Watch<'_>) -> Result<State> {
         let place = || Error::file("folder", &self.folder);
@@ -192,6 +199,7 @@ mod tests {
         assert_eq!(open(&same, false), State::New);
         one.finish().unwrap();
         let other = part(json!({ "seed": 2, "epochs": 2 }));
+        assert!(other.is_of_others() && !one.is_of_others());
         assert_eq!(open(&other, false), State::New);
         assert!(!other.folder().join("file").exists());
     }

@@ -40,6 +40,8 @@ pub enum Event<'a> {
     },
     /// This file of a finished part is gone or was changed: the part is made again.
     Damaged(&'a Path),
+    /// The folder of the data set holds one of other maps or settings, which is removed: all is made anew.
+    DataReplaced(&'a Path),
     /// All maps of the data set are there.
     DataReady,
     /// A training begins, or is continued.

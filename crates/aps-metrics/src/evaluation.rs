@@ -172,7 +172,7 @@ impl Evaluation {
     }
 
     /// Returns the largest of all finite true values pushed so far; `None` if there was none. Where it is not above 0 the spectra
-    /// seem to be in decibels, of which the metrics mean nothing.
+    /// seem to be in decibels. Metrics of decibels mean nothing.
     pub fn truth_maximum(&self) -> Option<f64> {
         self.truth.maximum()
     }

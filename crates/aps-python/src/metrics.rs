@@ -93,6 +93,7 @@ pub fn metrics<'py>(
     }
     let found = PyDict::new(py);
     found.set_item("values", values)?;
+    found.set_item("truth_maximum", evaluation.truth_maximum())?;
     for (name, rows) in [("rows", rows), ("rejected", rejected)] {
         let count = rows.len();
         found.set_item(name, shaped(py, rows, [count])?)?;

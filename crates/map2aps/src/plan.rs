@@ -196,7 +196,7 @@ impl DatasetPlan {
         run.map(id, &scene, &terminals, choice, &self.trace)
     }
 
-    /// Checksum of the buildings of some maps: another one where a data set of them would be of other buildings.
+    /// Computes a checksum of the buildings of some maps, in the order given.
     ///
     /// # Errors
     /// A map that cannot be read.

@@ -103,6 +103,12 @@ impl Observer for Printer {
             Event::Damaged(file) => {
                 note!("'{}' is gone or was changed: made again", file.display());
             }
+            Event::DataReplaced(folder) => {
+                note!(
+                    "'{}' holds a data set of other maps or settings: made anew, and all trainings with it",
+                    folder.display()
+                );
+            }
             Event::DataReady => self.maps.clear(),
             Event::TrainingBegins(plan, run) => {
                 *locked(&self.training) = Some(run::Bar::begin(plan, run));

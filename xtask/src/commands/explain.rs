@@ -111,8 +111,8 @@ impl Args {
         let config = self.trace.config();
         if let (Some(folder), Some(id)) = (&self.dataset, self.link) {
             ensure!(
-                config == TraceConfig::default(),
-                "settings of the trace are for --map: the paths of a data set are those that it was made with"
+                config == TraceConfig::default() && self.one_map.is_usual_scene(),
+                "settings of the trace and of the scene are for --map: the paths of a data set are those that it was made with"
             );
             let source = Source::open(folder, self.maps.as_ref(), &self.one_map.tiles)?;
             let map = source.map(id.map)?;

@@ -52,8 +52,10 @@ struct Buildings {
 
 impl Buildings {
     fn open(&self) -> Result<Option<MapSource>> {
-        let maps = self.maps.as_ref();
-        maps.map(|maps| self.tiles.open(maps, 0)).transpose()
+        match &self.maps {
+            Some(maps) => Ok(Some(self.tiles.open(maps, 0)?)),
+            None => Ok(self.tiles.must_be_default().map(|()| None)?),
+        }
     }
 }
 

@@ -75,6 +75,10 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
     let seed = config.seed;
     let orientations = settings::scene_of(&config.configuration)?.orientations;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
+    let mut all: Vec<u32> = sources.keys().copied().chain(writer.map_ids()).collect();
+    all.sort_unstable();
+    all.dedup();
+    let split = maps::split(&all, seed, orientations)?;
     let mut todo: Vec<(&u32, &&Part)> = sources.iter().collect();
     todo.retain(|(id, _)| !writer.has_map(**id));
     if !todo.is_empty() {
@@ -92,7 +96,6 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
         taken.at(Place::MapFrom(id, part.folder.clone()))?;
         control.progress.advance(1);
     }
-    let split = maps::split(&writer.map_ids(), seed, orientations)?;
     Ok(writer.finish(&split)?.totals)
 }
 

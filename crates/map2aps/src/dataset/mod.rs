@@ -12,8 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use aps_data::{
-    Access, Dataset, DatasetConfig, DatasetWriter, MapEntry, PathTable, Profile, RasterGrid, npy,
-    sha256_of,
+    Access, Dataset, DatasetConfig, DatasetWriter, MapEntry, PathTable, Profile, RasterGrid,
 };
 use aps_label::Labeler;
 use aps_raytrace::Scene;
@@ -21,7 +20,7 @@ use aps_raytrace::scene::RepairReport;
 
 use crate::control::{Control, Work};
 use crate::error::{At, Error, Place, Result};
-use crate::maps::{self, MapError, identity};
+use crate::maps::{MapError, identity};
 use crate::tally::Tally;
 
 pub use merge::{MergeError, MissingPart, merge};
@@ -143,15 +142,12 @@ impl Making {
         }
     }
 
-    /// Refuses a scene that a map which is there was not made of. One of an earlier version keeps its image alone.
+    /// Refuses a scene that a map which is there was not made of.
     pub fn must_be_of(&self, map: &MapEntry, scene: &Scene, grid: RasterGrid) -> Result<()> {
-        if identity::told(map).is_some() {
-            let outlines = identity::outlines_sha256(scene);
-            return Ok(self.must_have_outlines(map, Some(&outlines))?);
+        match identity::contradicted(map, scene, grid)? {
+            Some(what) => Err(self.other_source(map.id, what).into()),
+            None => Ok(()),
         }
-        let (image, mut bytes) = (maps::raster(scene, grid)?, Vec::new());
-        npy::write_to(&mut bytes, &[grid.height, grid.width], image.pixels())?;
-        Ok(self.must_have(map, "buildings.npy", &sha256_of(&bytes))?)
     }
 
     /// Refuses a source in which a map that is there has other outlines, where both are known.

@@ -17,7 +17,7 @@ pub use import::{ImportPropbin, ImportReleased, ImportSamples, Imported, LeftOut
 pub enum ExchangeError {
     /// Labels of another protocol than the published data's.
     #[error(
-        "the labels follow the protocol {}, the published data `released`; make the data set with that protocol, or relabel its paths",
+        "the labels follow the protocol {}, the published data `released`; make or import the data set with that protocol, or relabel its paths",
         .0.as_ref().map_or("of nobody knows what".into(), |name| format!("`{name}`"))
     )]
     Protocol(Option<String>),
@@ -26,12 +26,12 @@ pub enum ExchangeError {
     OtherExport(PathBuf),
     /// A folder with files of a map that is not of the part of the split that is exported.
     #[error(
-        "'{}' has files of map {map}, which is not of the part that is exported, as when the data set has grown; give another folder",
+        "'{}' has files of map {map}, which is of another part now that the data set has grown; give another folder",
         folder.display()
     )]
     LeftPart {
         /// The map.
-        map: String,
+        map: u32,
         /// The folder.
         folder: PathBuf,
     },

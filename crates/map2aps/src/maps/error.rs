@@ -6,7 +6,7 @@ use aps_data::Part;
 use aps_raytrace::glam::DVec2;
 use serde_json::Value;
 
-use super::{COPY_STRIDE, ranges};
+use super::ranges;
 
 /// Fault of a map, or of the choice of maps.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -58,13 +58,13 @@ pub enum MapError {
         "map {0} cannot have copies in other orientations: ids from 1000000 on are those of copies"
     )]
     NoRoomForCopies(u32),
-    /// A copy of a map that is no training map, as when more maps change the split.
+    /// Copies of maps that are no training maps, as when more maps change the split.
     #[error(
-        "map {0} is a copy of map {upright}, which is no training map of these maps; make them in another folder, or remove the folder \
-         of the copy",
-        upright = .0 % COPY_STRIDE
+        "maps {} are copies of maps that are no training maps among these; make them in another folder, or remove the folders of the \
+         copies",
+        ranges(.0)
     )]
-    CopyOfOther(u32),
+    CopiesOfOthers(Vec<u32>),
     /// Maps of which one differs from the map that a data set was begun with.
     #[error(
         "map {id} in '{}' was made from another source: it differs in {what} from the one now given; give the former, or another folder, or remove this map's",

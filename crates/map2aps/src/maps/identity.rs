@@ -1,6 +1,6 @@
 //! Identity of the map that a data set keeps: a checksum of its buildings.
 
-use aps_data::{Dataset, MapEntry, Raster, sha256_of};
+use aps_data::{Dataset, MapEntry, Raster, RasterGrid, npy, sha256_of};
 use aps_raytrace::Scene;
 use serde_json::{Map, Value, json};
 
@@ -13,8 +13,8 @@ pub(crate) const OUTLINES: &str = "outlines";
 /// Name of the checksum of the files that an imported map is made of, in its statistics.
 pub(crate) const SOURCE: &str = "source";
 
-/// Computes the SHA-256 of the outlines of a scene's buildings in whole millimetres. Coarser than coordinates are, so that a city in
-/// degrees has the same on machines whose sines differ in the last digit.
+/// Computes the SHA-256 of the outlines of a scene's buildings, in whole millimetres. A city in degrees has the same on machines whose
+/// sines differ in the last digit: its coordinates are rounded to parts of a metre before.
 pub(crate) fn outlines_sha256(scene: &Scene) -> String {
     let mut bytes = Vec::new();
     for ring in scene.outlines() {
@@ -43,6 +43,26 @@ pub(crate) fn is_origin_alone(statistics: &Map<String, Value>) -> bool {
 /// The checksum of its outlines that a map keeps, if it does.
 pub(crate) fn told(map: &MapEntry) -> Option<&str> {
     map.statistics[OUTLINES].as_str()
+}
+
+/// The first of what a map keeps of its buildings, checksum or else image, that a scene contradicts.
+///
+/// # Errors
+/// An image that cannot be drawn.
+pub(crate) fn contradicted(
+    map: &MapEntry,
+    scene: &Scene,
+    grid: RasterGrid,
+) -> Result<Option<&'static str>> {
+    if let Some(told) = told(map) {
+        return Ok((told != outlines_sha256(scene)).then_some(OUTLINES));
+    }
+    let (image, mut bytes) = (raster(scene, grid)?, Vec::new());
+    npy::write_to(&mut bytes, &[grid.height, grid.width], image.pixels())?;
+    let (name, sha256) = ("buildings.npy", sha256_of(&bytes));
+    let mut files = map.files.iter();
+    let is_other = files.any(|file| file.name == name && file.sha256 != sha256);
+    Ok(is_other.then_some(name))
 }
 
 /// Buildings of a map as a data set keeps them.

@@ -1,5 +1,7 @@
 //! Copies of maps in the eight orientations of a square: quarter turns and their mirror images.
 
+use std::collections::BTreeSet;
+
 use aps_data::Split;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Area, Footprint};
@@ -87,34 +89,29 @@ pub fn with_copies(mut split: Split, orientations: u32) -> Result<Split, MapErro
 /// Splits ascending maps by a seed, copies with the map that they are of.
 ///
 /// # Errors
-/// As [`with_copies`], and [`MapError::CopyOfOther`] for a copy of a map that is trained on no more.
+/// As [`with_copies`], and [`MapError::CopiesOfOthers`] for copies of maps that are trained on no more.
 pub fn split(ids: &[u32], seed: u64, orientations: u32) -> Result<Split, MapError> {
     if orientations == 1 {
         return Ok(Split::of_maps(ids.iter().copied(), seed));
     }
     let upright = ids.iter().map(|id| id % COPY_STRIDE);
     let mut split = with_copies(Split::of_maps(upright, seed), orientations)?;
-    split.train.retain(|id| ids.binary_search(id).is_ok());
-    let is_upright_train = |id: u32| split.train.contains(&(id % COPY_STRIDE));
-    match ids
-        .iter()
-        .find(|&&id| id >= COPY_STRIDE && !is_upright_train(id))
-    {
-        Some(&id) => Err(MapError::CopyOfOther(id)),
-        None => Ok(split),
+    let is_left = |id: &&u32| **id >= COPY_STRIDE && !split.train.contains(id);
+    let left: Vec<u32> = ids.iter().filter(is_left).copied().collect();
+    if !left.is_empty() {
+        return Err(MapError::CopiesOfOthers(left));
     }
+    split.train.retain(|id| ids.binary_search(id).is_ok());
+    Ok(split)
 }
 
-/// Splits imported maps by a seed, copies in the part of the map that they are of.
+/// Splits imported maps by a seed, the copies of a map in one part.
 pub(crate) fn split_of_imported(ids: &[u32], seed: u64) -> Split {
-    let is_copy = |id: u32| id >= COPY_STRIDE && ids.contains(&(id % COPY_STRIDE));
-    let (copies, own): (Vec<u32>, Vec<u32>) = ids.iter().partition(|&&id| is_copy(id));
-    let mut split = Split::of_maps(own, seed);
+    let upright: BTreeSet<u32> = ids.iter().map(|id| id % COPY_STRIDE).collect();
+    let mut split = Split::of_maps(upright, seed);
     for part in [&mut split.train, &mut split.develop, &mut split.test] {
         let of_part = |id: &&u32| part.contains(&(**id % COPY_STRIDE));
-        let mut with: Vec<u32> = copies.iter().filter(of_part).copied().collect();
-        part.append(&mut with);
-        part.sort_unstable();
+        *part = ids.iter().filter(of_part).copied().collect();
     }
     split
 }
@@ -166,7 +163,7 @@ mod tests {
             (&upright.develop, &split.develop),
             (&upright.test, &split.test),
         ] {
-            let of_part = |id: &u32| own.contains(id) || (own.contains(&(id % COPY_STRIDE)));
+            let of_part = |id: &u32| own.contains(&(id % COPY_STRIDE));
             let expected: Vec<u32> = ids.iter().copied().filter(of_part).collect();
             assert_eq!(*with, expected);
         }

@@ -201,14 +201,15 @@ impl Export {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
             Err(error) => return Err(error).at_file(Place::Reading, &path),
         };
-        let record = serde_json::to_vec_pretty(&json!({
+        let own = json!({
             "layout": self.layout(),
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
             "source": source(manifest)?,
-            "maps": self.map_ids(dataset)?,
-        }))?;
+            "maps": self.maps_by_part(dataset, found.as_ref(), out)?,
+        });
+        let record = serde_json::to_vec_pretty(&own)?;
         let Some(found) = found else {
             return Ok(replace_unsynced(&path, &record)?);
         };
@@ -222,18 +223,29 @@ impl Export {
         if !is_source || !settings.iter().all(is_same) {
             return Err(ExchangeError::OtherExport(path).into());
         }
-        // A larger data set may be split otherwise: files of a map that is of another part now must not stay.
-        let exported = found["maps"].as_array().filter(|_| self.part.is_some());
-        let is_left = |id: &&Value| !own["maps"].as_array().is_some_and(|own| own.contains(id));
-        if let Some(id) = exported.and_then(|exported| exported.iter().find(is_left)) {
-            let (map, folder) = (id.to_string(), out.into());
-            return Err(ExchangeError::LeftPart { map, folder }.into());
-        }
         remove_partial_files(out)?;
-        match is_same(&"source") && is_same(&"maps") {
+        match found == own {
             true => Ok(()),
             false => Ok(replace_unsynced(&path, &record)?),
         }
+    }
+
+    /// The maps that were exported as those of a part, by part, these among them. A larger data set may be split otherwise: files of
+    /// a map that has left its part must not stay.
+    fn maps_by_part(&self, dataset: &Dataset, found: Option<&Value>, out: &Path) -> Result<Value> {
+        let noted = found.map_or(&Value::Null, |found| &found["maps"]);
+        let mut by_part: BTreeMap<String, BTreeSet<u32>> =
+            serde_json::from_value(noted.clone()).unwrap_or_default();
+        if let Some(part) = self.part {
+            let maps = by_part.entry(part.name().into()).or_default();
+            let of_part = dataset.manifest().split.maps(part);
+            if let Some(&map) = maps.iter().find(|id| !of_part.contains(id)) {
+                let folder = out.into();
+                return Err(ExchangeError::LeftPart { map, folder }.into());
+            }
+            maps.extend(self.map_ids(dataset)?);
+        }
+        Ok(json!(by_part))
     }
 }
 
@@ -363,7 +375,7 @@ mod tests {
 
         // A map that has left the part.
         let of_test = Export {
-            part: Some(aps_data::Part::Test),
+            part: Some(Part::Test),
             ..Export::new(ExportLayout::Samples)
         };
         let out_of_test = root.path().join("test");
@@ -373,7 +385,25 @@ mod tests {
         let grown = synthetic::made(&synthetic::plan(4, 1, 2), &folder, &[0, 1, 2, 3]);
         assert_ne!(grown.manifest().split.test, data.manifest().split.test);
         let told = exported(&grown).unwrap_err().chain();
-        assert!(told.contains("not of the part that is exported"), "{told}");
+        assert!(told.contains("of another part now"), "{told}");
+        // Published files of several parts and choices lie side by side.
+        let side_by_side = root.path().join("side-by-side");
+        for (part, maps) in [
+            (Some(Part::Train), None),
+            (Some(Part::Test), None),
+            (None, Some(vec![0])),
+            (None, None),
+        ] {
+            let export = Export {
+                part,
+                maps,
+                zero_places: true,
+                ..Export::new(ExportLayout::Released)
+            };
+            export
+                .run(data, &side_by_side, &Control::default())
+                .unwrap();
+        }
 
         // A record of no source, and one that tells none.
         let record = out.join(RECORD_FILE);

@@ -19,7 +19,7 @@ use super::ExchangeError;
 use crate::control::{Control, Work};
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
-use crate::maps::identity::{self, OUTLINES, SOURCE};
+use crate::maps::identity::{self, SOURCE};
 use crate::maps::{MapError, MapSource, SceneSettings, split_of_imported};
 
 use buildings::Buildings;
@@ -69,10 +69,11 @@ where
         if !noted.is_null() && *noted != source(files)? {
             return Err(other("list of files").into());
         }
-        if let (Some(told), Some(given)) = (identity::told(&there), given) {
-            let scene = given.load(id, 0, SceneSettings::default())?;
-            if told != identity::outlines_sha256(&scene) {
-                return Err(other(OUTLINES).into());
+        if let Some(given) = given {
+            let scene = given.load(id, 0, SceneSettings::default());
+            let scene = scene.at(Place::Map(id))?;
+            if let Some(what) = identity::contradicted(&there, &scene, given.raster())? {
+                return Err(other(what).into());
             }
         }
     }
