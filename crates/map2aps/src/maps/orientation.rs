@@ -147,16 +147,10 @@ mod tests {
 
     #[test]
     fn imported_copies_are_in_the_part_of_their_map() {
-        let ids = [
-            0,
-            1,
-            2,
-            3,
-            COPY_STRIDE,
-            COPY_STRIDE + 3,
-            2 * COPY_STRIDE + 9,
-        ];
-        let upright = Split::of_maps([0, 1, 2, 3, 2 * COPY_STRIDE + 9], 7);
+        // Of map 9 there are copies alone.
+        let copies = [0, 3, 9, COPY_STRIDE + 9].map(|id| COPY_STRIDE + id);
+        let ids = [&[0, 1, 2, 3], &copies[..]].concat();
+        let upright = Split::of_maps([0, 1, 2, 3, 9], 7);
         let split = split_of_imported(&ids, 7);
         for (own, with) in [
             (&upright.train, &split.train),
