@@ -22,7 +22,8 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
         .parse()
         .map_err(|e| Error::Setting(format!("data.maps: {e}")))?;
     if let NamedMaps::City(_) = maps {
-        let told = "a city in GeoJSON cannot be benchmarked on directly: give a folder of maps, or synthetic; on a city run dataset, train, predict and metrics";
+        let told = "a city in GeoJSON cannot be benchmarked on directly: give a folder of maps, or synthetic; on a city run \
+                    dataset, train, predict and metrics";
         return Err(Error::Setting(told.into()));
     }
     let asked = data.train_maps + data.develop_maps + data.test_maps;

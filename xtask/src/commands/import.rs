@@ -54,7 +54,7 @@ impl Buildings {
     fn open(&self) -> Result<Option<MapSource>> {
         match &self.maps {
             Some(maps) => Ok(Some(self.tiles.open(maps, 0)?)),
-            None => Ok(self.tiles.must_be_default().map(|()| None)?),
+            None => self.tiles.must_be_default().map(|()| None),
         }
     }
 }

@@ -17,14 +17,15 @@ pub use import::{ImportPropbin, ImportReleased, ImportSamples, Imported, LeftOut
 pub enum ExchangeError {
     /// Labels of another protocol than the published data's.
     #[error(
-        "the labels follow the protocol {}, the published data `released`; make or import the data set with that protocol, or relabel its paths",
+        "the labels follow the protocol {}, the published data `released`; make or import the data set with that \
+         protocol, or relabel its paths",
         .0.as_ref().map_or("of nobody knows what".into(), |name| format!("`{name}`"))
     )]
     Protocol(Option<String>),
     /// A folder with another export.
     #[error("'{}' is of another export; give another folder", .0.display())]
     OtherExport(PathBuf),
-    /// A folder with files of a map that is not of the part of the split that is exported.
+    /// A folder with files of a map that has left the part of the split that is exported.
     #[error(
         "'{}' has files of map {map}, which is of another part now that the data set has grown; give another folder",
         folder.display()

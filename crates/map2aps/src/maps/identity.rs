@@ -45,7 +45,7 @@ pub(crate) fn told(map: &MapEntry) -> Option<&str> {
     map.statistics[OUTLINES].as_str()
 }
 
-/// The first of what a map keeps of its buildings, checksum or else image, that a scene contradicts.
+/// Compares a scene with the checksum that a map keeps of its buildings, or else with its image; returns the name of the one that differs.
 ///
 /// # Errors
 /// An image that cannot be drawn.

@@ -201,32 +201,30 @@ impl Export {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
             Err(error) => return Err(error).at_file(Place::Reading, &path),
         };
-        let own = json!({
+        let own = serde_json::to_vec(&json!({
             "layout": self.layout(),
             "seed": manifest.seed,
             "stored": manifest.layout,
             "configuration": manifest.configuration,
             "source": source(manifest)?,
-            "maps": self.maps_by_part(dataset, found.as_ref(), out)?,
-        });
-        let record = serde_json::to_vec_pretty(&own)?;
-        let Some(found) = found else {
-            return Ok(replace_unsynced(&path, &record)?);
-        };
+        }))?;
         // Through text, as the stored one went. The data set may have more maps by now.
-        let own: Value = serde_json::from_slice(&record)?;
-        let is_there = |(map, files): (&String, &Value)| own["source"][map] == *files;
-        let noted = found["source"].as_object();
-        let is_source = noted.is_some_and(|noted| noted.iter().all(is_there));
-        let is_same = |name: &&str| found[*name] == own[*name];
-        let settings = ["layout", "seed", "stored", "configuration"];
-        if !is_source || !settings.iter().all(is_same) {
-            return Err(ExchangeError::OtherExport(path).into());
+        let mut own: Value = serde_json::from_slice(&own)?;
+        if let Some(found) = &found {
+            let is_there = |(map, files): (&String, &Value)| own["source"][map] == *files;
+            let noted = found["source"].as_object();
+            let is_source = noted.is_some_and(|noted| noted.iter().all(is_there));
+            let is_same = |name: &&str| found[*name] == own[*name];
+            let settings = ["layout", "seed", "stored", "configuration"];
+            if !is_source || !settings.iter().all(is_same) {
+                return Err(ExchangeError::OtherExport(path).into());
+            }
+            remove_partial_files(out)?;
         }
-        remove_partial_files(out)?;
-        match found == own {
+        own["maps"] = self.maps_by_part(dataset, found.as_ref(), out)?;
+        match found.as_ref() == Some(&own) {
             true => Ok(()),
-            false => Ok(replace_unsynced(&path, &record)?),
+            false => Ok(replace_unsynced(&path, &serde_json::to_vec_pretty(&own)?)?),
         }
     }
 
