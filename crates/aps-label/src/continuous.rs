@@ -41,6 +41,9 @@ const WIDE: usize = 16;
 const POINTS: usize = 4;
 type Wide = [f32; WIDE];
 
+/// Sums that are made at once: each addition waits for the one before in its own sum.
+const TOGETHER: usize = 4;
+
 /// A polynomial to be searched, and the part of the delay axis that its \[-1, 1\] stands for.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
@@ -249,12 +252,7 @@ fn sample(search: &mut Continuous) {
             }
         }
         for (block, weights) in search.weights.chunks_exact(paths).enumerate() {
-            let mut rest = [0.0; WIDE];
-            for (weight, far) in weights.iter().zip(&search.far) {
-                for l in 0..WIDE {
-                    rest[l] += far * weight[l];
-                }
-            }
+            let rest = rest(weights, &search.far);
             let mut highest = search.least[block];
             let mut samples = samples[block..].iter_mut().step_by(blocks);
             for first in (0..cells.len()).step_by(POINTS) {
@@ -279,6 +277,31 @@ fn sample(search: &mut Continuous) {
             search.least[block] = highest;
         }
     }
+}
+
+/// Sum of the weights times the bounds of pulses that are far. It is made in two parts: each addition waits for the one before.
+#[inline(always)]
+fn rest(weights: &[Wide], far: &[f32]) -> Wide {
+    let (mut even, mut odd) = ([0.0; WIDE], [0.0; WIDE]);
+    let (weights, last) = weights.as_chunks::<2>();
+    let (far, far_last) = far.as_chunks::<2>();
+    for (weights, far) in weights.iter().zip(far) {
+        for l in 0..WIDE {
+            even[l] += far[0] * weights[0][l];
+        }
+        for l in 0..WIDE {
+            odd[l] += far[1] * weights[1][l];
+        }
+    }
+    for (weight, far) in last.iter().zip(far_last) {
+        for l in 0..WIDE {
+            even[l] += far * weight[l];
+        }
+    }
+    for l in 0..WIDE {
+        even[l] += odd[l];
+    }
+    even
 }
 
 #[inline(always)]
@@ -323,20 +346,27 @@ fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
         let (middle, half_width) = (0.5 * (cell.low + cell.high), 0.5 * (cell.high - cell.low));
         let nodes = NODES.map(|x| middle + half_width * x);
         pulses(1.0, &[nodes], &search.places, &mut search.pulses);
-        for &column in remaining {
-            let mut values = [0.0; LANES];
+        for columns in remaining.chunks(TOGETHER) {
+            let padded: [usize; TOGETHER] =
+                std::array::from_fn(|c| columns[c.min(columns.len() - 1)]);
+            let mut values = [[0.0; LANES]; TOGETHER];
             for (pulse, row) in search.pulses.iter().zip(response.chunks_exact(stride)) {
-                for l in 0..LANES {
-                    values[l] += row[column] * pulse[l];
+                let weights = padded.map(|column| row[column]);
+                for c in 0..TOGETHER {
+                    for l in 0..LANES {
+                        values[c][l] += weights[c] * pulse[l];
+                    }
                 }
             }
-            let piece = Piece {
-                column,
-                middle,
-                half_width,
-                upper: 0.0,
-            };
-            search.pieces.push(piece, values);
+            for (&column, values) in columns.iter().zip(values) {
+                let piece = Piece {
+                    column,
+                    middle,
+                    half_width,
+                    upper: 0.0,
+                };
+                search.pieces.push(piece, values);
+            }
         }
     }
 }

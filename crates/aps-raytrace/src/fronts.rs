@@ -482,6 +482,14 @@ impl Fronts {
         before.map_or(0.0, |wave| wave.length_m) + self.last_leg(of, front).1.ray.length_m
     }
 
+    /// The transmitter's own leg that a front begins with.
+    pub fn own_leg(&self, mut front: FrontId) -> usize {
+        while let Some(wave) = self.waves.get(front.wave as usize) {
+            front = wave.front;
+        }
+        front.leg as usize
+    }
+
     /// Appends the interactions on the way of a front, its corner included.
     pub fn interactions(&self, of: &Sources<'_>, front: FrontId, path: &mut Interactions) {
         if let Some(wave) = self.waves.get(front.wave as usize) {

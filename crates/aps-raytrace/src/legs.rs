@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::chain::{self, Chain};
 use crate::images::{ImageTree, Outlook, Sight, SightsByWall};
 use crate::material::Reflector;
-use crate::path::Interaction;
+use crate::path::{self, Interaction};
 use crate::scene::Scene;
 use crate::strength::Strength;
 use crate::wedge::{Ray, Wedge};
@@ -217,6 +217,16 @@ impl Legs {
             }
             Err(_) => &[],
         }
+    }
+
+    /// Directions in which the legs leave their point, which is at `from` \[rad\].
+    pub fn azimuths_rad(&self, corners: &Corners, from: DVec2) -> Vec<f64> {
+        let azimuth = |leg: &Leg| {
+            let corner = corners.wedges[leg.corner as usize].point;
+            let first = self.reflections_of(leg).first();
+            path::azimuth(first.map_or(corner, |reflection| reflection.point) - from)
+        };
+        self.legs.iter().map(azimuth).collect()
     }
 
     /// The reflections of a leg, in order from the point to the corner.

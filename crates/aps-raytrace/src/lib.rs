@@ -84,6 +84,7 @@ mod occlusion;
 mod path;
 pub mod polar;
 pub mod predicates;
+mod products;
 pub mod scene;
 mod search;
 mod slope;

@@ -57,7 +57,7 @@ pub(crate) fn trace(
     rx: &Receiver,
     link: &mut Link,
 ) -> Result<(), TraceError> {
-    link.paths.clear();
+    link.search.take_back(&mut link.paths);
     link.omitted = Omitted::default();
     link.fallback_diffractions = None;
     link.is_enclosed = false;

@@ -69,12 +69,23 @@ impl PathRecord {
     ) -> Self {
         let first = interactions.first().map_or(rx, |i| i.point);
         let last = interactions.last().map_or(tx, |i| i.point);
+        let azimuths_rad = [azimuth(first - tx), azimuth(last - rx)];
+        Self::with_azimuths(azimuths_rad, interactions, length_m, gain)
+    }
+
+    /// The same where the azimuths of departure and arrival are known.
+    pub(crate) fn with_azimuths(
+        [departure_azimuth_rad, arrival_azimuth_rad]: [f64; 2],
+        interactions: Interactions,
+        length_m: f64,
+        gain: Complex64,
+    ) -> Self {
         Self {
             interactions,
             length_m,
             delay_s: length_m / SPEED_OF_LIGHT_M_PER_S,
-            departure_azimuth_rad: azimuth(first - tx),
-            arrival_azimuth_rad: azimuth(last - rx),
+            departure_azimuth_rad,
+            arrival_azimuth_rad,
             gain,
         }
     }
@@ -110,7 +121,7 @@ impl PathRecord {
 }
 
 /// Angle of a direction in (-pi, pi].
-fn azimuth(direction: DVec2) -> f64 {
+pub(crate) fn azimuth(direction: DVec2) -> f64 {
     // atan2 tells -0 from 0; a direction along negative x must not depend on that.
     let angle = direction.to_angle();
     if angle == -std::f64::consts::PI {

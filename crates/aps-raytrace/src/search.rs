@@ -58,6 +58,21 @@ pub(crate) struct Search {
     parts: Vec<Part>,
     found: Vec<Found>,
     reflected: Vec<PathRecord>,
+    path: Interactions,
+    /// Empty ones with room for many interactions, of former paths.
+    spare: Vec<Interactions>,
+}
+
+impl Search {
+    /// Takes back what former paths were made of.
+    pub fn take_back(&mut self, paths: &mut Vec<PathRecord>) {
+        let former = paths.drain(..).map(|path| path.interactions);
+        let long = former.filter(|interactions| interactions.spilled());
+        self.spare.extend(long.map(|mut interactions| {
+            interactions.clear();
+            interactions
+        }));
+    }
 }
 
 /// One search.
@@ -451,19 +466,31 @@ impl Ends<'_> {
             while let Some(shorter) = reflected.next_if(|p| p.length_m <= found.length_m) {
                 link.paths.push(shorter);
             }
-            link.paths.push(self.record(found));
+            link.paths
+                .push(self.record(found, &mut search.path, &mut search.spare));
         }
         link.paths.extend(reflected);
     }
 
-    fn record(&self, found: &Found) -> PathRecord {
-        let mut path = Interactions::new();
-        let fronts = &self.tx.fronts;
-        fronts.interactions(&self.sources, found.front, &mut path);
-        let leg = &self.rx.legs.all()[found.leg as usize];
-        let last = self.rx.legs.reflections_of(leg);
-        path.extend(last.iter().rev().copied());
-        let (from, to) = (self.tx.place, self.rx.place);
-        PathRecord::new(from, to, path, found.length_m, found.gain)
+    fn record(
+        &self,
+        found: &Found,
+        path: &mut Interactions,
+        spare: &mut Vec<Interactions>,
+    ) -> PathRecord {
+        let (fronts, last) = (&self.tx.fronts, found.leg as usize);
+        path.clear();
+        fronts.interactions(&self.sources, found.front, path);
+        let reflections = self.rx.legs.reflections_of(&self.rx.legs.all()[last]);
+        path.extend(reflections.iter().rev().copied());
+        let is_long = path.len() > path.inline_size();
+        let spare = if is_long { spare.pop() } else { None };
+        let mut interactions = spare.unwrap_or_default();
+        interactions.extend_from_slice(path);
+        let azimuths_rad = [
+            self.tx.azimuths_rad[fronts.own_leg(found.front)],
+            self.rx.azimuths_rad[last],
+        ];
+        PathRecord::with_azimuths(azimuths_rad, interactions, found.length_m, found.gain)
     }
 }

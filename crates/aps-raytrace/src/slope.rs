@@ -25,7 +25,6 @@ use num_complex::Complex64;
 
 use crate::friis::Friis;
 use crate::legs::Leg;
-use crate::transition::transition_slopes;
 use crate::utd::Boundaries;
 use crate::wedge::Ray;
 
@@ -45,45 +44,6 @@ pub(crate) struct GammaSlopes {
     pub gamma_n: [Complex64; 2],
 }
 
-/// One product cot(delta / 2n) F(2 k L sin^2(delta / 2)) and its derivatives by delta.
-#[derive(Debug, Clone, Copy)]
-struct Term([Complex64; 3]);
-
-/// Below this \[rad\] the smooth factor of a term is taken from its series: the closed form subtracts large numbers.
-const SMALL_RAD: f64 = 1e-3;
-
-impl Term {
-    /// The term is sign(delta) g(delta) root K(w), with g = cot(delta / 2n) sin(delta / 2) and w = root |sin(delta / 2)|; `root` is sqrt(2 k L).
-    fn new(delta: f64, n: f64, root: f64) -> Self {
-        let a = delta.abs();
-        let (sin, cos) = (a / (2.0 * n)).sin_cos();
-        let (half_sin, half_cos) = (a * 0.5).sin_cos();
-        let g = if a < SMALL_RAD {
-            let curvature = n / 12.0 + 1.0 / (6.0 * n);
-            [n - 0.5 * curvature * a * a, -curvature * a, -curvature]
-        } else {
-            let inverse = 1.0 / sin;
-            let square = inverse * inverse / (2.0 * n);
-            let cot = cos * inverse;
-            [
-                cot * half_sin,
-                0.5 * cot * half_cos - square * half_sin,
-                (cot * half_sin / n - half_cos) * square - 0.25 * cot * half_sin,
-            ]
-        };
-        let w = root * half_sin.abs();
-        let (w_1, w_2) = (0.5 * root * half_cos, -0.25 * root * half_sin);
-        let [k, k_1, k_2] = transition_slopes(w);
-        let k = [k, k_1 * w_1, k_2 * (w_1 * w_1) + k_1 * w_2];
-        let sign = 1.0_f64.copysign(delta);
-        Self([
-            k[0] * (g[0] * root * sign),
-            (k[0] * g[1] + k[1] * g[0]) * root,
-            (k[0] * g[2] + k[1] * (2.0 * g[1]) + k[2] * g[0]) * (root * sign),
-        ])
-    }
-}
-
 impl Boundaries {
     /// The bracket of D and its derivatives by the angles of two rays from the face that `gamma_0` is of; `kl` is wavenumber times
     /// distance parameter, `first_is_low`: the first ray is nearer to that face.
@@ -96,10 +56,7 @@ impl Boundaries {
         slopes: &GammaSlopes,
         first_is_low: bool,
     ) -> Turn {
-        let root = (2.0 * kl).sqrt();
-        let term = |delta| Term::new(delta, n, root).0;
-        let (near, far) = (term(self.shadow), term(self.shadow_far));
-        let (at_0, at_n) = (term(self.reflection_0), term(self.reflection_n));
+        let [near, far, at_0, at_n] = self.with_slopes(n, kl);
         // The difference of the angles falls with the lower of them.
         let [of_first, of_second] = if first_is_low {
             [-1.0, 1.0]

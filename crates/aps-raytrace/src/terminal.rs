@@ -25,6 +25,8 @@ pub struct Transmitter {
     pub(crate) outlook: Outlook,
     pub(crate) images: ImageTree,
     pub(crate) legs: Legs,
+    /// Direction in which each leg leaves \[rad\].
+    pub(crate) azimuths_rad: Vec<f64>,
     pub(crate) fronts: Fronts,
     /// Made when the first link without a path asks.
     pub(crate) chains: OnceLock<Chains>,
@@ -41,6 +43,8 @@ pub struct Receiver {
     pub(crate) courtyard: Option<usize>,
     pub(crate) sights: Vec<Sight>,
     pub(crate) legs: Legs,
+    /// Direction in which each leg leaves \[rad\].
+    pub(crate) azimuths_rad: Vec<f64>,
     pub(crate) steps: LastSteps,
     /// Made when the first link without a path asks.
     pub(crate) arrivals: OnceLock<Arrivals>,
@@ -70,6 +74,7 @@ impl Transmitter {
             fronts: fronts.ok_or_else(|| too_many(map, given))?,
             outlook,
             images,
+            azimuths_rad: legs.azimuths_rad(&map.corners, place),
             legs,
             chains: OnceLock::new(),
         })
@@ -132,6 +137,7 @@ impl Receiver {
             place,
             courtyard,
             sights,
+            azimuths_rad: legs.azimuths_rad(&map.corners, place),
             legs,
             steps: steps.ok_or_else(|| too_many(map, given))?,
             arrivals: OnceLock::new(),

@@ -51,42 +51,84 @@ const CHEBYSHEV: [(f64, f64); 27] = [
 ];
 
 /// K(w) = F(w^2) / w for w >= 0, with an absolute error below 1e-10.
-///
-/// Costs about 20 ns near the shadow boundaries and a few ns away from them.
-#[inline]
 #[must_use]
 pub fn transition_over_root(w: f64) -> Complex64 {
-    if w < SPLIT {
-        chebyshev(w)
-    } else {
-        asymptotic(w)
-    }
+    transition_slopes(w)[0]
 }
 
 /// K(w) and its first two derivatives, with absolute errors below 1e-10, 2e-9 and 3e-8, and relative ones below 1e-9 from w = 6 on.
-///
-/// K' = 2 j (w K - 1) and K'' = 2 j (K + w K'); where w is large little is left of those differences, so their series are taken.
 #[must_use]
 pub fn transition_slopes(w: f64) -> [Complex64; 3] {
-    if w < SPLIT {
-        let value = chebyshev(w);
-        let first = Complex64::new(0.0, 2.0) * (value * w - 1.0);
-        let second = Complex64::new(0.0, 2.0) * (value + first * w);
-        return [value, first, second];
+    each_with_slopes(&[w]).map(|[[re], [im]]| Complex64::new(re, im))
+}
+
+/// Real and imaginary parts of K and its first two derivatives, for several w.
+///
+/// K' = 2 j (w K - 1) and K'' = 2 j (K + w K'); where w is large little is left of those differences, so their series are taken: with
+/// u = 1 / (2 j w^2) and the double factorials a_m = (2 m + 1)!!, F = w K = 1 - u q, q = sum a_m (-u)^m, K' = -2 j u q and
+/// K'' = 2 j u / w sum (2 m + 2) a_m (-u)^m.
+#[inline(always)]
+pub(crate) fn each_with_slopes<const N: usize>(w: &[f64; N]) -> [[[f64; N]; 2]; 3] {
+    let mut k = [[[0.0; N]; 2]; 3];
+    for l in 0..N {
+        // -u = j v: even powers are real, odd ones imaginary.
+        let inverse = 1.0 / w[l];
+        let v = 0.5 * (inverse * inverse);
+        let square = v * v;
+        let [q, rest] = [&SERIES, &SLOPE_SERIES]
+            .map(|[even, odd]| [horner(even, square), v * horner(odd, square)]);
+        k[0][0][l] = (1.0 - v * q[1]) * inverse;
+        k[0][1][l] = v * q[0] * inverse;
+        for part in 0..2 {
+            k[1][part][l] = -2.0 * v * q[part];
+            k[2][part][l] = 2.0 * v * rest[part] * inverse;
+        }
     }
-    // F = w K = 1 - u q_1, q_m = 1 - (2 m + 1) u q_{m + 1}, u = 1 / (2 j w^2): so K' = -2 j u q_1, K'' = 2 j u (3 q_2 - q_1) / w.
-    let u = Complex64::new(0.0, -0.5 / (w * w));
-    let (mut q_1, mut q_2) = (Complex64::ONE, Complex64::ONE);
-    for m in (1..=12).rev() {
-        q_2 = q_1;
-        q_1 = 1.0 - q_1 * u * f64::from(2 * m + 1);
+    if w.iter().any(|&w| w < SPLIT) {
+        let near = w.map(|w| if w < SPLIT { w } else { SPLIT });
+        let [re, im] = chebyshev_each(&near);
+        for l in 0..N {
+            if w[l] < SPLIT {
+                let first = [-2.0 * (w[l] * im[l]), 2.0 * (w[l] * re[l] - 1.0)];
+                let second = [
+                    -2.0 * (im[l] + w[l] * first[1]),
+                    2.0 * (re[l] + w[l] * first[0]),
+                ];
+                for (k, of_l) in k.iter_mut().zip([[re[l], im[l]], first, second]) {
+                    (k[0][l], k[1][l]) = (of_l[0], of_l[1]);
+                }
+            }
+        }
     }
-    let twice = Complex64::new(0.0, 2.0) * u;
-    [
-        (1.0 - u * q_1) / w,
-        -twice * q_1,
-        twice * (3.0 * q_2 - q_1) / w,
-    ]
+    k
+}
+
+/// Terms of the series for large w, beyond which less than 1e-10 is left from w = 6 on.
+const TERMS: usize = 12;
+
+/// a_m = (2 m + 1)!!, those of even m with the sign of (j)^m, those of odd m with that of (j)^m / j.
+const SERIES: [[f64; TERMS / 2]; 2] = double_factorials(false);
+
+/// The same times 2 m + 2.
+const SLOPE_SERIES: [[f64; TERMS / 2]; 2] = double_factorials(true);
+
+const fn double_factorials(of_slope: bool) -> [[f64; TERMS / 2]; 2] {
+    let mut terms = [[0.0; TERMS / 2]; 2];
+    let (mut m, mut a) = (0, 1.0);
+    while m < TERMS {
+        let sign = if m / 2 % 2 == 0 { 1.0 } else { -1.0 };
+        let factor = if of_slope { (2 * m + 2) as f64 } else { 1.0 };
+        terms[m % 2][m / 2] = sign * factor * a;
+        a *= (2 * m + 3) as f64;
+        m += 1;
+    }
+    terms
+}
+
+/// Horner's rule; `c[0]` is the constant term.
+#[inline(always)]
+pub(crate) fn horner<const TERMS: usize>(c: &[f64; TERMS], x: f64) -> f64 {
+    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
 /// F(x) for x >= 0, with an error below 1e-9 relative.
@@ -96,32 +138,24 @@ pub fn transition(x: f64) -> Complex64 {
     transition_over_root(w) * w
 }
 
-/// Clenshaw's recurrence.
-fn chebyshev(w: f64) -> Complex64 {
-    let t = w * (2.0 / SPLIT) - 1.0;
-    let (mut re1, mut re2, mut im1, mut im2) = (0.0, 0.0, 0.0, 0.0);
+/// Clenshaw's recurrence: real and imaginary parts.
+#[inline(always)]
+fn chebyshev_each<const N: usize>(w: &[f64; N]) -> [[f64; N]; 2] {
+    let t = w.map(|w| w * (2.0 / SPLIT) - 1.0);
+    let twice = t.map(|t| 2.0 * t);
+    // The last two sums of each part.
+    let mut sums = [[[0.0; N]; 2]; 2];
     for &(re, im) in CHEBYSHEV[1..].iter().rev() {
-        (re1, re2) = (re + 2.0 * t * re1 - re2, re1);
-        (im1, im2) = (im + 2.0 * t * im1 - im2, im1);
+        for (coefficient, [sum, before]) in [re, im].into_iter().zip(&mut sums) {
+            let next = std::array::from_fn(|l| coefficient + (twice[l] * sum[l] - before[l]));
+            (*sum, *before) = (next, *sum);
+        }
     }
-    Complex64::new(
-        CHEBYSHEV[0].0 + t * re1 - re2,
-        CHEBYSHEV[0].1 + t * im1 - im2,
-    )
-}
-
-/// K(w) = (1 - 1 u + 1 3 u^2 - 1 3 5 u^3 + ...) / w with u = 1 / (2 j w^2); the terms kept
-/// leave less than 1e-10 from w = 6 on.
-fn asymptotic(w: f64) -> Complex64 {
-    // u = -j v: even powers are real, odd ones imaginary.
-    let v = 0.5 / (w * w);
-    let terms = if w > 40.0 { 3 } else { 12 };
-    let mut sum = Complex64::ONE;
-    for m in (1..=terms).rev() {
-        let factor = f64::from(2 * m - 1) * v;
-        sum = Complex64::new(1.0 - factor * sum.im, factor * sum.re);
-    }
-    sum / w
+    let [re, im] = sums;
+    let (re_0, im_0) = CHEBYSHEV[0];
+    [(re_0, re), (im_0, im)].map(|(coefficient, [sum, before])| {
+        std::array::from_fn(|l| coefficient + (t[l] * sum[l] - before[l]))
+    })
 }
 
 #[cfg(test)]
@@ -140,8 +174,11 @@ mod tests {
 
     #[test]
     fn both_series_meet_at_the_split() {
-        let gap = (chebyshev(SPLIT) - asymptotic(SPLIT)).norm();
-        assert!(gap < 1e-10, "{gap:e}");
+        let [below, above] = [SPLIT.next_down(), SPLIT].map(transition_slopes);
+        for (i, most) in [1e-10, 2e-9, 3e-8].into_iter().enumerate() {
+            let gap = (below[i] - above[i]).norm();
+            assert!(gap < most, "{i}: {gap:e}");
+        }
     }
 
     /// Against differences of the function itself.

@@ -34,8 +34,6 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use num_complex::Complex64;
 
-use crate::transition::transition_over_root;
-
 /// The diffraction coefficient D \[sqrt(m)\] of a wedge with an open angle of `n` pi.
 ///
 /// `phi_1` and `phi_2` are the angles of the two rays from the 0-face \[rad\], 0 to n pi, in
@@ -129,12 +127,9 @@ impl Boundaries {
     /// coefficient; `kl` is wavenumber times distance parameter.
     #[inline]
     pub fn terms(&self, n: f64, kl: f64, gamma_0: Complex64, gamma_n: Complex64) -> Complex64 {
-        let root = (2.0 * kl).sqrt();
-        let term = |delta| boundary_term(delta, n, root);
+        let [near, far, at_0, at_n] = self.values(n, kl);
         // In this order a ray along a perfectly conducting 0-face gives exactly 0.
-        let near = term(self.shadow) + term(self.reflection_0) * gamma_0;
-        let far = term(self.shadow_far) + term(self.reflection_n) * gamma_n;
-        far - near
+        (far + at_n * gamma_n) - (near + at_0 * gamma_0)
     }
 }
 
@@ -152,14 +147,4 @@ fn off_zero(delta: f64) -> f64 {
     } else {
         delta
     }
-}
-
-/// cot(delta / 2n) F(2 k L sin^2(delta / 2)), as the finite product it is at the boundary:
-/// cos(delta / 2n) (sin(delta / 2) / sin(delta / 2n)) sqrt(2 k L) K(w), with the sign of delta.
-#[inline]
-fn boundary_term(delta: f64, n: f64, root: f64) -> Complex64 {
-    let (sin, cos) = (delta / (2.0 * n)).sin_cos();
-    let half = (delta * 0.5).sin().abs();
-    let ratio = half / sin.abs();
-    transition_over_root(root * half) * (root * ratio * cos).copysign(delta)
 }
