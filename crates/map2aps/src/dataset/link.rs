@@ -39,7 +39,7 @@ impl LinkMaker {
         Ok(!self.link.paths.is_empty() && self.link.fallback_diffractions.is_none())
     }
 
-    /// Labels the link traced last and appends it to `rows`; `ends` are its indices of transmitter and receiver.
+    /// Labels the link traced last and appends it to `rows`, but for its paths; `ends` are its indices of transmitter and receiver.
     pub fn label(&mut self, labeler: &Labeler, ends: [u32; 2], rows: &mut Rows) -> Result<()> {
         let started = Instant::now();
         let link = &self.link;
@@ -54,8 +54,12 @@ impl LinkMaker {
         rows.tally.link(link, label, status, protocol);
         let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
         rows.push(labeler, ends, status, beyond as u8, label);
-        rows.paths.push_records(&link.paths);
         Ok(())
+    }
+
+    /// Appends the paths of the link traced last.
+    pub fn push_paths(&self, rows: &mut Rows) {
+        rows.paths.push_records(&self.link.paths);
     }
 
     /// The state of the link traced last, which has no path inside the limits; chains beyond them do not count.

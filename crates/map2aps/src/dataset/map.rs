@@ -117,6 +117,9 @@ impl Run<'_> {
                 let is_reached = maker.trace(tracer, tx, receiver, &mut rows.tally)?;
                 if is_reached || wanted.is_none() {
                     maker.label(self.labeler, [*id, candidate], rows)?;
+                    if self.writer.config().layout.paths {
+                        maker.push_paths(rows);
+                    }
                     let is_near = is_near(tracer.config(), tx.position(), rx.point(candidate));
                     rows.tally.near_links += u64::from(is_near);
                     self.control.progress.advance(1);

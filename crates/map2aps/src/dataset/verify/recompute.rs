@@ -143,6 +143,7 @@ impl<'d> Recomputation<'d> {
         let mut maker = LinkMaker::default();
         maker.trace(tracer, &tx, &rx, &mut rows.tally)?;
         maker.label(&self.labeler, map.links[link], &mut rows)?;
+        maker.push_paths(&mut rows);
         Ok(rows)
     }
 
