@@ -66,7 +66,7 @@ fn link_in_a_tile_is_traced_and_drawn() {
     let folder = Folder::new();
     let svg = folder.arg("link.svg");
     let table = succeed(&format!(
-        "trace --map '{HELSINKI}' --map-id 2 --tx 169,247 --rx 186,166 --svg {svg}"
+        "trace --map '{HELSINKI}' --map-id 2 --tx 169,247 --rx 186,166 --limits r2d1 --svg {svg}"
     ));
     assert!(table.contains("54 paths"), "{table}");
     assert!(fs::read_to_string(svg).unwrap().contains("<svg"));

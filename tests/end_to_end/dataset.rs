@@ -40,8 +40,8 @@ fn another_configuration_is_refused_by_name() {
     let out = folder.arg("data");
     let settings = format!("{SETTINGS} --max-reflections 1");
     let differences = [
-        "configuration.trace.max_interactions is 3 there, 2 here",
-        "configuration.trace.max_reflections is 2 there, 1 here",
+        "configuration.trace.max_interactions is 7 there, 3 here",
+        "configuration.trace.max_reflections is 5 there, 1 here",
     ];
     assert_told(
         &fail(&format!("dataset {settings} --out {out}")),

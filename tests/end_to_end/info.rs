@@ -27,7 +27,7 @@ fn finished_data_set_is_described() {
         "180 bins over [-180, 180) deg, dB in half precision",
         "paths: delay",
         "label.protocol = \"paper\"",
-        "trace.max_reflections = 2",
+        "trace.max_reflections = 5",
         "seed = 42",
         "training maps: mean 0.",
         "dominant peaks:",

@@ -60,7 +60,7 @@ fn table_of_paths_holds_what_the_tracer_found() {
     assert_eq!(pictures_in(&page), 2);
 
     let scene = Scene::from_radiomapseer(house).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
+    let tracer = Tracer::new(&scene, TraceConfig::converged()).unwrap();
     let (tx, rx) = (DVec2::new(90.0, 130.0), DVec2::new(120.0, 120.0));
     let mut paths = tracer.trace(tx, rx).unwrap().paths;
     paths.sort_by(|p, q| q.gain_db().total_cmp(&p.gain_db()));
@@ -114,7 +114,8 @@ fn heading_turns_the_angles_and_nothing_else() {
     let folder = Folder::new();
     let page = |heading: &str| {
         let out = folder.arg("link.html");
-        let line = format!("explain --map synthetic --tx 63,175 --rx 151,57 --out {out}");
+        let line =
+            format!("explain --map synthetic --tx 63,175 --rx 151,57 --limits r2d1 --out {out}");
         let told = succeed(&format!("{line} {heading}"));
         assert_eq!(
             told.contains("from the array's heading 90 deg"),
@@ -229,7 +230,7 @@ fn links_that_are_not_there_are_told() {
             "and of the scene",
         ),
         (
-            "explain DATA --link 0,1,1 --max-reflections 5",
+            "explain DATA --link 0,1,1 --max-reflections 1",
             "settings of the trace",
         ),
         (

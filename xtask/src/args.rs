@@ -12,7 +12,7 @@ use aps_raytrace::{Material, Scene, TraceConfig};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, ValueEnum};
 use map2aps::maps::{self, NamedMaps, TileSettings};
-use map2aps::{MapSource, SceneSettings};
+use map2aps::{Limits, MapSource, SceneSettings};
 use serde_json::Value;
 
 use crate::note;
@@ -208,6 +208,16 @@ pub fn parts() -> impl TypedValueParser<Value = Part> {
     }))
 }
 
+/// Parser of named limits.
+pub fn limits() -> impl TypedValueParser<Value = Limits> {
+    named(Limits::ALL.map(|limits| {
+        PossibleValue::new(limits.name()).help(match limits {
+            Limits::R2d1 => "2 reflections, 1 diffraction, paths within 60 dB of the strongest: half the time",
+            Limits::Converged => "5 reflections, 2 diffractions, within 20 dB: more of both changes labels by 1 dB in the mean",
+        })
+    }))
+}
+
 /// Reads the maps that a shard may write, `I/N`, counted from 1.
 pub fn parse_shard(text: &str) -> Result<Access, String> {
     let parts = text.split_once('/');
@@ -229,31 +239,12 @@ pub fn shard(access: Access) -> Option<String> {
     }
 }
 
-/// Named limits of the tracer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Limits {
-    /// 2 reflections, 1 diffraction, paths within 60 dB of the strongest.
-    R2d1,
-    /// 5 reflections, 2 diffractions, paths within 30 dB: a further reflection and weaker paths change labels by less than 1 dB
-    /// in the mean, a third diffraction by more; at about five times the time.
-    Converged,
-}
-
-impl Limits {
-    fn config(self) -> TraceConfig {
-        match self {
-            Self::R2d1 => TraceConfig::default(),
-            Self::Converged => TraceConfig::converged(),
-        }
-    }
-}
-
 /// Settings of the trace.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Tracing")]
 pub struct TraceArgs {
     /// Limits where nothing else is said.
-    #[arg(long, value_enum, default_value_t = Limits::R2d1)]
+    #[arg(long, value_parser = limits(), default_value_t)]
     pub limits: Limits,
     /// Most reflections on a path [default: as the limits have it].
     #[arg(long)]

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use aps_data::Split;
 use aps_label::LabelConfig;
-use aps_raytrace::TraceConfig;
 use map2aps::maps::{NamedMaps, TileSettings};
 use map2aps::{Dataset, DatasetPlan, training};
 use serde_json::json;
@@ -29,24 +28,14 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
     let asked = data.train_maps + data.develop_maps + data.test_maps;
     let maps = maps.open(TileSettings::default(), asked as u32)?;
     let split = split(&maps.ids()?, data)?;
-    let usual = DatasetPlan::default();
-    let trace = match (data.max_reflections, data.max_diffractions) {
-        (None, None) => usual.trace.clone(),
-        (reflections, diffractions) => limited(
-            &usual.trace,
-            reflections.unwrap_or(usual.trace.max_reflections),
-            diffractions.unwrap_or(usual.trace.max_diffractions),
-            usize::MAX,
-        ),
-    };
     let plan = DatasetPlan {
         maps,
         tx_per_map: data.tx_per_map,
         rx_per_map: data.rx_per_map,
         label: LabelConfig::of(data.protocol),
         seed: config.seed,
-        trace,
-        ..usual
+        trace: data.limits.config(),
+        ..DatasetPlan::default()
     };
     Ok((plan, split))
 }
@@ -80,21 +69,6 @@ pub fn open(
         part.finish()?;
     }
     Ok((part, training::open(&folder)?))
-}
-
-/// The tracer's settings with other limits.
-pub fn limited(
-    trace: &TraceConfig,
-    max_reflections: usize,
-    max_diffractions: usize,
-    max_interactions: usize,
-) -> TraceConfig {
-    TraceConfig {
-        max_reflections,
-        max_diffractions,
-        max_interactions: max_interactions.min(max_reflections + max_diffractions),
-        ..trace.clone()
-    }
 }
 
 /// Tells if these are the name of synthetic cities.

@@ -56,8 +56,10 @@ impl Job {
 /// Something from elsewhere that has the name of another entry.
 pub fn of(config: &Config) -> Result<Vec<Job>> {
     let mut jobs = vec![Job::Mean, Job::LineOfSight, Job::Tracer(SIGHT)];
+    // Beyond the limits of the labels there are no further paths.
+    let most = config.data.limits.config().max_interactions;
     let interactions = config.tracer.interactions.iter();
-    jobs.extend(interactions.copied().map(Job::Tracer));
+    jobs.extend(interactions.map(|&interactions| Job::Tracer(interactions.min(most))));
     jobs.push(Job::StrongestPath);
     jobs.extend(config.kinds().into_iter().map(Job::Model));
     jobs.extend(Shipped::all().map(|shipped| Job::Shipped(shipped.label.kind)));

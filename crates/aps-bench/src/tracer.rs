@@ -10,7 +10,6 @@ use map2aps::{Control, DatasetPlan, Example, label_links, trace_pairs};
 
 use crate::answer::Answer;
 use crate::baselines::substitute;
-use crate::data::limited;
 use crate::error::Result;
 use crate::latency::{ms_per_link, of_times};
 use crate::test_set::TestSet;
@@ -38,11 +37,14 @@ pub fn answer(
         Found::Strongest => (whole.clone(), strongest),
         Found::Within(interactions) => {
             let most = interactions.min(whole.max_interactions);
-            let [reflections, diffractions] =
+            let [max_reflections, max_diffractions] =
                 [whole.max_reflections, whole.max_diffractions].map(|limit| limit.min(most));
             let lower = TraceConfig {
+                max_reflections,
+                max_diffractions,
+                max_interactions: most.min(max_reflections + max_diffractions),
                 max_fallback_diffractions: 0,
-                ..limited(whole, reflections, diffractions, most)
+                ..whole.clone()
             };
             (lower, |paths| paths)
         }

@@ -153,7 +153,7 @@ fn is_whole(results: &Results, out: &Path) {
     let shipped = entry(results, "Polar-Reg, shipped");
     assert_eq!(shipped.model.as_deref(), Some("Polar-Reg"));
     // The labels' own limits.
-    assert!(cosine("tracer, 3 interactions") > 0.999_999);
+    assert!(cosine("tracer, 7 interactions") > 0.999_999);
     let in_sight = results.links.iter().filter(|l| l.line_of_sight).count() as u64;
     let direct = entry(results, "tracer, 0 interactions");
     assert_eq!(direct.substituted_links, data.test_links - in_sight);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use map2aps::aps_raytrace::glam::DVec2;
 use map2aps::aps_raytrace::{self, Material, TraceConfig};
-use map2aps::{Error, trace_links, trace_pairs};
+use map2aps::{Error, Limits, trace_links, trace_pairs};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -84,7 +84,7 @@ pub fn config(limits: Option<&Bound<'_, PyDict>>) -> PyResult<TraceConfig> {
     let named = limits.map(|limits| limits.get_item("limits")).transpose()?;
     let mut config = match named.flatten() {
         Some(name) => of_limits(&name)?,
-        None => TraceConfig::default(),
+        None => Limits::default().config(),
     };
     for (name, value) in limits.into_iter().flatten() {
         set(&mut config, &name.extract::<String>()?, &value)?;
@@ -125,9 +125,9 @@ fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResu
 
 /// The settings of limits by their name.
 fn of_limits(name: &Bound<'_, PyAny>) -> PyResult<TraceConfig> {
-    match tried(name.py(), name.extract())? {
-        Some("r2d1") => Ok(TraceConfig::default()),
-        Some("converged") => Ok(TraceConfig::converged()),
+    let limits = tried(name.py(), name.extract::<String>())?.map(|name| name.parse::<Limits>());
+    match limits {
+        Some(Ok(limits)) => Ok(limits.config()),
         _ => Err(PyValueError::new_err(format!(
             "limits: {} is neither 'r2d1' nor 'converged'",
             name.repr()?

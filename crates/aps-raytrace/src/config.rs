@@ -95,7 +95,7 @@ impl TraceConfig {
     #[must_use]
     pub fn converged() -> Self {
         Self {
-            dynamic_range_db: Some(30.0),
+            dynamic_range_db: Some(20.0),
             ..Self::within(5, 2)
         }
     }

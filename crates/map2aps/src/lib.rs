@@ -54,6 +54,7 @@ mod drawn;
 pub mod error;
 mod examples;
 mod exchange;
+mod limits;
 mod links;
 pub mod maps;
 mod mirror;
@@ -95,6 +96,7 @@ pub use exchange::{
     ExchangeError, Export, ExportLayout, Exported, ImportPropbin, ImportReleased, ImportSamples,
     Imported, LeftOut,
 };
+pub use limits::{Limits, UnknownLimits};
 pub use links::{LinkMap, LinkSource};
 pub use maps::{MapError, MapSource, SceneSettings};
 pub use mirror::MirrorError;

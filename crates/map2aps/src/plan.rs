@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::control::Control;
 use crate::dataset::{Choice, Made, Making, Run};
 use crate::error::Result;
+use crate::limits::Limits;
 use crate::maps::{self, MapError, MapSource, SceneSettings};
 use crate::sampling::{self, GRID_M, Receivers, Sampling};
 use crate::settings;
@@ -53,7 +54,7 @@ impl Default for DatasetPlan {
             label: LabelConfig::default(),
             stored: Stored::default(),
             seed: 42,
-            trace: TraceConfig::default(),
+            trace: Limits::default().config(),
         }
     }
 }

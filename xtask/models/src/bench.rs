@@ -6,8 +6,10 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use aps_bench::{Benchmark, Config, Error, Profile, Watch};
 use aps_model::ModelKind;
 use aps_report::benchmark::EntryKind;
+use map2aps::Limits;
 use map2aps::training::Device;
 use toml::{Table, Value};
+use xtask::args::limits;
 use xtask::interrupt::interrupt_flag;
 use xtask::{machine, note, say};
 
@@ -50,6 +52,9 @@ pub struct Args {
     /// Folder of RadioMapSeer files 0.json, 1.json, ..., or synthetic.
     #[arg(long)]
     maps: Option<String>,
+    /// Limits of the paths in labels [default: as the profile has it].
+    #[arg(long, value_parser = limits())]
+    limits: Option<Limits>,
     /// Seed of terminals, synthetic cities, weights, order and drawn links.
     #[arg(long)]
     seed: Option<u64>,
@@ -148,11 +153,13 @@ impl Args {
             Value::from(kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>())
         };
         let text = |text: &Option<String>| text.clone().map(Value::from);
+        let limits = self.limits.map(|limits| Value::from(limits.name()));
         let given = [
             (["seed"].as_slice(), seed.map(Value::from)),
             (&["models"], self.models.as_ref().map(names)),
             (&["device"], self.device.map(Value::try_from).transpose()?),
             (&["data", "maps"], text(&self.maps)),
+            (&["data", "limits"], limits),
             (&["training", "budget"], text(&self.budget)),
         ];
         for (key, value) in given {

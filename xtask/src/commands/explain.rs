@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use aps_label::{LabelConfig, Protocol};
+use aps_raytrace::Tracer;
 use aps_raytrace::glam::DVec2;
-use aps_raytrace::{TraceConfig, Tracer};
 use aps_report::explain::{Explained, Explanation};
 use aps_report::link::{LinkView, heading_words};
 use aps_report::picture::Outlines;
 
 use map2aps::maps::NamedMaps;
-use map2aps::{counted, is_near};
+use map2aps::{Limits, counted, is_near};
 
 use crate::args::{ArrayArgs, OneMapArgs, TraceArgs, parse_heading, parse_point};
 use crate::cautions;
@@ -111,7 +111,7 @@ impl Args {
         let config = self.trace.config();
         if let (Some(folder), Some(id)) = (&self.dataset, self.link) {
             ensure!(
-                config == TraceConfig::default() && self.one_map.is_usual_scene(),
+                config == Limits::default().config() && self.one_map.is_usual_scene(),
                 "settings of the trace and of the scene are for --map: the paths of a data set are those that it was made with"
             );
             let source = Source::open(folder, self.maps.as_ref(), &self.one_map.tiles)?;

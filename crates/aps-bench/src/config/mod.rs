@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use aps_label::Protocol;
 use aps_model::{ModelKind, Preset};
+use map2aps::Limits;
 use map2aps::training::Device;
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +49,7 @@ pub struct Config {
     pub external: BTreeMap<String, PathBuf>,
 }
 
-/// Data that models learn from and are scored on. Limits of paths that are not given are as `dataset` makes them.
+/// Data that models learn from and are scored on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataConfig {
@@ -66,12 +67,8 @@ pub struct DataConfig {
     pub rx_per_map: usize,
     /// Definition of the labels.
     pub protocol: Protocol,
-    /// Most reflections on a path of the labels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max_reflections: Option<usize>,
-    /// Most diffractions on a path of the labels.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub max_diffractions: Option<usize>,
+    /// Limits of the paths in labels.
+    pub limits: Limits,
     /// Test links scored, drawn by the seed; all if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub test_links: Option<usize>,

@@ -105,7 +105,7 @@ fn comparison_of_converged_limits_with_themselves_finds_no_error() {
     assert!(default["own"]["times_us"]["rx"].as_f64().unwrap() > 0.0);
     question["trace"]["reflections"] = 5.into();
     question["trace"]["diffractions"] = 2.into();
-    question["trace"]["dynamic_range_db"] = 30.0.into();
+    question["trace"]["dynamic_range_db"] = 20.0.into();
     let converged = post(port, "/api/compare", &question).json();
     assert_eq!(converged["error_db"], json!({ "mean": 0.0, "worst": 0.0 }));
 }

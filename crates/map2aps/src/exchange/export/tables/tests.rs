@@ -189,7 +189,7 @@ fn the_card_tells_parts_columns_making_licence_and_citation() {
         "| `metres_per_pixel` | float64 | m |",
         "| `pixels` | binary |  |",
         "`aps_db` has 180 bins, from -180 to 180 deg",
-        "Maps: \"synthetic\". Carrier: 3500000000.0 Hz. At most 2 reflections, 1 diffractions and 3 interactions",
+        "Maps: \"synthetic\". Carrier: 3500000000.0 Hz. At most 5 reflections, 2 diffractions and 7 interactions",
         "Seed: 42.",
         "\"uniform_linear\"",
         "\n## Licence\n",
