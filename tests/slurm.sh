@@ -99,7 +99,7 @@ echo "== $(slurmctld -V) is up"
 work="$root/work of art"
 mkdir "$work"
 cd "$work"
-settings=(--maps synthetic:8 --profile full --tx-per-map 50 --rx-per-map 2000)
+settings=(--maps synthetic:8 --profile full --tx-per-map 50 --rx-per-map 2000 --limits r2d1)
 "$XTASK" dataset "${settings[@]}" --out whole >/dev/null
 echo "== one run: $(du -sh whole | cut -f1)"
 

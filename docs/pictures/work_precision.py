@@ -18,14 +18,14 @@ TIMES_US, ERRORS_DB = (1.0, 10_000.0), (0.5, 50.0)
 ABOVE, BELOW, LEFT_OF = (6, -7, "start"), (-6, 16, "end"), (-2, -9, "end")
 BEFORE = {
     "R2 D1": ("R2 D1", ABOVE),
-    "30 dB": ("R2 D1, 30 dB", (2, 17, "start")),
+    "R2 D1, 30 dB": ("R2 D1, 30 dB", (2, 17, "start")),
     "R5 D2": ("R5 D2", LEFT_OF),
     "R5 D2, 20 dB": ("R5 D2, 20 dB", ABOVE),
     "R5 D2, 30 dB": ("30 dB", ABOVE),
 }
 NOW = {
     "R2 D1": ("R2 D1", (0, -9, "middle")),
-    "30 dB": ("R2 D1, 30 dB", BELOW),
+    "R2 D1, 30 dB": ("R2 D1, 30 dB", BELOW),
     "R3 D1": ("R3 D1", (-8, 5, "end")),
     "R5 D2, 10 dB": ("R5 D2, 10 dB", BELOW),
     "R5 D2, 20 dB": ("20 dB", BELOW),

@@ -269,22 +269,22 @@ class Tracer:
     ----------
     scene : Scene
         The buildings.
-    limits : {"r2d1", "converged"}
-        Values of the settings that are not given: "r2d1" those stated below, "converged" 5 reflections, 2 diffractions, 7 interactions and a
-        dynamic range of 30 dB. More changes labels by less than 1 dB in the mean; a trace takes several times as long.
+    limits : {"converged", "r2d1"}
+        Values of the limits that are not given: "converged", the default, those stated below; further reflections and weaker paths change
+        labels by 1 dB in the mean. "r2d1" 2 reflections, 1 diffraction and a dynamic range of 60 dB, in less time.
     frequency_hz : float
         Carrier in Hz, 1 to 1e18; 3.5e9 by default.
     material : str or tuple of two floats
         Of the walls: "concrete" (after ITU-R P.2040-3), the default, "pec" for a perfect conductor, or a pair of relative permittivity
         and conductivity in S/m.
     max_reflections, max_diffractions : int
-        Most of each on a path, 0 to 1000; 2 and 1 by default.
+        Most of each on a path, 0 to 1000; 5 and 2 by default.
     max_interactions : int
         Most reflections and diffractions together on a path; the sum of both limits by default.
     slope_diffraction : bool
         Waves from corner to corner take their slope along; True by default.
     dynamic_range_db : float or None
-        Paths are left out that are weaker than the link's strongest by more, in dB; 60 by default, None keeps all.
+        Paths are left out that are weaker than the link's strongest by more, in dB; 20 by default, None keeps all.
     max_fallback_diffractions : int
         A link without a path goes on with up to so many diffractions, at estimated levels, 0 to 1000; 0 by default: none does.
     max_images : int

@@ -54,13 +54,13 @@ fn table_of_paths_holds_what_the_tracer_found() {
     let house = "[[[100,100],[120,100],[120,110],[100,110],[100,100]]]";
     fs::write(&map, house).unwrap();
     succeed(&format!(
-        "explain --map {map} --tx 90,130 --rx 120,120 --out {page}"
+        "explain --map {map} --tx 90,130 --rx 120,120 --limits r2d1 --out {page}"
     ));
     let page = fs::read_to_string(page).unwrap();
     assert_eq!(pictures_in(&page), 2);
 
     let scene = Scene::from_radiomapseer(house).unwrap();
-    let tracer = Tracer::new(&scene, TraceConfig::converged()).unwrap();
+    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
     let (tx, rx) = (DVec2::new(90.0, 130.0), DVec2::new(120.0, 120.0));
     let mut paths = tracer.trace(tx, rx).unwrap().paths;
     paths.sort_by(|p, q| q.gain_db().total_cmp(&p.gain_db()));

@@ -145,13 +145,14 @@ fn terminals_in_the_wrong_place_are_named() {
 
 #[test]
 fn limits_have_names_and_single_ones_can_be_changed() {
-    let (_root, map) = house();
-    let ends = format!("trace --map {map} --tx 90,105 --rx 110,130");
+    let ends = "trace --map synthetic --tx 63,175 --rx 151,57";
     let paths = |limits: &str| paths(&format!("{ends} {limits}"));
-    let converged = paths("");
-    assert_eq!(converged, paths("--limits converged"));
+    let (converged, r2d1) = (paths(""), paths("--limits r2d1"));
+    assert!(converged.len() > 1 && r2d1.len() > 1 && converged != r2d1);
     let single = "--max-reflections 5 --max-diffractions 2 --dynamic-range-db 20";
     assert_eq!(converged, paths(&format!("--limits r2d1 {single}")));
+    let single = "--max-reflections 2 --max-diffractions 1 --dynamic-range-db 60";
+    assert_eq!(r2d1, paths(single));
     let gains = converged.iter().map(|p| p["gain_db"].as_f64().unwrap());
     let (weakest, strongest) = gains.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), g| {
         (a.min(g), b.max(g))

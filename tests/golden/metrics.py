@@ -9,8 +9,8 @@ labels are stored, the other families follow from a hash.
 
 --labels takes spectra, shape (800, 180), on the normalised target scale (zero mean, unit
 variance), for example from a traced data set. Without it, labels of random path sets are made.
-Those stored are of `cargo xtask dataset --protocol released --tx-per-map 8 --rx-per-map 50` (ten synthetic
-cities): 80 valid links a map, each standardised.
+Those stored are of `cargo xtask dataset --protocol released --limits r2d1 --tx-per-map 8 --rx-per-map 50`
+(ten synthetic cities): 80 valid links a map, each standardised.
 """
 
 import argparse

@@ -110,10 +110,12 @@ def test_maps_settings_of_labels_and_limits_reach_the_data_set(tmp_path: Path) -
         array=map2aps.UniformCircular(8, 0.5),
         sampling_rate_hz=100e6,
         max_reflections=1,
+        max_diffractions=1,
         dynamic_range_db=None,
         progress=None,
     )
     of = dataset.manifest["configuration"]
+    assert of["trace"]["max_diffractions"] == 1 and of["trace"]["max_interactions"] == 2
     assert [one.id for one in dataset] == [2, 5] and dataset.manifest["seed"] == 7
     assert of["label"]["protocol"] == "paper" and of["label"]["sampling_rate_hz"] == 100e6
     assert of["label"]["array"] == {"uniform_circular": {"elements": 8, "radius_wavelengths": 0.5}}

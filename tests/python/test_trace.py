@@ -12,7 +12,7 @@ from shapes import HOUSE
 
 def test_around_one_house_the_paths_are_those_of_the_geometry() -> None:
     scene = map2aps.Scene.from_polygons([[(0, 0), (20, 0), (20, 10), (0, 10)]])
-    paths = map2aps.Tracer(scene).trace((-5.0, 15.0), (25.0, 15.0))
+    paths = map2aps.Tracer(scene, limits="r2d1").trace((-5.0, 15.0), (25.0, 15.0))
     # Line of sight, a reflection at the upper wall, diffractions at its corners.
     assert len(paths) == 1 and len(paths.delay_s) == 4
     assert np.isclose(paths.delay_s[0] * 299_792_458.0, 30.0, rtol=1e-15)
@@ -215,14 +215,15 @@ def test_a_tracer_tells_its_scene_and_limits(scene: map2aps.Scene) -> None:
 
 def test_limits_have_names_and_single_settings_change_them() -> None:
     scene = map2aps.Scene.synthetic(seed=1)
-    numbers = {"max_reflections": 5, "max_diffractions": 2, "dynamic_range_db": 30.0}
+    numbers = {"max_reflections": 5, "max_diffractions": 2, "dynamic_range_db": 20.0}
     tx, rx = (2.0, 2.0), (30.0, 2.0)
 
     def gains(**limits: Any) -> Any:
         return map2aps.Tracer(scene, **limits).trace(tx, rx).gain.tolist()
 
-    converged = gains(limits="converged")
-    assert converged == gains(**numbers) != gains() == gains(limits="r2d1")
-    assert gains(limits="converged", dynamic_range_db=20.0) == gains(**{**numbers, "dynamic_range_db": 20.0})
-    with pytest.raises(ValueError, match="neither 'r2d1' nor 'converged'"):
+    r2d1 = gains(limits="r2d1")
+    assert gains() == gains(limits="converged") == gains(limits="r2d1", **numbers) != r2d1
+    assert r2d1 == gains(max_reflections=2, max_diffractions=1, dynamic_range_db=60.0)
+    assert gains(dynamic_range_db=30.0) == gains(**{**numbers, "dynamic_range_db": 30.0})
+    with pytest.raises(ValueError, match="neither 'converged' nor 'r2d1'"):
         gains(limits="R5D2")

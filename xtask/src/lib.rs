@@ -21,5 +21,5 @@ pub mod progress;
 mod source;
 mod summary;
 
-pub use args::{IdList, SceneArgs, TileArgs, named, parts};
+pub use args::{IdList, SceneArgs, TileArgs, limits, named, parts};
 pub use progress::use_threads;

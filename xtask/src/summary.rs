@@ -56,11 +56,11 @@ impl fmt::Display for Summary<'_> {
         if t.omitted_by_bound + t.omitted_by_gain > 0 {
             writeln!(
                 f,
-                "left out    {:>12}  paths too weak ({} by bound); bound of their effect, measured changes are far smaller: more than 0.1 dB on at most {}, at most {:.2} dB, in labels above -40 dB of their maximum",
+                "left out    {:>12}  paths too weak ({} by bound), which change labels above -40 dB of their maximum by {:.2} dB at most (a bound), and may change {} by more than 0.1 dB",
                 t.omitted_by_bound + t.omitted_by_gain,
                 t.omitted_by_bound,
-                counted(t.links_affected, "link", "links"),
-                t.omission_effect_db
+                t.omission_effect_db,
+                counted(t.links_affected, "link", "links")
             )?;
         }
         if t.maps_without_walls + t.maps_without_corners + t.empty_beams > 0 {

@@ -1,6 +1,6 @@
 // Everything that is chosen, and its form in the address of the page.
 
-/** Limits and label of the command line's defaults, and the curves that are drawn over the spectrum. */
+/** Limits R2 D1, which follow a dragged terminal on any map, the label of the command line's defaults, and the curves over the spectrum. */
 export const DEFAULTS = {
   reflections: 2, diffractions: 1, slopes: 'on', range: 60, frequency: 3.5e9, material: 'concrete',
   protocol: 'paper', array: 'ula', elements: 16, spacing: 0.5, heading: 0, bandwidth: 200e6,

@@ -148,12 +148,15 @@ impl TraceChoice {
         Ok(config)
     }
 
-    /// The converged configuration for the same carrier and walls.
+    /// The converged configuration for the same carrier and walls, within 30 dB: others are compared with it.
     ///
     /// # Errors
     /// As [`Self::config`].
     pub fn converged(&self) -> Result<TraceConfig, Fault> {
-        let config = self.under(TraceConfig::converged())?;
+        let config = self.under(TraceConfig {
+            dynamic_range_db: Some(30.0),
+            ..TraceConfig::converged()
+        })?;
         config.validate().map_err(Fault::of)?;
         Ok(config)
     }
@@ -221,7 +224,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn settings_of_the_page_are_the_defaults_of_the_command_line() {
+    fn settings_of_the_page_are_r2_d1_and_the_label_of_the_command_line() {
         let question: LinkQuestion = read(question().to_string().as_bytes()).unwrap();
         let expected = TraceConfig {
             max_images: MAX_IMAGES,

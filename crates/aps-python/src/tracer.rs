@@ -125,14 +125,13 @@ fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResu
 
 /// The settings of limits by their name.
 fn of_limits(name: &Bound<'_, PyAny>) -> PyResult<TraceConfig> {
-    let limits = tried(name.py(), name.extract::<String>())?.map(|name| name.parse::<Limits>());
-    match limits {
-        Some(Ok(limits)) => Ok(limits.config()),
-        _ => Err(PyValueError::new_err(format!(
-            "limits: {} is neither 'r2d1' nor 'converged'",
-            name.repr()?
-        ))),
-    }
+    let text = match tried(name.py(), name.extract::<String>())? {
+        Some(text) => text,
+        None => name.repr()?.to_string(),
+    };
+    let limits = text.parse::<Limits>();
+    let limits = limits.map_err(|e| PyValueError::new_err(format!("limits: {e}")))?;
+    Ok(limits.config())
 }
 
 /// `concrete`, `pec`, or relative permittivity and conductivity \[S/m\].

@@ -27,6 +27,7 @@ fn stages(c: &mut Criterion) {
         ("R2", TraceConfig::reflections_only(2)),
         ("R2 D1", TraceConfig::default()),
         ("R2 D1 fallback", with_fallback),
+        ("R5 D2, 20 dB", TraceConfig::converged()),
     ];
     for (name, config) in limits {
         let mut group = c.benchmark_group(name);

@@ -11,7 +11,7 @@ use map2aps::aps_label::Labeler;
 use map2aps::aps_raytrace::Tracer;
 use map2aps::aps_raytrace::glam::DVec2;
 use map2aps::maps::{SceneSettings, TileSettings, load_file};
-use map2aps::{Control, LabelConfig, TraceConfig, label_links, trace_links};
+use map2aps::{Control, LabelConfig, Limits, label_links, trace_links};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let files: Vec<String> = std::env::args().skip(1).collect();
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (tx, rx) = points.split_at_checked(100).ok_or("fewer than 100 rows")?;
 
     let (control, started) = (Control::default(), Instant::now());
-    let tracer = Tracer::new(&scene, TraceConfig::default())?;
+    let tracer = Tracer::new(&scene, Limits::default().config())?;
     let paths = trace_links(&tracer, tx, rx, &control)?;
     let labels = label_links(&Labeler::new(&LabelConfig::released())?, &paths, &control)?;
     let labelled = labels.is_labelled.iter().filter(|is| **is).count();

@@ -10,31 +10,31 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Limits {
-    /// 2 reflections, 1 diffraction, paths within 60 dB of the strongest ([`TraceConfig::default`]).
-    R2d1,
-    /// 5 reflections, 2 diffractions, paths within 20 dB ([`TraceConfig::converged`]): further reflections and weaker paths change labels
-    /// by 1 dB in the mean.
+    /// 5 reflections, 2 diffractions, paths within 20 dB of the strongest ([`TraceConfig::converged`]): further reflections and weaker
+    /// paths change labels by 1 dB in the mean.
     #[default]
     Converged,
+    /// 2 reflections, 1 diffraction, paths within 60 dB ([`TraceConfig::default`]).
+    R2d1,
 }
 
 impl Limits {
-    /// Both, the default last.
-    pub const ALL: [Self; 2] = [Self::R2d1, Self::Converged];
+    /// Both, the default first.
+    pub const ALL: [Self; 2] = [Self::Converged, Self::R2d1];
 
-    /// `r2d1` or `converged`.
+    /// `converged` or `r2d1`.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::R2d1 => "r2d1",
             Self::Converged => "converged",
+            Self::R2d1 => "r2d1",
         }
     }
 
     /// The settings of the tracer.
     pub fn config(self) -> TraceConfig {
         match self {
-            Self::R2d1 => TraceConfig::default(),
             Self::Converged => TraceConfig::converged(),
+            Self::R2d1 => TraceConfig::default(),
         }
     }
 }
@@ -48,10 +48,10 @@ impl fmt::Display for Limits {
 
 /// A text that names no limits.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is neither 'r2d1' nor 'converged'")]
+#[error("'{0}' is neither 'converged' nor 'r2d1'")]
 pub struct UnknownLimits(pub String);
 
-/// Reads `r2d1` or `converged`.
+/// Reads `converged` or `r2d1`.
 impl FromStr for Limits {
     type Err = UnknownLimits;
 
@@ -59,5 +59,27 @@ impl FromStr for Limits {
         let mut all = Self::ALL.into_iter();
         let found = all.find(|limits| limits.name() == text);
         found.ok_or_else(|| UnknownLimits(text.into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_have_one_name_each_and_the_settings_that_are_documented() {
+        for limits in Limits::ALL {
+            assert_eq!(limits.name().parse(), Ok(limits));
+            assert_eq!(serde_json::to_value(limits).unwrap(), limits.name());
+        }
+        let values = Limits::ALL.map(|limits| {
+            let config = limits.config();
+            let most = [config.max_reflections, config.max_diffractions];
+            (most, config.max_interactions, config.dynamic_range_db)
+        });
+        let expected = [([5, 2], 7, Some(20.0)), ([2, 1], 3, Some(60.0))];
+        assert_eq!(values, expected);
+        let refused = "r3d2".parse::<Limits>().unwrap_err();
+        assert_eq!(refused.to_string(), "'r3d2' is neither 'converged' nor 'r2d1'");
     }
 }

@@ -19,8 +19,8 @@ use crate::tally::Tally;
 
 /// Settings that a traced data set is made from: the same plan gives the same bytes, for any number of threads.
 ///
-/// The default is a small data set of synthetic cities with the angle power spectra of protocol `paper`: 20
-/// transmitters a map with 100 receivers each.
+/// The default is a small data set of synthetic cities with the angle power spectra of protocol `paper`, of paths within the default
+/// [`Limits`]: 20 transmitters a map with 100 receivers each.
 #[derive(Debug, Clone)]
 pub struct DatasetPlan {
     /// Source of the maps.

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::error::Result;
 
-/// Below its maximum a spectrum is noise by this much \[dB\]; omissions must not show above.
+/// Below its maximum a spectrum is noise by this much \[dB\]; what omissions can change is told above it.
 const EFFECT_RANGE_DB: f64 = 40.0;
 
 /// Names of the two statistics of omissions that depend on the label.

@@ -13,7 +13,7 @@ use map2aps::maps::TileSettings;
 use map2aps::targets::{self, learning_target};
 use map2aps::training::{self, Device, LinkModel, Trained};
 use map2aps::{
-    Domain, Examples, MapSource, Metric, Part, PolarViews, Prediction, Scoring, SeenLink, Truth,
+    Domain, Examples, Limits, MapSource, Metric, Part, PolarViews, Prediction, Scoring, SeenLink, Truth,
     settings,
 };
 
@@ -125,7 +125,7 @@ fn single_links_are_predicted_as_those_of_a_data_set() {
     let deviation = trained().settings().unwrap().training_statistics.std;
     let model = LinkModel::new(trained()).unwrap();
     assert_eq!(model.label().protocol, Protocol::Paper);
-    assert_eq!(model.trace().max_reflections, 2);
+    assert_eq!(*model.trace(), Limits::default().config());
     let rows = dataset.map(id).unwrap();
     for (row, link) in links.iter().enumerate().take(40) {
         let predicted = &model.predict(&views, &[*link]).unwrap()[0];

@@ -9,9 +9,8 @@ use aps_report::benchmark::EntryKind;
 use map2aps::Limits;
 use map2aps::training::Device;
 use toml::{Table, Value};
-use xtask::args::limits;
 use xtask::interrupt::interrupt_flag;
-use xtask::{machine, note, say};
+use xtask::{limits, machine, note, say};
 
 use crate::choices::{devices, models, profiles};
 use crate::watch::Printer;
@@ -153,13 +152,15 @@ impl Args {
             Value::from(kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>())
         };
         let text = |text: &Option<String>| text.clone().map(Value::from);
-        let limits = self.limits.map(|limits| Value::from(limits.name()));
         let given = [
             (["seed"].as_slice(), seed.map(Value::from)),
             (&["models"], self.models.as_ref().map(names)),
             (&["device"], self.device.map(Value::try_from).transpose()?),
             (&["data", "maps"], text(&self.maps)),
-            (&["data", "limits"], limits),
+            (
+                &["data", "limits"],
+                self.limits.map(Value::try_from).transpose()?,
+            ),
             (&["training", "budget"], text(&self.budget)),
         ];
         for (key, value) in given {

@@ -27,7 +27,7 @@ fn shipped_weights_are_left_out_where_labels_mean_something_else() {
     let out = folder.path().join("bench");
     let config = folder.path().join("bench.toml");
     fs::write(&config, "[training]\nbatch = 9\nbudget = '1h'\n").unwrap();
-    let more = "--models resnet_mlp --set training.epochs=1 --set data.protocol=released --seed 7 \
+    let more = "--models resnet_mlp --set training.epochs=1 --set data.protocol=released --seed 7 --limits r2d1 \
                 --external own=none.npy --weights mine=none.safetensors --config";
     let output = run(&out, &format!("{more} {}", config.display()));
     let [told, remarks] =
@@ -39,6 +39,10 @@ fn shipped_weights_are_left_out_where_labels_mean_something_else() {
     let setting = |pointer: &str| results.configuration.pointer(pointer).unwrap().to_string();
     let [seed, batch, epochs] = ["/seed", "/training/batch", "/training/epochs"].map(setting);
     assert_eq!([&*seed, &batch, &epochs], ["7", "9", "1"]);
+    assert_eq!(setting("/data/limits"), "\"r2d1\"");
+    let of_tracer = results.entries.iter().filter(|e| e.kind == EntryKind::Tracer);
+    let most = of_tracer.map(|e| &*e.name).max();
+    assert_eq!(most, Some("tracer, 3 interactions"));
     assert!(!results.machine.rustc.is_empty() && results.machine.memory_bytes > 0);
     assert_eq!(results.data.protocol, "released");
     assert!(!results.entries.iter().any(|e| e.kind == EntryKind::Shipped));

@@ -119,7 +119,7 @@ pub struct ModelConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TracerConfig {
-    /// Most interactions on a path, of those that the labels allow: an entry each.
+    /// Most interactions on a path: an entry each, and one for all that the labels do not allow.
     pub interactions: Vec<usize>,
 }
 

@@ -135,6 +135,7 @@ impl Config {
 mod tests {
     use aps_label::Protocol;
     use aps_model::ModelKind;
+    use map2aps::Limits;
 
     use super::*;
 
@@ -164,6 +165,7 @@ mod tests {
             assert_eq!(config.kinds(), ModelKind::ALL);
             // The weights that come with the program know no other labels.
             assert_eq!(config.data.protocol, Protocol::Paper);
+            assert_eq!(config.data.limits, Limits::default());
             for kind in config.kinds() {
                 assert_eq!(config.training(kind).unwrap().budget_s, budget_s);
             }

@@ -105,7 +105,7 @@ fn comparison_of_converged_limits_with_themselves_finds_no_error() {
     assert!(default["own"]["times_us"]["rx"].as_f64().unwrap() > 0.0);
     question["trace"]["reflections"] = 5.into();
     question["trace"]["diffractions"] = 2.into();
-    question["trace"]["dynamic_range_db"] = 20.0.into();
+    question["trace"]["dynamic_range_db"] = 30.0.into();
     let converged = post(port, "/api/compare", &question).json();
     assert_eq!(converged["error_db"], json!({ "mean": 0.0, "worst": 0.0 }));
 }
@@ -147,6 +147,9 @@ fn pages_that_ask_for_the_same_at_once_all_have_their_answer() {
 fn prediction_is_scored_against_the_label_that_is_shown() {
     let port = start();
     let mut question = question(port, 0);
+    for (name, value) in [("reflections", 5.0), ("diffractions", 2.0), ("dynamic_range_db", 20.0)] {
+        question["trace"][name] = value.into();
+    }
     let without = post(port, "/api/link", &question).json();
     assert!(without.get("model").is_none());
     question["model"] = true.into();

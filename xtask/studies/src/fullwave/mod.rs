@@ -72,7 +72,7 @@ impl Setting {
 const CANYON: &str = "canyon";
 
 /// The settings that are named in tables: places in [`Setting::all`].
-const DEFAULT: usize = 0;
+const R2_D1: usize = 0;
 const CASCADE: usize = 1;
 const SLOPES: usize = 2;
 const FAR_CASCADE: usize = 3;
@@ -128,7 +128,7 @@ struct LinkRow {
     corners: usize,
     /// Nearest to its boundary that any of them is: sqrt(2 k L) sin(delta / 2).
     boundary: Option<f64>,
-    default_db: f64,
+    r2_d1_db: f64,
     cascade_db: f64,
     slopes_db: f64,
     far_db: f64,
@@ -234,7 +234,7 @@ fn link_rows(reference: &Reference<'_>, all: &[Comparison]) -> Vec<LinkRow> {
             level_db: reference.level_db(i),
             corners: all[SLOPES].corners[i],
             boundary: all[SLOPES].boundaries[i],
-            default_db: all[DEFAULT].error_db(i),
+            r2_d1_db: all[R2_D1].error_db(i),
             cascade_db: all[CASCADE].error_db(i),
             slopes_db: all[SLOPES].error_db(i),
             far_db: all[FAR].error_db(i),

@@ -8,7 +8,7 @@ use aps_report::theme::Colour;
 use aps_report::trade::{Marked, Trade};
 use aps_tests::fullwave::Walls;
 
-use super::{CANYON, CASCADE, DEFAULT, FAR, FAR_CASCADE, LinkRow, Row, SLOPES, Setting, mean};
+use super::{CANYON, CASCADE, FAR, FAR_CASCADE, LinkRow, R2_D1, Row, SLOPES, Setting, mean};
 use crate::{Study, StudyName};
 
 /// The scenes of one house in several sizes.
@@ -23,7 +23,7 @@ pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
     let mut study =
         StudyName::Fullwave.study("The whole field: the tracer against the wave equation");
     let settings = Setting::all();
-    let named = [DEFAULT, CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| settings[i].name.as_str());
+    let named = [R2_D1, CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| settings[i].name.as_str());
     let of = |row: &Row, setting: &str| {
         let same = |r: &&Row| (r.scene, r.walls) == (row.scene, row.walls);
         let found = rows.iter().filter(same).find(|r| r.setting == setting);
@@ -167,7 +167,7 @@ fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<
     let of_rest = |r: &[Row; 4]| fixed(rest(r), 2);
     study.columns(
         "Mean error of the level [dB], and what of it goes with each step; negative where it grows",
-        &at_settings([DEFAULT, CASCADE, SLOPES, FAR], scenes, of),
+        &at_settings([R2_D1, CASCADE, SLOPES, FAR], scenes, of),
         &[
             ("scene", &|r| r[0].scene.into()),
             ("walls", &|r| r[0].walls.into()),
@@ -302,7 +302,7 @@ fn figures(study: &mut Study, rows: &[Row], links: &[LinkRow]) {
         let is_own = |r: &&Row| {
             r.walls == walls.name()
                 && r.scene.starts_with(SIZES)
-                && r.setting == settings[DEFAULT].name
+                && r.setting == settings[R2_D1].name
         };
         let own = rows.iter().filter(is_own);
         own.map(|r| [r.longest_wall, r.mean_error_db]).collect()

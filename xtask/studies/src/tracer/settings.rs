@@ -15,14 +15,14 @@ pub struct Setting {
 }
 
 /// Name of the setting that the commands take by default.
-pub const DEFAULT: &str = "R2 D1";
+pub const DEFAULT: &str = "R5 D2, 20 dB";
 
 pub const LIMITS: [&str; 3] = ["D0", "D1", "D2"];
 pub const RANGES: &str = "dynamic range";
 pub const FAR: &str = "far limits";
 
 impl Setting {
-    /// The sweep: limits, then the dynamic range at the default limits, then at the converged ones.
+    /// The sweep: limits, then the dynamic range at R2 D1, then at R5 D2.
     pub fn sweep(profile: Profile) -> Vec<Self> {
         let mut sweep = Vec::new();
         let most = profile.choose(1, 2);
@@ -35,26 +35,26 @@ impl Setting {
                 });
             }
         }
-        let of_default = TraceConfig::within(2, 1);
+        let of_r2_d1 = TraceConfig::within(2, 1);
         for range_db in [20.0, 30.0, 40.0, 50.0, 80.0] {
             sweep.push(Self {
                 group: RANGES,
-                name: format!("{range_db} dB"),
+                name: format!("R2 D1, {range_db} dB"),
                 config: TraceConfig {
                     dynamic_range_db: Some(range_db),
-                    ..of_default.clone()
+                    ..of_r2_d1.clone()
                 },
             });
         }
         sweep.push(Self {
             group: RANGES,
-            name: "all paths".into(),
+            name: "R2 D1, all paths".into(),
             config: TraceConfig {
                 dynamic_range_db: None,
-                ..of_default
+                ..of_r2_d1
             },
         });
-        for range_db in profile.choose(vec![], vec![10.0, 15.0, 20.0, 25.0, 30.0]) {
+        for range_db in profile.choose(vec![20.0], vec![10.0, 15.0, 20.0, 25.0, 30.0]) {
             sweep.push(Self {
                 group: FAR,
                 name: format!("R5 D2, {range_db} dB"),
@@ -78,6 +78,8 @@ pub fn reference(profile: Profile) -> TraceConfig {
 
 #[cfg(test)]
 mod tests {
+    use map2aps::Limits;
+
     use super::*;
 
     #[test]
@@ -89,7 +91,7 @@ mod tests {
             names.dedup();
             assert_eq!(names.len(), sweep.len());
             let default = sweep.iter().find(|s| s.name == DEFAULT).unwrap();
-            assert_eq!(default.config, TraceConfig::default());
+            assert_eq!(default.config, Limits::default().config());
             assert!(sweep.iter().all(|s| s.config.validate().is_ok()));
         }
     }
