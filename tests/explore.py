@@ -439,7 +439,7 @@ def show_model(page):
 def check_overlays(page):
     """Each switch draws a curve in both spectra, and takes it away; the model's has the scores that the curves have."""
     told = "document.getElementById('told-model').textContent"
-    for name in ("other", "converged", "model"):
+    for name in ("other", "reference", "model"):
         is_on = page.eval(f"document.getElementById('with-{name}').checked")
         for flip in (1, 2):
             before = page.eval(CURVES)
@@ -584,7 +584,7 @@ def check_coverage(page, url):
           copy.drawImage(c, 0, 0);
           const d = copy.getImageData(0, 0, c.width, c.height).data;
           return d.filter((v, i) => i % 4 === 3 && v > 0).length / (d.length / 4); })()""")
-        # The converged limits reach what others reach, and more.
+        # The reference limits reach what others reach, and more.
         is_whole = painted >= parts["level"] if show == "error" else abs(painted - parts[show]) < 1e-9
         must(painted > 0.05 and is_whole, f"coverage '{show}' fills the {100 * painted:.0f} % of the map that have a value")
     # A terminal that moves ends what runs.

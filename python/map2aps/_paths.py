@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class Limits(TypedDict, total=False):
     """Settings of a trace, as `Tracer` lists them."""
 
-    limits: Literal["r2d1", "converged"]
+    limits: Literal["converged", "r2d1"]
     frequency_hz: float
     material: str | tuple[float, float]
     max_reflections: int

@@ -344,7 +344,11 @@ fn files_whose_names_tell_no_link_are_refused() {
 #[test]
 fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
     let folder = Folder::new();
-    let ours = make(&folder, "ours", "aps,paths --receivers outdoor --limits r2d1");
+    let ours = make(
+        &folder,
+        "ours",
+        "aps,paths --receivers outdoor --limits r2d1",
+    );
     let paths = ours.paths(0).unwrap();
     assert!((0..paths.links()).any(|link| paths.paths_of(link).is_empty()));
     let written = folder.path("map_5");

@@ -265,7 +265,7 @@ fn data_set_of_a_newer_format_is_refused_by_every_command() {
     folder.make("data", &[SETTINGS, &maps]);
     let manifest = folder.path("data/manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();
-    let newer = text.replace("\"format_version\": 3", "\"format_version\": 4");
+    let newer = text.replace("\"format_version\": 4", "\"format_version\": 5");
     fs::write(&manifest, newer).unwrap();
     let (data, other) = (folder.arg("data"), folder.arg("other"));
     for command in [

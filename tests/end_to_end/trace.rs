@@ -149,6 +149,7 @@ fn limits_have_names_and_single_ones_can_be_changed() {
     let paths = |limits: &str| paths(&format!("{ends} {limits}"));
     let (converged, r2d1) = (paths(""), paths("--limits r2d1"));
     assert!(converged.len() > 1 && r2d1.len() > 1 && converged != r2d1);
+    assert_eq!(converged, paths("--limits converged"));
     let single = "--max-reflections 5 --max-diffractions 2 --dynamic-range-db 20";
     assert_eq!(converged, paths(&format!("--limits r2d1 {single}")));
     let single = "--max-reflections 2 --max-diffractions 1 --dynamic-range-db 60";

@@ -215,7 +215,7 @@ pub fn limits() -> impl TypedValueParser<Value = Limits> {
             Limits::Converged => {
                 "5 reflections, 2 diffractions, paths within 20 dB of the strongest: further reflections and weaker paths change labels by 1 dB in the mean"
             }
-            Limits::R2d1 => "2 reflections, 1 diffraction, paths within 60 dB: 13 dB in the mean, in less time",
+            Limits::R2d1 => "2 reflections, 1 diffraction, paths within 60 dB: less time; more of both changes labels by 13 dB in the mean",
         })
     }))
 }

@@ -54,14 +54,18 @@ impl fmt::Display for Summary<'_> {
             )?;
         }
         if t.omitted_by_bound + t.omitted_by_gain > 0 {
-            writeln!(
-                f,
-                "left out    {:>12}  paths too weak ({} by bound), which change labels above -40 dB of their maximum by {:.2} dB at most (a bound), and may change {} by more than 0.1 dB",
-                t.omitted_by_bound + t.omitted_by_gain,
-                t.omitted_by_bound,
-                t.omission_effect_db,
-                counted(t.links_affected, "link", "links")
-            )?;
+            let omitted = t.omitted_by_bound + t.omitted_by_gain;
+            write!(f, "left out    {omitted:>12}  paths too weak")?;
+            // Within a narrow range the bound of their effect tells nothing.
+            if t.omission_effect_db < 1.0 {
+                let affected = counted(t.links_affected, "link", "links");
+                let effect_db = t.omission_effect_db;
+                write!(
+                    f,
+                    "; bound of their effect above -40 dB: {effect_db:.2} dB, more than 0.1 dB on {affected} at most"
+                )?;
+            }
+            writeln!(f)?;
         }
         if t.maps_without_walls + t.maps_without_corners + t.empty_beams > 0 {
             writeln!(

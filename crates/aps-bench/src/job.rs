@@ -56,7 +56,7 @@ impl Job {
 /// Something from elsewhere that has the name of another entry.
 pub fn of(config: &Config) -> Result<Vec<Job>> {
     let mut jobs = vec![Job::Mean, Job::LineOfSight, Job::Tracer(SIGHT)];
-    // Beyond the limits of the labels there are no further paths: higher numbers are one entry.
+    // Beyond the limits of the labels there are no further paths.
     let most = config.data.limits.config().max_interactions;
     let interactions = config.tracer.interactions.iter();
     jobs.extend(interactions.map(|&interactions| Job::Tracer(interactions.min(most))));

@@ -35,7 +35,8 @@ pub fn answer(
     let whole = &plan.trace;
     let (trace, kept): (_, Kept) = match found {
         Found::Strongest => (whole.clone(), strongest),
-        Found::Within(most) => {
+        Found::Within(interactions) => {
+            let most = interactions.min(whole.max_interactions);
             let [max_reflections, max_diffractions] =
                 [whole.max_reflections, whole.max_diffractions].map(|limit| limit.min(most));
             let lower = TraceConfig {

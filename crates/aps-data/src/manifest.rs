@@ -21,7 +21,7 @@ use crate::split::Split;
 mod fuzz;
 
 /// The version of the format this crate writes, and the newest it reads.
-pub const FORMAT_VERSION: u64 = 3;
+pub const FORMAT_VERSION: u64 = 4;
 
 /// The name by which the manifests of this format are told from other JSON.
 pub(crate) const FORMAT: &str = "aps-dataset";

@@ -66,10 +66,10 @@ function put(svg, ...parts) {
 }
 
 /** Curves of an answer with their looks, the main one last. */
-function curves(answer, { other, converged, model }) {
+function curves(answer, { other, reference, model }) {
   const list = [];
   if (other && answer.other) list.push([answer.other, 'thin dashed stroke-soft']);
-  if (converged) list.push([converged, 'thin stroke-s2']);
+  if (reference) list.push([reference, 'thin stroke-s2']);
   if (model && answer.model?.curve) list.push([answer.model.curve, 'model stroke-s3']);
   list.push([answer.spectrum, 'stroke-ink']);
   return list;

@@ -15,11 +15,11 @@ const part = id => document.getElementById(id);
 const PAUSE = 250;
 
 /** Curves that may be drawn over the spectrum. */
-const OVERLAYS = ['other', 'converged', 'model'];
+const OVERLAYS = ['other', 'reference', 'model'];
 
 let maps = { source: '', ids: [] };
 let answer = null;
-let converged = null;
+let reference = null;
 /** The question before the changes whose effect is not told yet, its comparison if there is one, and these. */
 let settled = null;
 let before = null;
@@ -71,12 +71,12 @@ const comparison = new Lane('/api/compare', (got, asked) => {
   // Of a link or limits of the past: the question of the present follows.
   if (!isCompared(asked, linkQuestion())) return;
   window.explorer.compared += 1;
-  converged = got.curve;
+  reference = got.curve;
   if (changes.length && before && isSame(ends(before.asked), ends(asked))) settings.tellEffect(changes, before.got, got);
   changes = [];
   [settled, before] = [asked, { got, asked }];
   settings.showEffects(settings.toldNow(got));
-  if (state.converged === 'on' && answer) redraw();
+  if (state.reference === 'on' && answer) redraw();
 }, (fault, asked) => {
   // Before the changes there was no such link: there is nothing to hold them against.
   if (!isCompared(asked, earlier())) return fail(fault);
@@ -113,7 +113,7 @@ const cityLane = new Lane('/api/map', (got, asked) => {
 
 function redraw() {
   const isOn = name => state[name] === 'on';
-  charts.draw(answer, { other: isOn('other'), converged: isOn('converged') ? converged : null, model: isOn('model') });
+  charts.draw(answer, { other: isOn('other'), reference: isOn('reference') ? reference : null, model: isOn('model') });
   part('told-model').textContent = isOn('model') ? toldModel(answer.model) : '';
 }
 
@@ -138,7 +138,7 @@ function changedPlace(isOver = true, needsCoverage = true) {
   if (!state.tx || !state.rx) return;
   link.ask(linkQuestion());
   if (!changes.length) settled = linkQuestion();
-  converged = null;
+  reference = null;
   isCoverageDue ||= needsCoverage || coverage.isRunning();
   if (isCoverageDue) coverage.stop();
   clearTimeout(timer);
@@ -155,7 +155,7 @@ function changedCity() {
   city.clearLink();
   city.drawTerminals();
   coverage.clear();
-  settings.showEffects('The converged limits are prepared for this map ...');
+  settings.showEffects('The reference limits, 5 reflections and 2 diffractions within 30 dB, are prepared for this map ...');
   cityLane.ask(cityQuestion());
 }
 

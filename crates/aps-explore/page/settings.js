@@ -85,13 +85,13 @@ export const showControls = () => CONTROLS.forEach(show);
 
 export const us = value => (value < 1000 ? `${value.toFixed(0)} µs` : value < 1e6 ? `${(value / 1000).toFixed(1)} ms` : `${(value / 1e6).toFixed(2)} s`);
 const perLink = ({ rx, join, label }) => rx + join + label;
-const error = compared => (compared.error_db ? `${compared.error_db.mean.toFixed(2)} dB (worst ${compared.error_db.worst.toFixed(1)})` : 'none: no converged path');
+const error = compared => (compared.error_db ? `${compared.error_db.mean.toFixed(2)} dB (worst ${compared.error_db.worst.toFixed(1)})` : 'none: no path there');
 
 /** In words: the error and times of a link now. */
 export function toldNow(compared) {
   const { times_us: own, paths } = compared.own;
-  const best = compared.converged;
-  return `Now: error ${error(compared)} against converged limits; a link ${us(perLink(own))}, transmitter ${us(own.tx)}, map ${us(own.map)}, `
+  const best = compared.reference;
+  return `Now: error ${error(compared)} against the reference limits; a link ${us(perLink(own))}, transmitter ${us(own.tx)}, map ${us(own.map)}, `
     + `${paths} paths. Converged: ${us(perLink(best.times_us))}, ${us(best.times_us.tx)}, ${us(best.times_us.map)}, ${best.paths} paths.`;
 }
 

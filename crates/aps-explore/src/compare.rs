@@ -1,4 +1,4 @@
-//! The error of the chosen limits against the converged ones, and the time of both.
+//! The error of the chosen limits against the reference ones, and the time of both.
 
 use std::time::{Duration, Instant};
 
@@ -22,10 +22,10 @@ const REPEATS: usize = 5;
 /// Error and times.
 #[derive(Debug, Serialize)]
 pub struct Comparison {
-    /// None where the converged limits find no path.
+    /// None where the reference limits find no path.
     error_db: Option<ErrorDb>,
     own: Side,
-    converged: Side,
+    reference: Side,
     curve: Option<Curve>,
 }
 
@@ -43,7 +43,7 @@ struct Side {
     spectrum: Option<Spectrum>,
 }
 
-/// Compares a link with the converged limits, under the same label.
+/// Compares a link with the reference limits, under the same label.
 ///
 /// # Errors
 /// As for a link.
@@ -54,9 +54,9 @@ pub fn compare(
 ) -> Result<Comparison, Fault> {
     let labeler = Labeler::new(&question.label.config()?).map_err(Fault::of)?;
     let own = measure(stock, question, &question.trace.config()?, &labeler, ticket)?;
-    let converged = question.trace.converged()?;
-    let converged = measure(stock, question, &converged, &labeler, ticket)?;
-    let error_db = converged.spectrum.as_ref().map(|truth| {
+    let reference = question.trace.reference()?;
+    let reference = measure(stock, question, &reference, &labeler, ticket)?;
+    let error_db = reference.spectrum.as_ref().map(|truth| {
         let found = own.spectrum.as_ref().map(|s| s.aps_db.as_slice());
         let error = LevelDistance::of(&truth.aps_db, found);
         ErrorDb {
@@ -65,11 +65,11 @@ pub fn compare(
         }
     });
     let protocol = question.label.protocol;
-    let curve = converged.spectrum.as_ref().map(|s| Curve::of(s, protocol));
+    let curve = reference.spectrum.as_ref().map(|s| Curve::of(s, protocol));
     Ok(Comparison {
         error_db,
         own,
-        converged,
+        reference,
         curve,
     })
 }

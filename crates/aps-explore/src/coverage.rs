@@ -86,7 +86,7 @@ pub struct Survey {
     show: Show,
     heading_deg: f64,
     labeler: Labeler,
-    /// The chosen limits, and for an error the converged ones.
+    /// The chosen limits, and for an error the reference ones.
     sides: Vec<Side>,
     stock: Stock,
     ticket: Ticket,
@@ -127,7 +127,7 @@ struct Values {
     paths: Option<usize>,
     sight: Option<bool>,
     direction_deg: Option<f64>,
-    /// None as well where the converged limits find no path either.
+    /// None as well where the reference limits find no path either.
     error_db: Option<f64>,
 }
 
@@ -169,7 +169,7 @@ impl Survey {
         let city = stock.city(&question.city)?;
         let mut configs = vec![question.trace.config()?];
         if question.show == Show::Error {
-            configs.push(question.trace.converged()?);
+            configs.push(question.trace.reference()?);
         }
         let mut sides = Vec::new();
         for config in &configs {

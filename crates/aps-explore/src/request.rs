@@ -72,7 +72,7 @@ pub struct CoverageQuestion {
 pub enum Show {
     /// Level, number of paths, line of sight and the direction of the strongest path.
     Link,
-    /// Error of the spectrum against the converged limits.
+    /// Error of the spectrum against the reference limits.
     Error,
 }
 
@@ -148,11 +148,11 @@ impl TraceChoice {
         Ok(config)
     }
 
-    /// The converged configuration for the same carrier and walls, within 30 dB: others are compared with it.
+    /// R5 D2 within 30 dB for the same carrier and walls: the limits that others are compared with.
     ///
     /// # Errors
     /// As [`Self::config`].
-    pub fn converged(&self) -> Result<TraceConfig, Fault> {
+    pub fn reference(&self) -> Result<TraceConfig, Fault> {
         let config = self.under(TraceConfig {
             dynamic_range_db: Some(30.0),
             ..TraceConfig::converged()

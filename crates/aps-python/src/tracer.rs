@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use map2aps::aps_raytrace::glam::DVec2;
 use map2aps::aps_raytrace::{self, Material, TraceConfig};
-use map2aps::{Error, Limits, trace_links, trace_pairs};
+use map2aps::{Error, Limits, UnknownLimits, trace_links, trace_pairs};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -125,11 +125,11 @@ fn set(config: &mut TraceConfig, name: &str, value: &Bound<'_, PyAny>) -> PyResu
 
 /// The settings of limits by their name.
 fn of_limits(name: &Bound<'_, PyAny>) -> PyResult<TraceConfig> {
-    let text = match tried(name.py(), name.extract::<String>())? {
-        Some(text) => text,
-        None => name.repr()?.to_string(),
+    let text = tried(name.py(), name.extract::<String>())?;
+    let limits = match text {
+        Some(text) => text.parse::<Limits>(),
+        None => Err(UnknownLimits(name.repr()?.to_string())),
     };
-    let limits = text.parse::<Limits>();
     let limits = limits.map_err(|e| PyValueError::new_err(format!("limits: {e}")))?;
     Ok(limits.config())
 }

@@ -148,9 +148,12 @@ impl Legs {
         Some(found)
     }
 
-    /// Memory they take.
+    /// Memory they take, with the directions of [`Self::azimuths_rad`].
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.legs) + size_of_val(&*self.short) + size_of_val(&*self.reflections)
+        size_of_val(&*self.legs)
+            + size_of_val(&*self.short)
+            + size_of_val(&*self.reflections)
+            + self.legs.len() * size_of::<f64>()
     }
 
     fn push(&mut self, corner: u32, wedge: &Wedge, seen_at: DVec2, chain: Chain) {

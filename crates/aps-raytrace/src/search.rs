@@ -64,8 +64,9 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Takes back what former paths were made of.
+    /// Takes back what the former link's paths were made of, and lets go of what was left of those before.
     pub fn take_back(&mut self, paths: &mut Vec<PathRecord>) {
+        self.spare.clear();
         let former = paths.drain(..).map(|path| path.interactions);
         let long = former.filter(|interactions| interactions.spilled());
         self.spare.extend(long.map(|mut interactions| {

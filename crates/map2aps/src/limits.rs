@@ -80,6 +80,9 @@ mod tests {
         let expected = [([5, 2], 7, Some(20.0)), ([2, 1], 3, Some(60.0))];
         assert_eq!(values, expected);
         let refused = "r3d2".parse::<Limits>().unwrap_err();
-        assert_eq!(refused.to_string(), "'r3d2' is neither 'converged' nor 'r2d1'");
+        assert_eq!(
+            refused.to_string(),
+            "'r3d2' is neither 'converged' nor 'r2d1'"
+        );
     }
 }

@@ -13,8 +13,8 @@ use map2aps::maps::TileSettings;
 use map2aps::targets::{self, learning_target};
 use map2aps::training::{self, Device, LinkModel, Trained};
 use map2aps::{
-    Domain, Examples, Limits, MapSource, Metric, Part, PolarViews, Prediction, Scoring, SeenLink, Truth,
-    settings,
+    Domain, Examples, Limits, MapSource, Metric, Part, PolarViews, Prediction, Scoring, SeenLink,
+    Truth, settings,
 };
 
 fn data(name: &str) -> PathBuf {

@@ -745,7 +745,8 @@ def shipped(name: str = "polar_reg") -> nn.Module:
     Parameters
     ----------
     name : str
-        Model of which weights are shipped, "ms_areg" or "polar_reg": both learnt converged labels of the protocol "paper".
+        Model of which weights are shipped, "ms_areg" or "polar_reg": both learnt labels of the protocol "paper", Polar-Reg
+        converged ones, the default, MS-AReg those of R2 D1.
 
     Returns
     -------

@@ -40,7 +40,10 @@ fn shipped_weights_are_left_out_where_labels_mean_something_else() {
     let [seed, batch, epochs] = ["/seed", "/training/batch", "/training/epochs"].map(setting);
     assert_eq!([&*seed, &batch, &epochs], ["7", "9", "1"]);
     assert_eq!(setting("/data/limits"), "\"r2d1\"");
-    let of_tracer = results.entries.iter().filter(|e| e.kind == EntryKind::Tracer);
+    let of_tracer = results
+        .entries
+        .iter()
+        .filter(|e| e.kind == EntryKind::Tracer);
     let most = of_tracer.map(|e| &*e.name).max();
     assert_eq!(most, Some("tracer, 3 interactions"));
     assert!(!results.machine.rustc.is_empty() && results.machine.memory_bytes > 0);

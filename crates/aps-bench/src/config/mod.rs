@@ -119,7 +119,7 @@ pub struct ModelConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TracerConfig {
-    /// Most interactions on a path: an entry each, and one for all that the labels do not allow.
+    /// Most interactions on a path: an entry each. A number above that of the labels stands for that of the labels.
     pub interactions: Vec<usize>,
 }
 

@@ -159,7 +159,7 @@ fn offsets_that_lead_astray_are_refused() {
 fn newer_format_is_refused_before_anything_else_is_read() {
     let root = sample::written();
     let path = root.path().join("manifest.json");
-    let newer = r#"{"format": "aps-dataset", "format_version": 4, "worlds": []}"#;
+    let newer = r#"{"format": "aps-dataset", "format_version": 5, "worlds": []}"#;
     fs::write(&path, newer).unwrap();
     let error = Dataset::open(root.path()).unwrap_err();
     let Error::NewerFormat {
@@ -179,7 +179,7 @@ fn older_format_is_read_but_not_continued() {
     let maps = (0..4).map(|id| format!("map_{id:04}/map.json"));
     for file in maps.chain(["manifest.json".into()]) {
         edit(&root.path().join(file), |text| {
-            text.replace("\"format_version\": 3", "\"format_version\": 1")
+            text.replace("\"format_version\": 4", "\"format_version\": 1")
         });
     }
     let older = Dataset::open(root.path()).unwrap();

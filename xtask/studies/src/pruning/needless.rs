@@ -108,16 +108,16 @@ pub fn study(
 }
 
 fn config(mechanisms: &str) -> TraceConfig {
-    let default = TraceConfig::default();
+    let r2_d1 = TraceConfig::default();
     match mechanisms {
         "line of sight" => TraceConfig::reflections_only(0),
         "R2" => TraceConfig::reflections_only(2),
         "R2 D1" => TraceConfig {
             max_fallback_diffractions: 0,
-            ..default
+            ..r2_d1
         },
         "R2 D2" => TraceConfig::within(2, 2),
-        _ => default,
+        _ => r2_d1,
     }
 }
 

@@ -44,14 +44,14 @@ struct Omission {
 }
 
 fn omissions() -> [Omission; 4] {
-    let default = TraceConfig::default();
+    let r2_d1 = TraceConfig::default();
     let all = TraceConfig {
         dynamic_range_db: None,
-        ..default.clone()
+        ..r2_d1.clone()
     };
     let range = |range_db: f64| TraceConfig {
         dynamic_range_db: Some(range_db),
-        ..default.clone()
+        ..r2_d1.clone()
     };
     let far = TraceConfig {
         dynamic_range_db: None,
@@ -78,10 +78,10 @@ fn omissions() -> [Omission; 4] {
         },
         Omission {
             name: "no chains beyond the limits",
-            without: default.clone(),
+            without: r2_d1.clone(),
             with: TraceConfig {
                 max_fallback_diffractions: 0,
-                ..default
+                ..r2_d1
             },
         },
     ]
