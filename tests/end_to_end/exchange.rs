@@ -347,7 +347,7 @@ fn receivers_can_be_drawn_and_two_forms_of_one_file_are_refused() {
     let ours = make(
         &folder,
         "ours",
-        "aps,paths --receivers outdoor --limits r2d1",
+        "aps,paths --receivers outdoor --max-reflections 0 --max-diffractions 0",
     );
     let paths = ours.paths(0).unwrap();
     assert!((0..paths.links()).any(|link| paths.paths_of(link).is_empty()));

@@ -276,6 +276,6 @@ fn data_set_of_a_newer_format_is_refused_by_every_command() {
         format!("dataset merge {data} --out {other}"),
     ] {
         let told = fail(&command);
-        assert!(told.contains("format version 4"), "{command}: {told}");
+        assert!(told.contains("format version 5"), "{command}: {told}");
     }
 }

@@ -211,7 +211,7 @@ mod tests {
         for i in 0..4000 {
             let w = 0.01 * f64::from(i) + 0.02;
             let step = 1e-2_f64.min(0.01 * w);
-            let [value, first, second] = transition_slopes(w);
+            let [_, first, second] = transition_slopes(w);
             let [before, after] = [w - step, w + step].map(transition_slopes);
             let slope = |i: usize| (after[i] - before[i]) / (2.0 * step);
             let size = 1.0 / (1.0 + w).powi(2);

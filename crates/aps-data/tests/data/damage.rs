@@ -168,7 +168,7 @@ fn newer_format_is_refused_before_anything_else_is_read() {
     else {
         panic!("{error:?}");
     };
-    assert_eq!((found, supported), (4, 3));
+    assert_eq!((found, supported), (5, 4));
     let error = DatasetWriter::open(root.path(), sample::config()).unwrap_err();
     assert!(matches!(error, Error::NewerFormat { .. }), "{error:?}");
 }

@@ -213,7 +213,7 @@ fn prediction_tells_the_setting_that_it_does_not_know() {
     for (pointer, value) in [
         ("/trace/reflections", json!(4)),
         ("/trace/material", json!("pec")),
-        ("/trace/dynamic_range_db", json!(null)),
+        ("/trace/dynamic_range_db", json!(60.0)),
     ] {
         let other = changed(&asked, pointer, value);
         let answer = post(port, "/api/link", &other).json();
