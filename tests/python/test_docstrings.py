@@ -16,7 +16,7 @@ def test_the_settings_of_a_trace_stand_where_help_shows_them() -> None:
     shown = pydoc.plain(pydoc.render_doc(map2aps.Tracer))
     for name in Limits.__annotations__:
         assert name in shown
-    for default in ("3.5e9", "concrete", "2**30", "10,000,000", "60 by default"):
+    for default in ("3.5e9", "concrete", "2**30", "10,000,000", "20 by default"):
         assert default in shown
 
 

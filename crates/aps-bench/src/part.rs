@@ -13,7 +13,7 @@ use crate::files::write_json;
 use crate::watch::{Event, Watch};
 
 /// Raised when a part made by an earlier version can no longer be used.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Name of the file in the folder of a part.
 const FILE: &str = "stamp.json";
