@@ -55,17 +55,7 @@ impl fmt::Display for Summary<'_> {
         }
         if t.omitted_by_bound + t.omitted_by_gain > 0 {
             let omitted = t.omitted_by_bound + t.omitted_by_gain;
-            write!(f, "left out    {omitted:>12}  paths too weak")?;
-            // Within a narrow range the bound of their effect tells nothing.
-            if t.omission_effect_db < 1.0 {
-                let affected = counted(t.links_affected, "link", "links");
-                let effect_db = t.omission_effect_db;
-                write!(
-                    f,
-                    "; bound of their effect above -40 dB: {effect_db:.2} dB, more than 0.1 dB on {affected} at most"
-                )?;
-            }
-            writeln!(f)?;
+            writeln!(f, "left out    {omitted:>12}  paths too weak")?;
         }
         if t.maps_without_walls + t.maps_without_corners + t.empty_beams > 0 {
             writeln!(
