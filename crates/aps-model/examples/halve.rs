@@ -3,7 +3,8 @@
 //!
 //! `cargo run --release -p aps-model --example halve -- best.safetensors weights.safetensors`
 //!
-//! It takes the predictor of a checkpoint, `last.safetensors`, too; that does not say its model, which is then named behind the files.
+//! It takes the predictor of a checkpoint, `last.safetensors`, too; that does not say its model, which is then named
+//! behind the files with its preset: `"ms_areg small"`.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -15,11 +16,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut words = std::env::args().skip(1);
     let files = words.next().zip(words.next());
     let (from, to) = files.ok_or("give the file to read and the one to write")?;
-    let label = match (words.next(), read_label(Path::new(&from))?) {
-        (Some(model), _) => format!("{model} small"),
-        (None, Some(label)) => format!("{} {}", label.kind, label.preset),
-        (None, None) => return Err("it does not say its model: name it behind the files".into()),
-    };
+    let label =
+        match (words.next(), read_label(Path::new(&from))?) {
+            (Some(label), _) => label,
+            (None, Some(label)) => format!("{} {}", label.kind, label.preset),
+            (None, None) => return Err(
+                "it does not say its model: name it behind the files, such as \"ms_areg small\""
+                    .into(),
+            ),
+        };
     let read = files::load(&from, &Device::Cpu)?;
     let is_checkpoint = read.keys().any(|name| name.starts_with("predictor."));
     let mut tensors = BTreeMap::new();

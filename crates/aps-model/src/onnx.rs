@@ -16,7 +16,7 @@ use crate::recording::schema::{
     ValueInfoProto,
 };
 use crate::weights::Label;
-use crate::{ANGLE_BINS, Error, Result, seeded};
+use crate::{ANGLE_BINS, Error, Result, frozen, seeded};
 
 /// Name of the dimension of links.
 const BATCH: &str = "batch";
@@ -58,6 +58,8 @@ pub fn export(
         let text = format!("image size {image_size}: must be 1 to {MAX_SIZE}");
         return Err(Error::Condition(text));
     }
+    // Refuses parameters of another model, where the builder below would add its own.
+    label.kind.build(label.preset, shape, frozen(parameters)?)?;
     // Of variables, whose layers compute with the tensors themselves: those of constants take copies.
     let vb = seeded(parameters, 0, DType::F32, &Device::Cpu);
     let model = label.kind.build(label.preset, shape, vb)?;

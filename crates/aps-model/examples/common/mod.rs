@@ -143,8 +143,7 @@ impl Case {
         let vb = self.builder(&parameters, 1);
         let model = self.kind.build(self.preset, input.shape(), vb)?;
         let samples = Box::new(Samples::new(links, targets)?);
-        let trainer = Trainer::new(model, &parameters, input, samples, config)?;
-        let trainer = trainer.with_loss(self.kind.loss());
+        let trainer = Trainer::new(model, &parameters, self.kind.loss(), input, samples, config)?;
         // As a training does.
         let trainer = match self.device.is_cpu() {
             true => trainer,

@@ -74,7 +74,8 @@ fn product(
     parallelism: gemm::Parallelism,
 ) {
     let fits = |len: usize, r: usize, c: usize, rs: usize, cs: usize| {
-        r == 0 || c == 0 || (r - 1) * rs + (c - 1) * cs < len
+        let last = |r: usize, c: usize| r.checked_mul(rs)?.checked_add(c.checked_mul(cs)?);
+        r == 0 || c == 0 || last(r - 1, c - 1).is_some_and(|last| last < len)
     };
     assert!(fits(a.data.len(), rows, depth, a.row_stride, a.col_stride));
     assert!(fits(b.data.len(), depth, cols, b.row_stride, b.col_stride));

@@ -24,7 +24,8 @@ impl BatchNorm {
         let (counter, zero) = ("num_batches_tracked", Init::Const(0.0));
         let passes = match vb.get_with_hints_dtype((), counter, zero, DType::I64) {
             Ok(passes) => Var::from_tensor(&passes)?,
-            Err(_) => Var::zeros((), DType::I64, vb.device())?,
+            Err(_) if !vb.contains_tensor(counter) => Var::zeros((), DType::I64, vb.device())?,
+            Err(error) => return Err(error),
         };
         Ok(Self {
             weight: get("weight", 1.0)?,

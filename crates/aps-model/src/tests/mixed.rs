@@ -187,7 +187,14 @@ fn the_input_of_all_examples_is_held_with_their_targets() {
     let held = Box::new(Held(input(), Arc::clone(&count)));
     let (model, parameters) = resnet_mlp(8);
     let examples = Box::new(samples(16));
-    let trainer = Trainer::new(model, &parameters, held, examples, regression_config());
+    let trainer = Trainer::new(
+        model,
+        &parameters,
+        Loss::Squared,
+        held,
+        examples,
+        regression_config(),
+    );
     let held = trainer.unwrap().hold().unwrap().held();
     assert!(held.input && held.targets);
     assert_eq!(count.load(Ordering::Relaxed), 16);

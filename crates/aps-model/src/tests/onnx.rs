@@ -43,6 +43,22 @@ fn numbers(tensor: &TensorProto) -> Vec<f64> {
 }
 
 #[test]
+fn parameters_of_another_model_are_refused() {
+    let (kind, preset, shape) = (ModelKind::MsMlp, Preset::Small, InputShape::Images);
+    let parameters = VarMap::new();
+    let vb = builder(&parameters, DType::F32, 1);
+    kind.build(preset, shape, vb).unwrap();
+    // Of the same encoder, but with another decoder.
+    let kind = ModelKind::ResnetConv1d;
+    for parameters in [parameters, VarMap::new()] {
+        let before = sorted(&parameters).len();
+        let refused = export(Label { kind, preset }, shape, SIZE, &parameters, &[]);
+        assert!(refused.is_err());
+        assert_eq!(sorted(&parameters).len(), before);
+    }
+}
+
+#[test]
 fn a_file_tells_its_model_and_takes_any_number_of_links() {
     for kind in ModelKind::ALL {
         let file = exported(kind, &VarMap::new());
@@ -126,6 +142,8 @@ fn the_same_weights_give_the_same_bytes() {
 fn sizes_that_a_model_does_not_take_are_refused() {
     let (kind, preset, parameters) = (ModelKind::RadioUnet, Preset::Small, VarMap::new());
     let label = Label { kind, preset };
+    let vb = builder(&parameters, DType::F32, 1);
+    kind.build(preset, InputShape::Images, vb).unwrap();
     for (shape, size, told) in [
         (InputShape::Images, 40, "multiple of 16"),
         (InputShape::Images, 0, "must be 1 to 4096"),

@@ -10,7 +10,7 @@ use crate::models::resnet_mlp::ResnetMlp;
 use crate::ops::{self, BatchNormTensors};
 use crate::optim::clip_factor;
 use crate::train::{Quantity, TrainConfig, TrainError, Trainer};
-use crate::{ANGLE_BINS, loss, trainable};
+use crate::{ANGLE_BINS, Loss, loss, trainable};
 
 const DEVICE: &Device = &Device::Cpu;
 
@@ -80,7 +80,14 @@ fn try_trainer(
     };
     change(&mut config);
     let samples = Box::new(Samples::new(links, targets).unwrap());
-    Trainer::new(Box::new(model), &parameters, input, samples, config)
+    Trainer::new(
+        Box::new(model),
+        &parameters,
+        Loss::Squared,
+        input,
+        samples,
+        config,
+    )
 }
 
 fn weights(trainer: &Trainer) -> Vec<f64> {

@@ -16,7 +16,7 @@ use crate::models::ms_areg::MsAreg;
 use crate::models::resnet_mlp::ResnetMlp;
 use crate::optim::AdamW;
 use crate::train::{Quantity, TrainConfig, TrainError, Trainer, predict};
-use crate::{ANGLE_BINS, Model, Regularizer, loss, trainable};
+use crate::{ANGLE_BINS, Loss, Model, Regularizer, loss, trainable};
 
 const SIZE: usize = 32;
 /// Channels of the first stage; the paper's models have 64.
@@ -91,7 +91,7 @@ fn trainer(
     config: TrainConfig,
 ) -> Trainer {
     let (input, examples) = (Box::new(input()), Box::new(examples));
-    Trainer::new(model, &parameters, input, examples, config).unwrap()
+    Trainer::new(model, &parameters, Loss::Squared, input, examples, config).unwrap()
 }
 
 pub fn regression(examples: impl Examples + 'static, config: TrainConfig) -> Trainer {
@@ -430,7 +430,7 @@ fn settings_that_cannot_train_are_refused() {
     let attempt = |parameters: &VarMap, samples: Samples, config| {
         let (model, _) = resnet_mlp(WIDTH);
         let (input, samples) = (Box::new(input()), Box::new(samples));
-        Trainer::new(model, parameters, input, samples, config)
+        Trainer::new(model, parameters, Loss::Squared, input, samples, config)
     };
     let (_, parameters) = resnet_mlp(WIDTH);
     let refused = |change: fn(&mut TrainConfig)| {

@@ -4,6 +4,7 @@
 //! The metadata has one entry, `training`: the [`Header`] in JSON.
 
 use std::collections::HashMap;
+use std::error::Error;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -21,6 +22,7 @@ use crate::optim::AdamW;
 use crate::parameters::{sorted, trainable};
 use crate::random::fnv1a;
 use crate::replace::replace;
+use crate::weights::{has_no_sign, is_finite};
 
 const METADATA_KEY: &str = "training";
 
@@ -158,6 +160,9 @@ pub(super) fn load<'a>(
         for ([first, second], (_, var)) in network.moment_names().zip(vars) {
             let mut take = |name: &str| take(&mut tensors, name, &var).map_err(bad);
             moments.push([take(&first)?, take(&second)?]);
+            if !has_no_sign(&moments[moments.len() - 1][1])? {
+                return Err(bad(format!("tensor '{second}' holds a square below 0")));
+            }
         }
         found.push((network, values, moments));
     }
@@ -167,7 +172,7 @@ pub(super) fn load<'a>(
     }
     for (network, values, moments) in found {
         for (var, tensor) in values {
-            var.set(&tensor.to_device(var.device())?.to_dtype(var.dtype())?)?;
+            var.set(&tensor.to_device(var.device())?)?;
         }
         network.optimizer.restore(header.steps, &moments)?;
     }
@@ -225,7 +230,12 @@ fn take(tensors: &mut HashMap<String, Tensor>, name: &str, var: &Var) -> Result<
             "tensor '{name}' has shape {found:?}, the network {wanted:?}; is it of another model?"
         ));
     }
-    Ok(tensor)
+    let damaged = |e: &dyn Error| format!("tensor '{name}': {e}; the file is damaged");
+    let tensor = tensor.to_dtype(var.dtype()).map_err(|e| damaged(&e))?;
+    match is_finite(&tensor).map_err(|e| damaged(&e))? {
+        true => Ok(tensor),
+        false => Err(format!("tensor '{name}' holds values that are not finite")),
+    }
 }
 
 /// Computes the FNV-1a hash of all links, which tells one set of examples from another. O(examples).

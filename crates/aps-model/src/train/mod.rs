@@ -21,7 +21,7 @@
 //! let vb = seeded(&parameters, 42, DType::F32, &device);
 //! let model = kind.build(Preset::Small, input.shape(), vb)?;
 //! let config = TrainConfig { epochs: 2, batch: 2, ..kind.train_config(Preset::Small) };
-//! let mut trainer = Trainer::new(model, &parameters, input, examples, config)?;
+//! let mut trainer = Trainer::new(model, &parameters, kind.loss(), input, examples, config)?;
 //! while let Some(report) = trainer.step()? {
 //!     println!("step {}: loss {}", report.step, report.loss);
 //! }

@@ -122,14 +122,15 @@ impl<E: Into<crate::Error>> From<E> for StepError {
 }
 
 impl Trainer {
-    /// Prepares a training of `model`, whose tensors are those of `parameters`, from the weights as they are, by the squared
-    /// error.
+    /// Prepares a training of `model`, whose tensors are those of `parameters`, from the weights as they are, by the loss of its
+    /// [kind](crate::ModelKind::loss) or another.
     ///
     /// # Errors
     /// [`TrainError::Config`], [`TrainError::NoExamples`].
     pub fn new(
         model: Box<dyn Model>,
         parameters: &VarMap,
+        loss: Loss,
         input: Box<dyn ModelInput>,
         examples: Box<dyn Examples>,
         config: TrainConfig,
@@ -149,7 +150,7 @@ impl Trainer {
         Ok(Self {
             model,
             regularizer: None,
-            loss: Loss::Squared,
+            loss,
             networks: vec![Optimized::new("predictor", parameters, &config)?],
             schedule: config.schedule(order.steps_per_epoch()),
             order,
@@ -183,11 +184,6 @@ impl Trainer {
     /// Tells what lies on the device.
     pub fn held(&self) -> Held {
         self.held
-    }
-
-    /// Trains by another loss.
-    pub fn with_loss(self, loss: Loss) -> Self {
-        Self { loss, ..self }
     }
 
     /// Trains by the absolute error against a regularizer, whose tensors are those of `parameters`.
@@ -390,7 +386,8 @@ impl Trainer {
     /// [`TrainError::Checkpoint`], [`TrainError::Io`]; nothing has then changed.
     pub fn resume(&mut self, path: impl AsRef<Path>) -> Result<String, TrainError> {
         let (path, own) = (path.as_ref(), self.header(""));
-        let total = self.steps_total().unwrap_or(u64::MAX);
+        // Half of all numbers where time ends the training, so that a step more is a number too.
+        let total = self.steps_total().unwrap_or(u64::MAX / 2);
         let header = checkpoint::load(path, &own, total, self.networks.iter_mut())?;
         self.steps = header.steps;
         self.clock.since = None;

@@ -47,7 +47,12 @@ pub(super) fn assign(
         if shape != expected {
             problems.push(format!("{name} has the shape {shape:?}, not {expected:?}"));
         } else if dtype.is_int() != is_counter(var) {
-            problems.push(format!("{name} has the type {dtype:?}"));
+            let wanted = if is_counter(var) {
+                "whole numbers"
+            } else {
+                "real numbers"
+            };
+            problems.push(format!("{name} has the type {dtype:?}, not of {wanted}"));
         } else if problems.is_empty() {
             let tensor = source.tensor(stored)?;
             if !is_counter(var) && !is_finite(&tensor)? {
@@ -106,11 +111,11 @@ fn explain(mut problems: Vec<String>, names: &Names, others: &[String]) -> Vec<S
     problems
 }
 
-fn is_finite(tensor: &Tensor) -> Result<bool> {
+pub(crate) fn is_finite(tensor: &Tensor) -> Result<bool> {
     Ok(values(tensor)?.iter().all(|v| v.is_finite()))
 }
 
-fn has_no_sign(tensor: &Tensor) -> Result<bool> {
+pub(crate) fn has_no_sign(tensor: &Tensor) -> Result<bool> {
     Ok(values(tensor)?.iter().all(|&v| v >= 0.0))
 }
 

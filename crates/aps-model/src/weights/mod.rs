@@ -50,6 +50,7 @@ use crate::parameters::sorted;
 use crate::replace::replace;
 use crate::{Error, ModelKind, Preset, Result};
 use matching::assign;
+pub(crate) use matching::{has_no_sign, is_finite};
 use names::{Names, listed};
 pub use shipped::Shipped;
 use source::Source;

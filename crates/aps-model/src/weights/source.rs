@@ -80,7 +80,8 @@ impl Source {
         let (mut tensors, mut others) = (BTreeMap::new(), Vec::new());
         for (name, info) in metadata.tensors() {
             let kind = info.dtype;
-            let Ok(dtype) = DType::try_from(kind) else {
+            let dtype = DType::try_from(kind).ok();
+            let Some(dtype) = dtype.filter(|&dtype| can_be_converted(dtype)) else {
                 let text = format!("{name} (values of the type {kind:?} are not supported)");
                 others.push(text);
                 continue;
@@ -154,4 +155,10 @@ impl Source {
                 .map_err(|e| Error::weights_format(&self.path, format!("{name}: {e}"))),
         }
     }
+}
+
+/// True for types that candle converts: of those below 8 bits, and of exponents alone, it knows the name only.
+fn can_be_converted(dtype: DType) -> bool {
+    use DType::{F4, F6E2M3, F6E3M2, F8E8M0};
+    !matches!(dtype, F4 | F6E2M3 | F6E3M2 | F8E8M0)
 }

@@ -17,6 +17,9 @@ const LEVELS: usize = 3;
 /// Longest name of a dictionary that is looked through \[bytes\]. It begins the name of each of its tensors.
 const LONGEST_KEY: usize = 64;
 
+/// Most dimensions of a tensor. Entries may share one description, so each copies a bounded part of it.
+const MOST_DIMENSIONS: usize = 16;
+
 /// Function that a pickle calls to make a tensor.
 const REBUILD_TENSOR: &str = "torch._utils _rebuild_tensor_v2";
 
@@ -126,8 +129,9 @@ fn describe(bytes: &[u8]) -> Result<Entries, String> {
         unnamed += without;
         for (key, id) in items {
             let name = format!("{prefix}{key}");
-            if let Some(inner) = dict(&pickle, id) {
-                if level < LEVELS && key.len() <= LONGEST_KEY && seen.insert(id) {
+            if let Node::Dict(_) = pickle.get(id) {
+                let looked_through = level < LEVELS && key.len() <= LONGEST_KEY && seen.insert(id);
+                if looked_through && let Some(inner) = dict(&pickle, id) {
                     parts.push((name + ".", level + 1, inner));
                 }
                 continue;
@@ -236,16 +240,18 @@ fn record(pickle: &Pickle, id: Id) -> Result<Option<TensorRecord>, String> {
 
 /// Refuses a view that PyTorch computes when it is read: it marks one as negated or conjugated, and stores the values before.
 fn refuse_pending(pickle: &Pickle, marks: Id) -> Result<(), String> {
-    match dict(pickle, marks) {
-        Some((marks, _)) if !marks.is_empty() => {
-            let names: Vec<&str> = marks.iter().map(|(name, _)| name.as_str()).collect();
-            Err(format!(
-                "a view that is marked as {}; save tensor.resolve_neg().resolve_conj() instead",
-                names.join(" and ")
-            ))
-        }
-        _ => Ok(()),
+    if let Node::Dict(marks) = pickle.get(marks)
+        && let Some(&(mark, _)) = marks.first()
+    {
+        let mark = match pickle.get(mark) {
+            Node::Text(mark) => shortened(mark),
+            _ => "something without a name".to_owned(),
+        };
+        return Err(format!(
+            "a view that is marked as {mark}; save tensor.resolve_neg().resolve_conj() instead"
+        ));
     }
+    Ok(())
 }
 
 /// Function and arguments of a call; `None` if this is something else.
@@ -273,8 +279,14 @@ fn storage(pickle: &Pickle, id: Id) -> Result<(DType, String), String> {
             "torch BFloat16Storage" => DType::BF16,
             "torch LongStorage" => DType::I64,
             "torch ByteStorage" => DType::U8,
-            other => return Err(format!("values of the type \"{other}\" are not supported")),
+            other => {
+                let other = shortened(other);
+                return Err(format!("values of the type \"{other}\" are not supported"));
+            }
         };
+        if key.len() > LONGEST_KEY {
+            return Err(format!("the name of its storage has {} bytes", key.len()));
+        }
         return Ok((dtype, key.clone()));
     }
     Err("a tensor without a storage".to_owned())
@@ -282,6 +294,9 @@ fn storage(pickle: &Pickle, id: Id) -> Result<(DType, String), String> {
 
 fn sizes(pickle: &Pickle, id: Id) -> Result<Vec<usize>, String> {
     match pickle.get(id) {
+        Node::Tuple(items) if items.len() > MOST_DIMENSIONS => {
+            Err(format!("{} dimensions", items.len()))
+        }
         Node::Tuple(items) => items.iter().map(|&item| size(pickle, item)).collect(),
         _ => Err("sizes that are no tuple".to_owned()),
     }
@@ -292,6 +307,11 @@ fn size(pickle: &Pickle, id: Id) -> Result<usize, String> {
         Node::Int(n) => usize::try_from(*n).map_err(|_| format!("a size of {n}")),
         _ => Err("a size that is no number".to_owned()),
     }
+}
+
+/// The beginning of a text that many entries may share.
+fn shortened(text: &str) -> String {
+    text.chars().take(LONGEST_KEY).collect()
 }
 
 #[cfg(test)]
@@ -351,6 +371,24 @@ mod tests {
         bytes.push(b'.');
         let refusal = describe(&bytes).unwrap_err();
         assert!(refusal.starts_with("it holds no dictionary"), "{refusal}");
+    }
+
+    #[test]
+    fn entries_that_share_a_long_description_take_no_memory() {
+        let storage =
+            b"(X\x07\0\0\0storagectorch\nFloatStorage\nX\x01\0\0\x000X\x03\0\0\0cpuK\x06tQ";
+        let mut bytes = b"\x80\x02}X\x05\0\0\0firstctorch._utils\n_rebuild_tensor_v2\n(".to_vec();
+        bytes.extend(storage);
+        bytes.extend(b"K\0(");
+        bytes.extend(b"K\x01".repeat(1 << 20));
+        // A shape of a million sizes, which are the strides as well.
+        bytes.extend(b"tq\x00h\x00tRq\x01s");
+        for entry in 0..10_000 {
+            bytes.extend(format!("X\x05\0\0\0{entry:05}h\x01s").as_bytes());
+        }
+        bytes.push(b'.');
+        let refusal = describe(&bytes).unwrap_err();
+        assert!(refusal.contains("(1048576 dimensions)"), "{refusal}");
     }
 
     #[test]

@@ -107,7 +107,7 @@ fn every_tensor_that_does_not_fit_is_named() {
         [
             "bn.bias [2] is missing",
             "bn.running_mean [2] is missing",
-            "bn.weight has the type I64",
+            "bn.weight has the type I64, not of real numbers",
             "fc.bias [2] is missing",
             "fc.weight has the shape [3, 2], not [2, 3]",
             "bn.shift is not part of the model",

@@ -191,8 +191,8 @@ impl Training {
         let facts = self.label_facts(dataset, protocol, training_statistics)?;
         let networks = Networks::new(label, facts.as_ref(), seed, &self.initial, &device)?;
         let (model, parameters) = networks.model;
-        let mut trainer = Trainer::new(model, &parameters, input, train, self.config.clone())?
-            .with_loss(self.model.loss());
+        let (loss, config) = (self.model.loss(), self.config.clone());
+        let mut trainer = Trainer::new(model, &parameters, loss, input, train, config)?;
         if !device.is_cpu() {
             trainer = trainer.hold()?;
         }
