@@ -71,14 +71,30 @@ pub fn entry(folder: &Path) -> Result<Entry> {
     read_json(&folder.join(ENTRY))
 }
 
-/// Links without an answer of its own.
-pub fn substituted(folder: &Path) -> Result<Vec<usize>> {
-    read_json(&folder.join(SUBSTITUTED))
+/// Those of `links` links that have no answer of their own.
+pub fn substituted(folder: &Path, links: usize) -> Result<Vec<usize>> {
+    let file = folder.join(SUBSTITUTED);
+    let substituted: Vec<usize> = read_json(&file)?;
+    match substituted.iter().find(|&&link| link >= links) {
+        Some(link) => {
+            let told = format!("there is no link {link} among {links}; make it anew with --fresh");
+            Err(Error::file("damaged", &file)(told))
+        }
+        None => Ok(substituted),
+    }
 }
 
-/// The predictions, shape (links, bins).
-pub fn predictions(folder: &Path) -> Result<Vec<f32>> {
-    spectra(&folder.join(PREDICTIONS))
+/// The predictions of `links` links, shape (links, bins).
+pub fn predictions(folder: &Path, links: usize) -> Result<Vec<f32>> {
+    let file = folder.join(PREDICTIONS);
+    let predictions = spectra(&file)?;
+    match predictions.len() / ANGLE_BINS {
+        found if found == links => Ok(predictions),
+        found => {
+            let told = format!("it has {found} links, not {links}; make it anew with --fresh");
+            Err(Error::file("damaged", &file)(told))
+        }
+    }
 }
 
 /// Spectra of a file: `.npy`, shape (links, 180), float16, float32 or float64.

@@ -25,8 +25,13 @@ pub fn plan(config: &Config) -> Result<(DatasetPlan, Split)> {
                     dataset, train, predict and metrics";
         return Err(Error::Setting(told.into()));
     }
-    let asked = data.train_maps + data.develop_maps + data.test_maps;
-    let maps = maps.open(TileSettings::default(), asked as u32)?;
+    let counts = [data.train_maps, data.develop_maps, data.test_maps];
+    let mut counts = counts.into_iter();
+    let asked = counts.try_fold(0_u32, |sum, n| sum.checked_add(n.try_into().ok()?));
+    let too_many =
+        "data.train_maps, data.develop_maps and data.test_maps are 2^32 or more together";
+    let asked = asked.ok_or_else(|| Error::Setting(too_many.into()))?;
+    let maps = maps.open(TileSettings::default(), asked)?;
     let split = split(&maps.ids()?, data)?;
     let plan = DatasetPlan {
         maps,

@@ -34,7 +34,9 @@ pub enum Error {
     #[error("'{0}' is the name of another entry; choose another")]
     TakenName(String),
     /// Fewer maps than the settings ask for.
-    #[error("data.{keys} ask for {needed} maps, '{maps}' has {there} for them")]
+    #[error(
+        "data.{keys} ask for {needed} maps, '{maps}' has {there} for them; ask for fewer or give more"
+    )]
     TooFewMaps {
         /// The settings.
         keys: &'static str,
@@ -46,7 +48,9 @@ pub enum Error {
         there: usize,
     },
     /// Maps without a link to learn from or to score.
-    #[error("the {part} maps {maps:?} have no link with a label")]
+    #[error(
+        "the {part} maps {maps:?} have no link with a label; raise data.tx_per_map or data.rx_per_map, or take other maps"
+    )]
     NoLinks {
         /// `training`, or `chosen` for those that are scored.
         part: &'static str,

@@ -40,7 +40,7 @@ pub fn choose(
     let (entry, cosine) = best.ok_or(Error::NothingScored)?;
     let mut order: Vec<usize> = (0..test.len()).collect();
     order.sort_by(|&a, &b| cosine[a].total_cmp(&cosine[b]));
-    let predictions = answer::predictions(&folder_of(&entry.name))?;
+    let predictions = answer::predictions(&folder_of(&entry.name), test.len())?;
     let example = |(rank, share): (&str, f64)| {
         let link = order[(share * (order.len() - 1) as f64).round() as usize];
         let example = test.examples().list()[link];

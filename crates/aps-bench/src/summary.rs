@@ -20,7 +20,7 @@ impl Context<'_> {
         let folder_of = |name: &str| self.bench.out.join("scores").join(stem(name));
         let (sight, _) = Job::Tracer(SIGHT).title();
         let mut line_of_sight = vec![true; bed.test.len()];
-        for link in answer::substituted(&folder_of(&sight))? {
+        for link in answer::substituted(&folder_of(&sight), bed.test.len())? {
             line_of_sight[link] = false;
         }
         let split = &bed.dataset.manifest().split;

@@ -92,7 +92,7 @@ export function toldNow(compared) {
   const { times_us: own, paths } = compared.own;
   const best = compared.reference;
   return `Now: error ${error(compared)} against the reference limits; a link ${us(perLink(own))}, transmitter ${us(own.tx)}, map ${us(own.map)}, `
-    + `${paths} paths. Converged: ${us(perLink(best.times_us))}, ${us(best.times_us.tx)}, ${us(best.times_us.map)}, ${best.paths} paths.`;
+    + `${paths} paths. Reference: ${us(perLink(best.times_us))}, ${us(best.times_us.tx)}, ${us(best.times_us.map)}, ${best.paths} paths.`;
 }
 
 let notes = [];

@@ -10,7 +10,7 @@ use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
 use aps_metrics::LevelDistance;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
-use aps_raytrace::{Link, Tracer, Transmitter};
+use aps_raytrace::{Link, TerminalError, TraceError, Tracer, Transmitter};
 use map2aps::aps_data::sample_of;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -218,9 +218,14 @@ impl Survey {
     /// The values at a place.
     fn values(&self, place: DVec2, buffers: &mut Buffers) -> Result<Values, Fault> {
         for (i, Side { tracer, tx }) in self.sides.iter().enumerate() {
-            // Inside of a building, on a wall, or beyond the border, as half of a last cell can be.
-            let Ok(rx) = tracer.value.receiver(place) else {
-                return Ok(Values::default());
+            use TerminalError::{InsideBuilding, OnWall, OutsideArea};
+            let rx = match tracer.value.receiver(place) {
+                Ok(rx) => rx,
+                // As half of a last cell can be.
+                Err(OutsideArea { .. } | InsideBuilding { .. } | OnWall { .. }) => {
+                    return Ok(Values::default());
+                }
+                Err(error) => return Err(Fault::of(TraceError::Receiver(error))),
             };
             if tx.value.position() == place {
                 return Ok(Values::default());

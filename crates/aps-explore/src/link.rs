@@ -170,11 +170,7 @@ impl Curve {
 
 /// Angle of a spectrum to direction on the map \[deg\].
 pub fn turn_deg(label: &LabelChoice) -> f64 {
-    let sense = match label.protocol {
-        Protocol::Paper => 0.0,
-        Protocol::Released => 180.0,
-    };
-    sense + label.heading_deg
+    aps_report::link::turn_deg(label.protocol) + label.heading_deg
 }
 
 /// Answers a question about a link.

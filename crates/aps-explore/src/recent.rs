@@ -24,14 +24,22 @@ impl<K: PartialEq, V> Recent<K, V> {
     /// # Errors
     /// Errors of `make`.
     pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
-        let place = self.place(key);
-        let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
+        let shared = self.place(key);
+        let mut place = shared.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(value) = &*place {
             return Ok(Arc::clone(value));
         }
-        let value = Arc::new(make()?);
-        *place = Some(Arc::clone(&value));
-        Ok(value)
+        let made = make().map(Arc::new);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        match &made {
+            // Only what is made displaces something.
+            Ok(value) => {
+                *place = Some(Arc::clone(value));
+                kept.truncate(self.most);
+            }
+            Err(_) => kept.retain(|(_, place)| !Arc::ptr_eq(place, &shared)),
+        }
+        made
     }
 
     fn place(&self, key: K) -> Arc<Mutex<Option<Arc<V>>>> {
@@ -42,7 +50,6 @@ impl<K: PartialEq, V> Recent<K, V> {
         };
         let place = Arc::clone(&entry.1);
         kept.insert(0, entry);
-        kept.truncate(self.most);
         place
     }
 }
@@ -69,5 +76,9 @@ mod tests {
         let recent = Recent::new(2);
         assert_eq!(recent.get("a", || Err::<u32, _>("no")), Err("no"));
         assert_eq!(*recent.get("a", || Ok::<_, ()>(1)).unwrap(), 1);
+        for key in ["b", "c", "d"] {
+            assert_eq!(recent.get(key, || Err::<u32, _>("no")), Err("no"));
+        }
+        assert_eq!(*recent.get("a", || Err::<u32, _>("gone")).unwrap(), 1);
     }
 }

@@ -224,7 +224,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn settings_of_the_page_are_r2_d1_and_the_label_of_the_command_line() {
+    fn question_as_of_the_page_means_r2_d1_and_the_label_of_the_command_line() {
         let question: LinkQuestion = read(question().to_string().as_bytes()).unwrap();
         let expected = TraceConfig {
             max_images: MAX_IMAGES,

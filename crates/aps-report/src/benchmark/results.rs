@@ -4,9 +4,8 @@
 //! are computed when the report is written. Scores of single links are kept beside it, one
 //! npy file an entry and protocol, because intervals, strata and distributions need them.
 //!
-//! A later version reads the files of an earlier one: fields are only added, and those added have a
-//! default. [`FORMAT`] is raised when that would no longer be enough, and a file with a higher
-//! number is refused instead of misread.
+//! Files of one [`FORMAT`] stay readable: fields are only added, and those added have a default. The
+//! number is raised when that would no longer be enough, and a file with another number is refused.
 
 use std::path::{Path, PathBuf};
 

@@ -7,7 +7,7 @@ use super::paper::published;
 use super::results::{Entry, EntryKind, MEAN, TestLink};
 use super::words::{self, or_nothing};
 use crate::document::Table;
-use crate::numbers::{count, duration, fixed, list, three_digits};
+use crate::numbers::{count, duration, fixed, list, stem, three_digits};
 
 /// Most rows of the table in front.
 const ROWS: usize = 12;
@@ -168,8 +168,8 @@ pub fn scores(analysis: &Analysis<'_>, protocol: &str) -> Table {
         row
     };
     let caption = format!("Tables I to III of the paper, all entries, protocol {protocol}");
-    let stem = format!("scores-{protocol}");
-    let mut table = table(&stem, caption, &columns, entries.iter().map(row)).folded();
+    let name = stem(&format!("scores-{protocol}"));
+    let mut table = table(&name, caption, &columns, entries.iter().map(row)).folded();
     for (j, &metric) in metrics.iter().enumerate() {
         let mean = |e: &Entry| Some(analysis.mean(e, protocol, metric)?.mean);
         let learned = |e: &Entry| mean(e).filter(|_| e.kind.is_learned());
@@ -328,7 +328,7 @@ pub fn conditions(analysis: &Analysis<'_>) -> Table {
         ("test links in sight", percent(in_sight)),
         (
             "dominant peaks a test link (paper: 2.28)",
-            fixed(f64::from(peaks().sum::<u32>()) / links, 2),
+            fixed(peaks().map(f64::from).sum::<f64>() / links, 2),
         ),
         (
             "test links with at most two (paper: 75 %)",

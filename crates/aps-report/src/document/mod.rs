@@ -178,13 +178,13 @@ mod tests {
 
     #[test]
     fn text_stays_text_wherever_it_goes() {
-        let text = "</title><script>alert('&')</script>\" a|b **x** [y](z)\n# w";
+        let text = "</title><script>alert('&')</script>\" a|b **x** ~~u~~ [y](z)\n# w";
         let document = nasty(text);
         let html = document.to_html();
         assert!(!html.contains("<script"), "{html}");
         assert!(html.contains("&lt;script&gt;alert('&amp;')"), "{html}");
         let markdown = document.to_markdown("");
-        for raw in ["<script", " **x**", "a|b", "\n# w", "[y](z)"] {
+        for raw in ["<script", " **x**", " ~~u", "a|b", "\n# w", "[y](z)"] {
             assert!(!markdown.contains(raw), "{raw}: {markdown}");
         }
     }

@@ -5,5 +5,5 @@ mod spectrum;
 mod view;
 
 pub use lobes::{Fate, Lobe, Side, fate, has_mirrors, lobes};
-pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg};
+pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg, turn_deg};
 pub use view::{Bend, LinkView, PathView, heading_words};

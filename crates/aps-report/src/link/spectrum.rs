@@ -74,11 +74,15 @@ pub fn dominant_peaks(aps_db: &[f64], protocol: Protocol) -> SpectrumPeaks {
 
 /// The angle at which a protocol shows a path that comes from `arrival_azimuth_rad` \[deg\].
 pub fn angle_deg(arrival_azimuth_rad: f64, protocol: Protocol) -> f64 {
-    let turn = match protocol {
+    wrap_deg(arrival_azimuth_rad.to_degrees() + turn_deg(protocol))
+}
+
+/// Angle of a protocol's axis at which an arrival along +x stands \[deg\].
+pub fn turn_deg(protocol: Protocol) -> f64 {
+    match protocol {
         Protocol::Released => 180.0,
         Protocol::Paper => 0.0,
-    };
-    wrap_deg(arrival_azimuth_rad.to_degrees() + turn)
+    }
 }
 
 /// The direction that a uniform linear array along y cannot tell from this one: 180 deg minus it.
