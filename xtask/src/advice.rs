@@ -21,16 +21,14 @@ pub fn advice(error: &Error) -> String {
         Cause::GeoJson(error) => geojson(error),
         Cause::Map(MapError::NotGeoJson { .. }) => " in --map-ids",
         Cause::Map(MapError::NoImage(_)) => " (cargo xtask import ... --maps)",
-        Cause::Map(MapError::NoPart { .. }) => "; name another part with --split",
+        Cause::Map(MapError::NoPart { .. }) => "; name another part",
         Cause::Exchange(ExchangeError::Protocol { .. }) => {
             " (--protocol released), or give --any-protocol"
         }
         Cause::Exchange(ExchangeError::NoPlaces) => {
             "; make it with --store aps,paths, or give --zero-places"
         }
-        Cause::Exchange(ExchangeError::NoSpectra) | Cause::Score(ScoreError::NoSpectra) => {
-            "; make it with --store aps"
-        }
+        Cause::Data(aps_data::Error::NotStored { .. }) => " (--store aps,pdp,paths)",
         Cause::Score(ScoreError::NoTrainingLabel) => " (--domain linear needs no statistics)",
         Cause::Settings(SettingsError::NoPaths) => {
             "; make one that does with cargo xtask dataset --store aps,paths --out DIR"

@@ -6,6 +6,7 @@ use anyhow::{Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use map2aps::{Control, Progress, Work};
 
+use crate::interrupt::interrupt_flag;
 use crate::note;
 
 /// A bar over `count` things of the given name.
@@ -30,13 +31,13 @@ pub fn bar_of(count: u64, template: &str) -> ProgressBar {
 pub struct Bar(OnceLock<ProgressBar>);
 
 impl Bar {
-    /// Control of an operation that shows this bar, and that `command` continues.
-    pub fn control<'a>(&'a self, command: &'a [String]) -> Control<'a> {
-        Control {
+    /// Control of an operation that shows this bar, that Ctrl-C ends and that `command` continues.
+    pub fn control<'a>(&'a self, command: &'a [String]) -> Result<Control<'a>> {
+        Ok(Control {
             progress: self,
+            cancel: interrupt_flag()?,
             command,
-            ..Control::default()
-        }
+        })
     }
 
     /// Removes the bar.

@@ -4,6 +4,7 @@
 //! settings give the same bytes.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -12,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::arrays::{Counts, arrays_of};
 use crate::durable;
-use crate::error::Error;
+use crate::error::{Error, at};
 use crate::json;
 use crate::layout::Layout;
 use crate::split::Split;
@@ -185,7 +186,7 @@ impl Manifest {
             seed: config.seed,
             layout: config.layout,
             configuration: config.configuration,
-            split,
+            split: split.sorted(),
             totals: Totals::of(&maps).expect("the links of maps on disk can be counted"),
             maps,
         }
@@ -193,7 +194,8 @@ impl Manifest {
 
     /// Returns a map of the data set, if it has it.
     pub fn map(&self, id: u32) -> Option<&MapEntry> {
-        self.maps.iter().find(|map| map.id == id)
+        let found = self.maps.binary_search_by_key(&id, |map| map.id);
+        found.ok().map(|index| &self.maps[index])
     }
 
     /// Returns the settings of the data set.
@@ -222,6 +224,8 @@ impl Manifest {
             Some("maps are not in ascending order".into())
         } else if self.split.all_maps() != ids {
             Some("split does not name every map once".into())
+        } else if self.split.clone().sorted() != self.split {
+            Some("a part of the split is not in ascending order".into())
         } else if let Some(problem) = self.maps.iter().find_map(|map| map.problem(&self.layout)) {
             Some(problem)
         } else if Totals::of(&self.maps).as_ref() != Some(&self.totals) {
@@ -277,6 +281,22 @@ impl MapEntry {
     /// Returns the number of links with a label.
     pub fn valid(&self) -> u64 {
         self.status.get("valid").copied().unwrap_or(0)
+    }
+
+    /// Checks that a map has all its files in full length in its folder, without reading them.
+    pub(crate) fn must_be_whole(&self, folder: &Path) -> Result<(), Error> {
+        for file in &self.files {
+            let path = folder.join(&file.name);
+            let length = fs::metadata(&path).map_err(at(&path, "find"))?.len();
+            if length != file.bytes {
+                let problem = format!(
+                    "{length} bytes, {} were written; remove its map folder to make it anew",
+                    file.bytes
+                );
+                return Err(Error::Damaged { path, problem });
+            }
+        }
+        Ok(())
     }
 
     /// Returns the name of a map's folder.

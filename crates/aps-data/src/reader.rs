@@ -64,6 +64,16 @@ impl Dataset {
         &self.manifest
     }
 
+    /// Checks that these maps have all their files in full length, without reading them: whoever asks for memory by the numbers of
+    /// the manifest asks this first.
+    ///
+    /// # Errors
+    /// [`Error::UnknownMap`]; [`Error::Io`] for a file that is not there, [`Error::Damaged`] for one of another length.
+    pub fn check_sizes(&self, maps: &[u32]) -> Result<(), Error> {
+        let mut maps = maps.iter();
+        maps.try_for_each(|&id| self.entry(id)?.must_be_whole(&self.folder(id)))
+    }
+
     /// Loads link table, buildings and APS of a map: some 18 MB for 50,000 links in half precision.
     ///
     /// # Errors
@@ -117,14 +127,22 @@ impl Dataset {
         }
     }
 
+    /// Layout of the stored angle power spectra.
+    ///
+    /// # Errors
+    /// [`Error::NotStored`].
+    pub fn aps_layout(&self) -> Result<ProfileLayout, Error> {
+        let layout = self.manifest.layout.aps;
+        layout.ok_or_else(|| self.not_stored("angle power spectra"))
+    }
+
     /// Loads the stored APS of one link, by its row in the map: values relative to the link's largest \[dB\].
     ///
     /// # Errors
     /// [`Error::NotStored`], and those of [`Dataset::map`].
     pub fn spectrum(&self, id: u32, link: usize) -> Result<Samples, Error> {
         let map = self.entry(id)?;
-        let aps = self.manifest.layout.aps;
-        let layout = aps.ok_or_else(|| self.not_stored("angle power spectra"))?;
+        let layout = self.aps_layout()?;
         let row = self.samples(map, ProfileNames::APS.db, &layout, Some(link..link + 1))?;
         match row.is_finite() {
             true => Ok(row),
@@ -285,14 +303,10 @@ impl Dataset {
     }
 
     fn entry(&self, id: u32) -> Result<&MapEntry, Error> {
-        let found = self.manifest.maps.binary_search_by_key(&id, |map| map.id);
-        let unknown = |_| Error::UnknownMap {
+        self.manifest.map(id).ok_or_else(|| Error::UnknownMap {
             path: self.root.clone(),
             map: id,
-        };
-        found
-            .map(|index| &self.manifest.maps[index])
-            .map_err(unknown)
+        })
     }
 
     fn folder(&self, id: u32) -> PathBuf {

@@ -125,8 +125,16 @@ impl Split {
             .find(|&part| self.maps(part).contains(&id))
     }
 
+    /// Returns the split with each part in ascending order.
+    pub(crate) fn sorted(mut self) -> Self {
+        for part in [&mut self.train, &mut self.develop, &mut self.test] {
+            part.sort_unstable();
+        }
+        self
+    }
+
     /// Returns the maps of all parts in ascending order; a map given twice appears twice.
-    pub(crate) fn all_maps(&self) -> Vec<u32> {
+    pub fn all_maps(&self) -> Vec<u32> {
         let mut all = [self.train.as_slice(), &self.develop, &self.test].concat();
         all.sort_unstable();
         all

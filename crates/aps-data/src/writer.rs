@@ -251,24 +251,8 @@ fn finished_maps(root: &Path, config: &DatasetConfig) -> Result<BTreeMap<u32, Ma
         let stored = MapManifest::read_of(id, &folder)?;
         let path = folder.join(MAP_FILE);
         config.must_have_made(&stored.config(), stored.format_version, &path)?;
-        check_sizes(&folder, &stored.map)?;
+        stored.map.must_be_whole(&folder)?;
         finished.insert(id, stored.map);
     }
     Ok(finished)
-}
-
-/// Checks that a finished map has all its files in full length, without reading them.
-fn check_sizes(folder: &Path, map: &MapEntry) -> Result<(), Error> {
-    for file in &map.files {
-        let path = folder.join(&file.name);
-        let length = fs::metadata(&path).map_err(at(&path, "find"))?.len();
-        if length != file.bytes {
-            let problem = format!(
-                "{length} bytes, {} were written; remove its map folder to make it anew",
-                file.bytes
-            );
-            return Err(Error::Damaged { path, problem });
-        }
-    }
-    Ok(())
 }

@@ -85,6 +85,11 @@ impl GroupReport {
             .find(|m| m.metric == metric)
             .map(|m| &m.distribution)
     }
+
+    /// Returns the mean of a metric; `None` if the group has no samples.
+    pub fn mean(&self, metric: Metric) -> Option<f64> {
+        Some(self.get(metric)?.mean)
+    }
 }
 
 impl PeakCensus {

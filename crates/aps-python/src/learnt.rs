@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use map2aps::aps_data::{ConditionConfig, Dataset};
-use map2aps::{PolarViews, ScoreError, settings, targets};
+use map2aps::{PolarViews, settings, targets};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use serde_json::json;
@@ -16,9 +16,6 @@ use crate::run::run_owned;
 pub fn training_facts(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
     run_owned(py, move || {
         let dataset = Dataset::open(&folder)?;
-        if dataset.manifest().layout.aps.is_none() {
-            return Err(ScoreError::NoSpectra.into());
-        }
         let (protocol, statistics, _) = targets::learning_target(&dataset)?;
         let facts = json!({
             "sigma_px": ConditionConfig::default().sigma_px,
@@ -39,7 +36,7 @@ pub fn array_response(py: Python<'_>, folder: PathBuf) -> PyResult<Bound<'_, PyA
     let (response, bins) = run_owned(py, move || {
         let dataset = Dataset::open(&folder)?;
         let manifest = dataset.manifest();
-        let axis = manifest.layout.aps.ok_or(ScoreError::NoSpectra)?.axis;
+        let axis = dataset.aps_layout()?.axis;
         let label = settings::label_of(&manifest.configuration)?;
         let response = PolarViews::array_response(&label.array, axis.values());
         Ok((response, axis.count))

@@ -11,7 +11,7 @@ use crate::examples::{Example, Examples};
 use crate::maps::MapSource;
 use crate::mirror::negated_bins;
 use crate::polar::{PolarViews, SeenLink};
-use crate::scores::{Domain, ScoreError};
+use crate::scores::Domain;
 
 /// The examples of a part of a data set, drawn as condition images of any size, or as the ways that Polar-Reg is given, with their
 /// targets; alone or with their mirror images: number 4 n + i is then example n in image i of [`Mirror::ALL`], the
@@ -39,7 +39,7 @@ impl DrawnExamples {
         is_mirrored: bool,
     ) -> Result<Self> {
         let manifest = dataset.manifest();
-        let axis = manifest.layout.aps.ok_or(ScoreError::NoSpectra)?.axis;
+        let axis = dataset.aps_layout()?.axis;
         let negated = is_mirrored.then(|| negated_bins(&manifest.configuration, axis));
         let examples = Examples::open(dataset, part, domain)?;
         Ok(Self {

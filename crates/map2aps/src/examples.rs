@@ -104,7 +104,8 @@ impl Examples {
         target: Target,
         draw: Option<Draw>,
     ) -> Result<Self> {
-        let aps = dataset.manifest().layout.aps.ok_or(ScoreError::NoSpectra)?;
+        let aps = dataset.aps_layout()?;
+        dataset.check_sizes(maps)?;
         let total = targets::labelled_links(dataset, maps);
         let count = draw.map_or(total, |draw| draw.links.min(total));
         let db = Samples::with_capacity(aps.dtype, count * aps.axis.count);
@@ -132,10 +133,11 @@ impl Examples {
         labels: Labels,
         draw: Option<Draw>,
     ) -> Result<Self> {
-        let aps = dataset.manifest().layout.aps.ok_or(ScoreError::NoSpectra)?;
+        let aps = dataset.aps_layout()?;
         let mut maps = maps.to_vec();
         maps.sort_unstable();
         maps.dedup();
+        dataset.check_sizes(&maps)?;
         let total = targets::labelled_links(dataset, &maps);
         let drawn = draw.filter(|draw| draw.links < total).map(|draw| {
             let mut generator = ChaCha8Rng::seed_from_u64(draw.seed);

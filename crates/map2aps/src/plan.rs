@@ -99,7 +99,7 @@ impl DatasetPlan {
     /// As [`DatasetPlan::make`], and [`MapError::Twice`].
     pub fn make_split(&self, out: &Path, split: &Split, control: &Control<'_>) -> Result<Made> {
         let split = &maps::with_copies(split.clone(), self.scene.orientations)?;
-        let maps = all(split);
+        let maps = split.all_maps();
         if let Some(twice) = maps.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(MapError::Twice(twice[0]).into());
         }
@@ -115,7 +115,7 @@ impl DatasetPlan {
     /// A number of orientations that a square does not have, and ids without room for copies.
     pub fn with_copies(&self, maps: &[u32]) -> Result<Vec<u32>> {
         let split = Split::of_maps(maps.iter().copied(), self.seed);
-        Ok(all(&maps::with_copies(split, self.scene.orientations)?))
+        Ok(maps::with_copies(split, self.scene.orientations)?.all_maps())
     }
 
     /// Returns the given maps and copies that the folder `out` lacks, and refuses settings that would make none of them. Creates
@@ -221,13 +221,6 @@ impl DatasetPlan {
         let scene = self.maps.load(id, self.seed, self.scene)?;
         Ok(maps::outlines(&scene))
     }
-}
-
-/// The maps of all parts, ascending.
-fn all(split: &Split) -> Vec<u32> {
-    let mut maps = [&split.train[..], &split.develop, &split.test].concat();
-    maps.sort_unstable();
-    maps
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Terminal positions: outdoors, on the grid of whole metres, drawn without replacement.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
@@ -133,17 +133,21 @@ pub fn draw(
     }
     let columns = size_m.x as usize + 1;
     let rows = size_m.y as usize + 1;
-    let mut grid: Vec<u32> = (0..(columns * rows) as u32).collect();
     let wanted = tx.saturating_add(*rx.end());
-    let mut outdoor = Vec::with_capacity(wanted.min(grid.len()));
-    // Fisher-Yates from the front; indoor points are passed over.
-    for i in 0..grid.len() {
+    let mut outdoor = Vec::new();
+    // Fisher-Yates from the front, of a list that tells only the points that are not at their own place; indoor points are passed over.
+    let mut moved: HashMap<usize, usize> = HashMap::new();
+    for i in 0..columns * rows {
         if outdoor.len() == wanted {
             break;
         }
-        let j = rng.random_range(i..grid.len());
-        grid.swap(i, j);
-        let (row, column) = (grid[i] as usize / columns, grid[i] as usize % columns);
+        let j = rng.random_range(i..columns * rows);
+        let first = moved.remove(&i).unwrap_or(i);
+        let drawn = match j == i {
+            true => first,
+            false => moved.insert(j, first).unwrap_or(j),
+        };
+        let (row, column) = (drawn / columns, drawn % columns);
         let p = min + DVec2::new(column as f64, row as f64);
         if scene.locate(p) == Location::Outdoor {
             outdoor.push(p);

@@ -87,15 +87,15 @@ pub fn label_of(configuration: &Value) -> Result<LabelConfig, SettingsError> {
     read(configuration, "label")?.ok_or(SettingsError::None("label"))
 }
 
-/// Reads the scene settings in a `configuration`; before format version 2 no slit was filled.
+/// Reads the scene settings in a `configuration`. An import has the usual ones; before format version 2 no slit was filled.
 ///
 /// # Errors
 /// Unknown settings.
 pub fn scene_of(configuration: &Value) -> Result<SceneSettings, SettingsError> {
-    let none = SceneSettings {
-        close_gaps_m: 0.0,
-        ..SceneSettings::default()
-    };
+    let mut none = SceneSettings::default();
+    if configuration.get("import").is_none() {
+        none.close_gaps_m = 0.0;
+    }
     Ok(read(configuration, "scene")?.unwrap_or(none))
 }
 

@@ -19,15 +19,15 @@ pub fn protocol_of(dataset: &Dataset) -> Option<Protocol> {
 /// those of the data set's split, whichever of them are then trained on.
 ///
 /// # Errors
-/// A data set that cannot be read, or has no label in its training maps.
-///
-/// # Panics
-/// When the data set stores no angle power spectra.
+/// A data set that cannot be read, stores no angle power spectra, has no label in its training maps, or flat ones that give nothing
+/// to normalise by.
 pub fn learning_target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Target)> {
+    dataset.aps_layout()?;
     let protocol = protocol_of(dataset).unwrap_or_default();
     let train = training_statistics(dataset)?;
-    let target = Target::Normalised(Normalization::of(protocol, train));
-    Ok((protocol, train, target))
+    let normalization = Normalization::of(protocol, train);
+    normalization.apply(&mut [0.0])?;
+    Ok((protocol, train, Target::Normalised(normalization)))
 }
 
 /// Number of labelled links of some maps, by the manifest.
@@ -68,13 +68,10 @@ impl Target {
     /// The target of a data set's labels in a domain.
     ///
     /// # Errors
-    /// For the normalised domain, those of [`learning_target`], and a data set that stores no angle power spectra.
+    /// For the normalised domain, those of [`learning_target`].
     pub fn of(dataset: &Dataset, domain: Domain) -> Result<Self> {
         match domain {
             Domain::Linear => Ok(Self::Linear),
-            Domain::Normalised if dataset.manifest().layout.aps.is_none() => {
-                Err(ScoreError::NoSpectra.into())
-            }
             Domain::Normalised => Ok(learning_target(dataset)?.2),
         }
     }

@@ -82,13 +82,10 @@ pub struct Args {
 }
 
 fn pair(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((name, value)) if !name.is_empty() && !value.is_empty() => {
-            Ok((name.trim().into(), value.trim().into()))
-        }
-        _ => Err(format!(
-            "'{text}' has no name before and no value after '='"
-        )),
+    let parts = text.split_once('=').unwrap_or_default();
+    match (parts.0.trim(), parts.1.trim()) {
+        ("", _) | (_, "") => Err(format!("'{text}' must be NAME=VALUE")),
+        (name, value) => Ok((name.into(), value.into())),
     }
 }
 
@@ -100,10 +97,10 @@ impl Args {
         let usual = || PathBuf::from(format!("data/bench-{}", self.profile.name()));
         let out = self.out.clone().unwrap_or_else(usual);
         let cancel = interrupt_flag()?;
-        let printer = Printer::new(cancel.clone());
+        let printer = Printer::new(cancel);
         let watch = Watch {
             observer: &printer,
-            cancel: &cancel,
+            cancel,
         };
         let profile = config.profile_name(self.profile);
         let bench = Benchmark::new(config, &out)?

@@ -11,7 +11,7 @@ use aps_model::condition::InputKind;
 use aps_model::train::StepReport;
 use aps_report::numbers::duration;
 use indicatif::{HumanDuration, ProgressBar};
-use map2aps::training::{DevelopmentScores, Device, Run, RunFolder, Training, mean};
+use map2aps::training::{DevelopmentScores, Device, Run, RunFolder, Training};
 use map2aps::{Control, Dataset, Progress, counted};
 use xtask::progress::bar_of;
 use xtask::{note, say};
@@ -89,7 +89,7 @@ pub fn print_scores(run: &Run, folder: &RunFolder) -> Result<()> {
     ];
     say!("{} development links:\n{}", scores.links, table(&rows))?;
     say!("best weights in '{}'", folder.best().display())?;
-    let cosine = |group| mean(group, Metric::Cosine);
+    let cosine = |group: &GroupReport| group.mean(Metric::Cosine);
     if cosine(best) <= cosine(mean_spectrum) {
         say!(
             "WARNING: the model's spectra are no more like the true ones (CosSim) than the mean training spectrum is: \
@@ -143,7 +143,7 @@ impl Progress for Bar {
         let others = others.into_iter().filter(|&metric| metric != chosen_by);
         let shown: Vec<String> = iter::once(chosen_by)
             .chain(others)
-            .filter_map(|metric| Some(format!("{} {:.4}", metric.label(), mean(group, metric)?)))
+            .filter_map(|metric| Some(format!("{} {:.4}", metric.label(), group.mean(metric)?)))
             .collect();
         self.0.println(format!(
             "epoch {}, step {}: training loss {:.4}; development {}{}",
@@ -175,7 +175,9 @@ fn table(rows: &[(String, &GroupReport)]) -> String {
     for (name, group) in rows {
         let _ = write!(text, "\n{name:width$}");
         for metric in columns() {
-            let mean = mean(group, metric).map_or("-".into(), |mean| format!("{mean:.4}"));
+            let mean = group
+                .mean(metric)
+                .map_or("-".into(), |mean| format!("{mean:.4}"));
             let _ = write!(text, "  {mean:>10}");
         }
     }

@@ -167,7 +167,7 @@ impl Args {
             &dataset,
             folder.clone(),
             self.resume,
-            &interrupted,
+            interrupted,
         );
         let run = made.map_err(|error| match interrupted.load(Ordering::Relaxed) {
             true => error.context("the same command with --resume continues"),

@@ -1,7 +1,7 @@
 //! Events of a benchmark, printed for a person who waits.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::Result;
 use aps_bench::{Event, Observer, Outcome, Trial};
@@ -15,11 +15,10 @@ use crate::predict::size_assumed;
 use crate::run;
 
 /// Prints stages, remarks and tables, and shows bars.
-#[derive(Default)]
 pub struct Printer {
     maps: Bar,
     training: Mutex<Option<run::Bar>>,
-    cancel: Arc<AtomicBool>,
+    cancel: &'static AtomicBool,
     /// The first line that could not be written to standard output.
     unwritten: Mutex<Option<anyhow::Error>>,
 }
@@ -30,10 +29,12 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Printer {
     /// Prints until something cannot be written, which raises `cancel`.
-    pub fn new(cancel: Arc<AtomicBool>) -> Self {
+    pub fn new(cancel: &'static AtomicBool) -> Self {
         Self {
+            maps: Bar::default(),
+            training: Mutex::default(),
             cancel,
-            ..Self::default()
+            unwritten: Mutex::default(),
         }
     }
 

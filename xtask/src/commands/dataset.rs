@@ -6,12 +6,11 @@ use anyhow::Result;
 use aps_data::Access;
 use clap::{Subcommand, ValueEnum};
 use map2aps::maps::{MAX_ORIENTATIONS, NamedMaps, choose};
-use map2aps::{Control, DatasetPlan, Receivers, SceneSettings};
+use map2aps::{DatasetPlan, Receivers, SceneSettings};
 
 use crate::args::{self, IdList, LabelArgs, SceneArgs, Store, TileArgs, TraceArgs, parse_shard};
 use crate::cautions;
 use crate::command_line;
-use crate::interrupt::interrupt_flag;
 use crate::progress::{self, Bar};
 use crate::summary::Summary;
 use crate::{note, say};
@@ -109,11 +108,8 @@ impl Args {
         let (plan, ids) = self.order.read()?;
         let out = &self.order.out;
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            cancel: &*interrupt_flag()?,
-            command: &command_line::own_without(&["--out", "--shard", "--threads"]),
-        };
+        let command = command_line::own_without(&["--out", "--shard", "--threads"]);
+        let control = bar.control(&command)?;
         let access = self.shard.unwrap_or_default();
         let made = plan.make_shard(out, &ids, access, &control)?;
         bar.clear();

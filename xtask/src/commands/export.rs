@@ -72,7 +72,7 @@ impl Args {
             })
         };
         let bar = Bar::default();
-        let control = bar.control(&[]);
+        let control = bar.control(&[])?;
         let exported = export.run(&Dataset::open(&self.data)?, &self.out, &control)?;
         bar.clear();
         say!(

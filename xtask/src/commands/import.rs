@@ -35,7 +35,7 @@ struct Target {
     /// Folder of the data set; an unfinished one is continued.
     #[arg(long)]
     out: PathBuf,
-    /// Seed of the split.
+    /// Seed of the split and of synthetic maps.
     #[arg(long, default_value_t = 42)]
     seed: u64,
 }
@@ -106,7 +106,7 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let bar = Bar::default();
         let command = command_line::own_without(&["--out"]);
-        let control = bar.control(&command);
+        let control = bar.control(&command)?;
         let (out, imported) = match self.from {
             From::Propbin(args) => {
                 let stored = args::stored(&args.store);

@@ -1,12 +1,12 @@
 //! `cargo xtask label`: labels for path lists from anywhere.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use aps_data::{PartialFile, npy};
 use aps_label::{DelayAxis, LabelConfig, Labeler};
-use npyz::WriterBuilder;
 
 use map2aps::path_list::LinkList;
 
@@ -89,15 +89,9 @@ impl Args {
     }
 }
 
-fn write_npy(path: &Path, values: &[f64], [rows, columns]: [usize; 2]) -> Result<()> {
-    let place = || format!("cannot write '{}'", path.display());
-    let out = BufWriter::new(File::create(path).with_context(place)?);
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(&[rows as u64, columns as u64])
-        .writer(out)
-        .begin_nd()
-        .with_context(place)?;
-    writer.extend(values.iter().copied()).with_context(place)?;
-    writer.finish().with_context(place)
+fn write_npy(path: &Path, values: &[f64], shape: [usize; 2]) -> Result<()> {
+    let (partial, mut file) = PartialFile::create(path)?;
+    let written = npy::write_to(&mut file, &shape, values);
+    written.with_context(|| format!("cannot write '{}'", path.display()))?;
+    Ok(partial.complete(file)?)
 }

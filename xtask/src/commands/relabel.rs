@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use aps_data::Dataset;
 use aps_label::{DelayAxis, LabelConfig, Protocol};
-use map2aps::{Control, relabel, settings};
+use map2aps::{relabel, settings};
 
 use crate::args::{self, ArrayArgs, Store};
 use crate::command_line;
-use crate::interrupt::interrupt_flag;
 use crate::progress::{self, Bar};
 use crate::say;
 use crate::summary::Summary;
@@ -56,11 +55,8 @@ impl Args {
             None => manifest.layout.stored(),
         };
         let bar = Bar::default();
-        let control = Control {
-            progress: &bar,
-            cancel: &*interrupt_flag()?,
-            command: &command_line::own_without(&["--out", "--threads"]),
-        };
+        let command = command_line::own_without(&["--out", "--threads"]);
+        let control = bar.control(&command)?;
         let made = relabel(&source, &self.out, &self.label(&own), stored, &control)?;
         bar.clear();
         say!("{}", Summary(&made))?;

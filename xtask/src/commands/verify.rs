@@ -51,7 +51,7 @@ impl Args {
             seed: self.seed,
         };
         let bar = Bar::default();
-        let control = bar.control(&[]);
+        let control = bar.control(&[])?;
         let mut printed = Ok(());
         let verified = verify.run(&dataset, &control, &mut |finding| {
             let said = bar.suspend(|| say!("{finding}"));

@@ -291,7 +291,7 @@ fn folder_without_manifest_says_what_to_do() {
 fn map_and_arrays_that_are_not_there_are_typed_errors() {
     let root = tempfile::tempdir().unwrap();
     let mut config = sample::config();
-    (config.layout.pdp, config.layout.paths) = (None, false);
+    config.layout.aps = None;
     DatasetWriter::open(root.path(), config)
         .unwrap()
         .finish(&aps_data::Split::default())
@@ -301,8 +301,23 @@ fn map_and_arrays_that_are_not_there_are_typed_errors() {
         dataset.map(3),
         Err(Error::UnknownMap { map: 3, .. })
     ));
+    let layout = dataset.aps_layout();
+    assert!(matches!(layout, Err(Error::NotStored { .. })), "{layout:?}");
+}
+
+#[test]
+fn maps_with_a_file_cut_short_are_told_without_reading_them() {
     let root = sample::written();
-    assert!(Dataset::open(root.path()).unwrap().pdp(0).is_ok());
+    let dataset = Dataset::open(root.path()).unwrap();
+    dataset.check_sizes(&[0, 1]).unwrap();
+    let unknown = dataset.check_sizes(&[99]);
+    assert!(matches!(unknown, Err(Error::UnknownMap { map: 99, .. })));
+    let file = root.path().join("map_0001/status.npy");
+    let bytes = fs::read(&file).unwrap();
+    fs::write(&file, &bytes[1..]).unwrap();
+    dataset.check_sizes(&[0]).unwrap();
+    let short = dataset.check_sizes(&[0, 1]);
+    assert!(matches!(short, Err(Error::Damaged { path, .. }) if path == file));
 }
 
 #[test]

@@ -71,6 +71,25 @@ pub(crate) fn stored_paths(dataset: &Dataset, id: u32) -> Result<Option<PathTabl
     Ok(paths.then(|| dataset.paths(id)).transpose()?)
 }
 
+/// The result for a map that was made; after a failure or a cancellation the error tells the maps that are kept.
+pub(crate) fn or_kept<T>(
+    made: Result<T>,
+    writer: &DatasetWriter,
+    folder: &Path,
+    control: &Control<'_>,
+) -> Result<T> {
+    let (kept, folder) = (writer.map_ids().len(), folder.to_owned());
+    match made {
+        _ if control.is_cancelled() => Err(Error::Interrupted { kept, folder }),
+        Ok(made) => Ok(made),
+        Err(error) => Err(Error::Stopped {
+            kept,
+            folder,
+            source: Box::new(error),
+        }),
+    }
+}
+
 /// A data set that is being made, with the maps left to do.
 pub(crate) struct Making {
     pub writer: DatasetWriter,
@@ -196,15 +215,7 @@ impl Making {
             control.progress.map(id);
             let began = Instant::now();
             let tally = make(&run, id);
-            let (kept, folder) = (self.writer.map_ids().len(), self.folder.clone());
-            if control.is_cancelled() {
-                return Err(Error::Interrupted { kept, folder });
-            }
-            let tally = tally.map_err(|error| Error::Stopped {
-                kept,
-                folder,
-                source: Box::new(error),
-            })?;
+            let tally = or_kept(tally, &self.writer, &self.folder, control)?;
             made.maps.push((id, tally.links, began.elapsed()));
             made.tally.add(&tally);
         }

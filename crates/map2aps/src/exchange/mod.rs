@@ -73,9 +73,12 @@ pub enum ExchangeError {
     /// A data set that does not tell the places of maxima.
     #[error("the data set has neither paths nor the delays of its maxima")]
     NoPlaces,
-    /// A data set without spectra, and without paths to make them of.
-    #[error("the data set has no angle power spectra")]
-    NoSpectra,
+    /// Images of another scale than the published samples'.
+    #[error(
+        "a pixel is {0} m; samples have images of 1 m a pixel: make the data set of tiles of 256 m, or export another \
+         layout"
+    )]
+    PixelSize(f64),
     /// A stored label that its paths do not make.
     #[error("it is stored with a label, but its paths make none; verify the data set")]
     NoLabel,

@@ -77,8 +77,7 @@ pub fn with_copies(mut split: Split, orientations: u32) -> Result<Split, MapErro
     if orientations == 1 {
         return Ok(split);
     }
-    let ids = [&split.train[..], &split.develop, &split.test].concat();
-    if let Some(&id) = ids.iter().find(|&&id| id >= COPY_STRIDE) {
+    if let Some(id) = split.all_maps().into_iter().find(|&id| id >= COPY_STRIDE) {
         return Err(MapError::NoRoomForCopies(id));
     }
     let copies = |k| split.train.iter().map(move |id| k * COPY_STRIDE + id);
@@ -182,10 +181,7 @@ mod tests {
         assert_eq!(all.train.len(), 8 * upright.train.len());
         assert!(all.train.is_sorted());
         assert_eq!((&all.develop, &all.test), (&upright.develop, &upright.test));
-        let ids = [&all.train[..], &all.develop, &all.test].concat();
-        let mut ids = ids.clone();
-        ids.sort_unstable();
-        assert_eq!(split(&ids, 42, 8).unwrap(), all);
+        assert_eq!(split(&all.all_maps(), 42, 8).unwrap(), all);
         for &id in &all.train {
             let (map, _) = Orientation::of_id(id, 8).unwrap();
             assert!(upright.train.contains(&map), "{id}");

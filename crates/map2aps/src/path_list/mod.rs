@@ -1,6 +1,6 @@
 //! Lists of links and their paths as JSON.
 
-use std::io::Read;
+use std::io::{self, Read};
 
 use aps_data::InteractionKind;
 use aps_label::{Labeler, PathSample, Protocol};
@@ -17,6 +17,9 @@ mod fuzz;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PathListError {
+    /// A file that cannot be read.
+    #[error("cannot be read")]
+    Io(#[from] io::Error),
     /// Text of another form; the message names the link, the path and the field.
     #[error(
         "{0}; expected {{\"links\": [{{\"paths\": [{{\"delay_s\": 2e-7, \"arrival_azimuth_rad\": 0.5, \
@@ -106,7 +109,7 @@ impl LinkList {
     /// Reads a list, with or without a byte order mark.
     ///
     /// # Errors
-    /// [`PathListError::Form`] and [`PathListError::MoreText`].
+    /// [`PathListError::Io`], [`PathListError::Form`] and [`PathListError::MoreText`].
     pub fn read(mut reader: impl Read) -> Result<Self, PathListError> {
         const MARK: &[u8] = b"\xef\xbb\xbf";
         let mut start = Vec::new();
@@ -114,11 +117,14 @@ impl LinkList {
             .by_ref()
             .take(MARK.len() as u64)
             .read_to_end(&mut start);
-        read.map_err(|error| PathListError::Form(error.to_string()))?;
+        read?;
         let start = start.strip_prefix(MARK).unwrap_or(&start);
         let mut json = serde_json::Deserializer::from_reader(start.chain(reader));
-        let list = serde_path_to_error::deserialize(&mut json)
-            .map_err(|error| PathListError::Form(error.to_string()))?;
+        let list = serde_path_to_error::deserialize(&mut json);
+        let list = list.map_err(|error| match error.inner().is_io() {
+            true => PathListError::Io(error.into_inner().into()),
+            false => PathListError::Form(error.to_string()),
+        })?;
         json.end().map_err(PathListError::MoreText)?;
         Ok(list)
     }

@@ -41,9 +41,6 @@ pub enum ScoreError {
         /// The number.
         value: f64,
     },
-    /// A data set without spectra.
-    #[error("it stores no angle power spectra")]
-    NoSpectra,
     /// A data set that has nothing to normalise labels by.
     #[error("the data set has no label in its training maps to normalise by")]
     NoTrainingLabel,

@@ -42,9 +42,7 @@ impl Truth {
     pub fn dataset(folder: &Path, part: Part, domain: Domain) -> Result<Self> {
         let dataset = Dataset::open(folder)?;
         let place = folder.display().to_string();
-        if dataset.manifest().layout.aps.is_none() {
-            return Err(ScoreError::NoSpectra).at_file(Place::Dataset, folder);
-        }
+        dataset.aps_layout()?;
         targets::maps_of(&dataset, part)?;
         Ok(Truth::Dataset(Box::new(Labels {
             dataset,

@@ -11,7 +11,6 @@ use crate::error::Result;
 use crate::examples::Examples;
 use crate::maps::MapSource;
 use crate::mirror::negated_bins;
-use crate::scores::ScoreError;
 
 /// Adds the mirror images to training examples; returns the input of a model for all of them too. The development maps stand
 /// behind the training maps, so that checkpoints keep the numbers that they know maps by.
@@ -24,7 +23,7 @@ pub fn mirrored(
     device: &Device,
 ) -> Result<(Box<dyn data::Examples>, Box<dyn ModelInput>)> {
     let manifest = dataset.manifest();
-    let aps = manifest.layout.aps.ok_or(ScoreError::NoSpectra)?;
+    let aps = dataset.aps_layout()?;
     let negated = negated_bins(&manifest.configuration, aps.axis)?;
     let pixels = [train.pixels(), development.pixels()].concat();
     let rasters = train.rasters(&pixels);

@@ -46,7 +46,6 @@ use aps_data::Dataset;
 use aps_model::{ANGLE_BINS, Preset};
 
 use crate::error::{At, Place, Result};
-use crate::scores::ScoreError;
 
 pub use device::Device;
 pub use error::TrainingError;
@@ -57,7 +56,6 @@ pub use network::InitialWeights;
 pub use onnx::OnnxModel;
 pub use plan::Training;
 pub use run::{ClosingScores, DevelopmentScores, Run};
-pub use score::mean;
 pub use selection::Selection;
 pub use trained::Trained;
 
@@ -72,11 +70,9 @@ pub fn open(root: &Path) -> Result<Dataset> {
 }
 
 fn check(dataset: &Dataset) -> Result<()> {
-    let place = || Place::Dataset(dataset.root().into());
-    match dataset.manifest().layout.aps.map(|aps| aps.axis.count) {
-        None => Err(ScoreError::NoSpectra).at(place()),
-        Some(ANGLE_BINS) => Ok(()),
-        Some(found) => Err(TrainingError::Bins { found }).at(place()),
+    match dataset.aps_layout()?.axis.count {
+        ANGLE_BINS => Ok(()),
+        found => Err(TrainingError::Bins { found }).at_file(Place::Dataset, dataset.root()),
     }
 }
 

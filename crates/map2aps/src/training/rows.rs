@@ -3,8 +3,6 @@
 use aps_metrics::{GroupReport, Metric};
 use aps_model::train::StepReport;
 
-use super::score;
-
 /// Names of [`step_cells`].
 pub const STEP_COLUMNS: &str =
     "step,epoch,learning_rate,loss,gradient_norm,regularizer_loss,regularizer_gradient_norm";
@@ -35,7 +33,7 @@ pub fn score_columns() -> String {
 /// Cells of the row of scores of the development links after so many steps; `loss` is the mean since the row before.
 pub fn score_cells(steps: u64, epochs: f64, loss: f64, scores: &GroupReport) -> Vec<String> {
     let mut cells = vec![steps.to_string(), epochs.to_string(), loss.to_string()];
-    cells.extend(Metric::ALL.map(|metric| optional(score::mean(scores, metric))));
+    cells.extend(Metric::ALL.map(|metric| optional(scores.mean(metric))));
     cells
 }
 

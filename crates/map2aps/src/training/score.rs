@@ -1,6 +1,6 @@
 //! Scores of predictions of the development links.
 
-use aps_metrics::{Evaluation, GroupReport, Metric, Spectra};
+use aps_metrics::{Evaluation, GroupReport, Spectra};
 use aps_model::condition::ModelInput;
 use aps_model::train::predict;
 use aps_model::{ANGLE_BINS, Model};
@@ -53,11 +53,6 @@ fn report(evaluation: &Evaluation) -> Result<GroupReport> {
     let range = evaluation.truth_range();
     let none = || ScoreError::NoSample("the part of the development maps".into());
     Ok(evaluation.report(range.ok_or_else(none)?).overall)
-}
-
-/// Mean of a metric; `None` of a group without samples.
-pub fn mean(group: &GroupReport, metric: Metric) -> Option<f64> {
-    Some(group.get(metric)?.mean)
 }
 
 impl Examples {

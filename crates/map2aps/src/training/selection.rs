@@ -3,8 +3,6 @@
 use aps_metrics::{Better, GroupReport, Metric};
 use aps_model::{Loss, ModelKind};
 
-use super::score::mean;
-
 /// Choice of the best weights among those that are scored on the development links.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Selection {
@@ -28,7 +26,7 @@ impl Selection {
 
 /// The mean of a metric as a number that is the less the better; infinite without one.
 pub(super) fn cost(group: &GroupReport, metric: Metric) -> f64 {
-    let mean = mean(group, metric);
+    let mean = group.mean(metric);
     let cost = match metric.better() {
         Better::Lower => mean,
         Better::Higher => mean.map(|mean| -mean),

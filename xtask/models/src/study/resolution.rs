@@ -51,10 +51,10 @@ pub fn study(
     config.data.test_links = Some(profile.choose(40, 1000));
     config.latency.batches = vec![profile.choose(8, 64)];
 
-    let printer = Printer::default();
+    let printer = Printer::new(interrupt_flag()?);
     let watch = Watch {
         observer: &printer,
-        cancel: &*interrupt_flag()?,
+        cancel: interrupt_flag()?,
     };
     let bed = TestBed::open(&config, work.join("data"), watch)?;
     let mut rows = Vec::new();

@@ -26,7 +26,7 @@ impl Args {
     pub fn run(self) -> Result<()> {
         let bar = Bar::default();
         let command = command_line::own_without(&["--out"]);
-        let control = bar.control(&command);
+        let control = bar.control(&command)?;
         let totals = merge(&self.folders, &self.out, &control)?;
         bar.clear();
         say!(

@@ -20,7 +20,7 @@ use super::ExchangeError;
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result};
 use crate::maps::choose;
-use crate::targets::labelled_links;
+use crate::targets::{labelled_links, maps_of};
 
 /// Kept in the folder, so that one export is not continued by another.
 const RECORD_FILE: &str = "export.json";
@@ -127,7 +127,7 @@ impl Export {
                 #[cfg(feature = "parquet")]
                 ExportLayout::Parquet => unreachable!("tables are written above"),
                 ExportLayout::Samples => {
-                    let exporter = samples::Samples::new(&map)?;
+                    let exporter = samples::Samples::new(dataset, &map)?;
                     exporter.write_buildings(out)?;
                     write_links(id, &links, control, |&mut (), link, name| {
                         exporter.write(link, name, out)
@@ -163,7 +163,7 @@ impl Export {
         let manifest = dataset.manifest();
         let available = match self.part {
             None => manifest.maps.iter().map(|map| map.id).collect(),
-            Some(part) => manifest.split.maps(part).to_vec(),
+            Some(part) => maps_of(dataset, part)?.to_vec(),
         };
         match &self.maps {
             Some(chosen) => Ok(choose(&available, chosen)?),

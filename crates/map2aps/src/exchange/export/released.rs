@@ -52,7 +52,10 @@ impl<'a> Released<'a> {
                 (Source::Stored { aps, pdp }, bins)
             }
             (_, Some(_)) => return Err(ExchangeError::NoPlaces.into()),
-            (_, None) => return Err(ExchangeError::NoSpectra.into()),
+            (_, None) => {
+                let told = dataset.aps_layout();
+                return Err(told.expect_err("a map has what is stored").into());
+            }
         };
         let length = |bins: usize| {
             let zeros = vec![0.0; bins];

@@ -5,7 +5,9 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use aps_data::released::{LinkName, Sample};
-use aps_data::{ConditionConfig, ConditionImages, MapData, Profile, npy, replace_unsynced};
+use aps_data::{
+    ConditionConfig, ConditionImages, Dataset, MapData, Profile, npy, replace_unsynced,
+};
 use aps_label::{MeanStd, Normalization};
 
 use super::create_folder;
@@ -26,9 +28,17 @@ pub struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    pub fn new(map: &'a MapData) -> Result<Self> {
+    pub fn new(dataset: &Dataset, map: &'a MapData) -> Result<Self> {
+        let pixel_m = map.buildings.grid().metres_per_pixel;
+        if pixel_m != 1.0 {
+            return Err(ExchangeError::PixelSize(pixel_m).into());
+        }
         let images = ConditionImages::new(&map.buildings, ConditionConfig::default());
-        let aps = map.aps.as_ref().ok_or(ExchangeError::NoSpectra)?;
+        dataset.aps_layout()?;
+        let aps = map
+            .aps
+            .as_ref()
+            .expect("a map has what the data set stores");
         Ok(Self { map, aps, images })
     }
 

@@ -39,11 +39,11 @@ struct Inside {
 type InsideLink = ([[f64; 2]; 2], &'static str);
 
 impl Buildings {
-    pub fn of(maps: Option<&MapSource>, id: u32) -> Result<Self> {
+    pub fn of(maps: Option<&MapSource>, id: u32, seed: u64) -> Result<Self> {
         let Some(maps) = maps else {
             return Ok(Self::drawn(Raster::empty(RasterGrid::default())?));
         };
-        let scene = maps.load(id, 0, SceneSettings::default())?;
+        let scene = maps.load(id, seed, SceneSettings::default())?;
         let file = match maps {
             MapSource::Folder(folder) => maps::file_of(folder, id)?,
             maps => maps.to_string().into(),
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn single_ends_inside_a_building_are_errors_of_their_own_and_many_those_of_the_map() {
-        let buildings = Buildings::of(Some(&MapSource::Synthetic { count: 1 }), 0).unwrap();
+        let buildings = Buildings::of(Some(&MapSource::Synthetic { count: 1 }), 0, 0).unwrap();
         let count = || buildings.inside.lock().unwrap().count;
         // The first receivers that lie inside, from an end that does not, the later one first.
         let outside = [-50.0, -50.0];

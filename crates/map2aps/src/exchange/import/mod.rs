@@ -17,7 +17,7 @@ use serde_json::Value;
 
 use super::ExchangeError;
 use crate::control::{Control, Work};
-use crate::dataset::Rows;
+use crate::dataset::{Rows, or_kept};
 use crate::error::{At, Place, Result};
 use crate::maps::identity::{self, SOURCE};
 use crate::maps::{MapError, MapSource, SceneSettings, split_of_imported};
@@ -70,7 +70,7 @@ where
             return Err(other("list of files").into());
         }
         if let Some(given) = given {
-            let scene = given.load(id, 0, SceneSettings::default());
+            let scene = given.load(id, seed, SceneSettings::default());
             let scene = scene.at(Place::Map(id))?;
             if let Some(what) = identity::contradicted(&there, &scene, given.raster())? {
                 return Err(other(what).into());
@@ -89,7 +89,12 @@ where
     });
     for (&id, files) in todo() {
         control.progress.map(id);
-        map(&writer, id, files).at(Place::Map(id))?;
+        or_kept(
+            map(&writer, id, files).at(Place::Map(id)),
+            &writer,
+            out,
+            control,
+        )?;
     }
     let ids = writer.map_ids();
     Ok(Imported {
@@ -208,8 +213,10 @@ mod tests {
 
     use super::*;
     use crate::maps::MapSource;
-    use crate::{DatasetPlan, Export, ExportLayout, synthetic};
+    use crate::{DatasetPlan, Export, ExportLayout, Verify, synthetic};
 
+    /// Seed of the synthetic maps and of the imports.
+    const SEED: u64 = 7;
     const SYNTHETIC: MapSource = MapSource::Synthetic { count: 2 };
 
     /// The labels of a data set of synthetic cities as published files, in the folder that is returned.
@@ -217,8 +224,7 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let [data, files] = ["data", "files"].map(|name| root.path().join(name));
         let plan = DatasetPlan {
-            // Synthetic maps are loaded with the seed of an import.
-            seed: 0,
+            seed: SEED,
             stored: aps_data::Stored {
                 paths: true,
                 ..Default::default()
@@ -236,7 +242,7 @@ mod tests {
         let import = ImportReleased {
             folder: folder.into(),
             maps,
-            seed: 0,
+            seed: SEED,
         };
         import.run(out.path(), &Control::default())
     }
@@ -249,7 +255,7 @@ mod tests {
             let import = ImportReleased {
                 folder: folder.into(),
                 maps: None,
-                seed: 0,
+                seed: SEED,
             };
             import.run(&out, &Control::default())
         };
@@ -321,7 +327,7 @@ mod tests {
             rx_per_map: None,
             label: Default::default(),
             stored: aps_data::Stored::default(),
-            seed: 0,
+            seed: SEED,
         };
         fs::write(&propbin.source, "").unwrap();
         let error = told(propbin.run(&root.path().join("out"), &Control::default()));
@@ -340,6 +346,48 @@ mod tests {
         let out = root.path().join("out");
         propbin.run(&out, &Control::default()).unwrap();
         assert_eq!(Dataset::open(&out).unwrap().manifest().maps[0].id, 5);
+    }
+
+    #[test]
+    fn an_import_with_maps_is_verified_by_them() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("maps");
+        fs::create_dir(&folder).unwrap();
+        // A slit of a centimetre, which is filled.
+        let houses = "[[[40, 40], [60, 40], [60, 60], [40, 60]], [[60.01, 40], [80, 40], [80, 60], [60.01, 60]]]";
+        fs::write(folder.join("0.json"), houses).unwrap();
+        let folder = MapSource::Folder(folder);
+        for (maps, ids, name) in [(SYNTHETIC, &[0, 1][..], "cities"), (folder, &[0], "slit")] {
+            let [data, files, out] =
+                ["data", "files", "out"].map(|kind| root.path().join(format!("{name}-{kind}")));
+            let plan = DatasetPlan {
+                maps: maps.clone(),
+                seed: SEED,
+                stored: aps_data::Stored {
+                    paths: true,
+                    ..Default::default()
+                },
+                ..synthetic::plan(2, 2, 30)
+            };
+            let dataset = synthetic::made(&plan, &data, ids);
+            let export = Export::new(ExportLayout::Released);
+            export.run(&dataset, &files, &Control::default()).unwrap();
+            let import = ImportReleased {
+                folder: files,
+                maps: Some(maps.clone()),
+                seed: SEED,
+            };
+            import.run(&out, &Control::default()).unwrap();
+            let verify = Verify {
+                maps: Some(maps),
+                ..Verify::default()
+            };
+            let mut found = Vec::new();
+            let dataset = Dataset::open(&out).unwrap();
+            let verified = verify.run(&dataset, &Control::default(), &mut |line| found.push(line));
+            verified.unwrap();
+            assert!(found.is_empty(), "{name}: {found:?}");
+        }
     }
 
     #[test]

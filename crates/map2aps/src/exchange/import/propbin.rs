@@ -187,7 +187,7 @@ impl ImportPropbin {
             links.extend(receivers.map(|&rx| [tx as u32, rx]));
         }
         let metres = |(x, y): Point| [x, y].map(|bits| f64::from(f32::from_bits(bits)));
-        let buildings = Buildings::of(self.maps.as_ref(), id)?;
+        let buildings = Buildings::of(self.maps.as_ref(), id, self.seed)?;
         let mut map = writer.begin_map(
             id,
             &MapInput {

@@ -74,7 +74,7 @@ impl ImportReleased {
             }),
         };
         make(out, config, &maps, source, control, |writer, id, files| {
-            let buildings = Buildings::of(source, id)?;
+            let buildings = Buildings::of(source, id, self.seed)?;
             let link = |file: &LinkFile| read_link(file, &layout, &buildings);
             write_named(writer, id, files, &buildings, control, link)
         })
