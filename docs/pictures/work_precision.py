@@ -13,7 +13,7 @@ from collections import defaultdict
 
 INK, GREY, RED, BLUE = "#222", "#bbb", "#c1121f", "#0353a4"
 LEFT, TOP, WIDTH, HEIGHT = 70, 20, 800, 400
-TIMES_US, ERRORS_DB = (1.0, 10_000.0), (0.5, 50.0)
+TIMES_US, ERRORS_DB = (0.7, 10_000.0), (0.5, 50.0)
 # Settings that are named: the name, and where it lies from the point (right and down, anchor).
 ABOVE, BELOW, LEFT_OF = (6, -7, "start"), (-6, 16, "end"), (-2, -9, "end")
 BEFORE = {

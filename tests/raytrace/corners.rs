@@ -6,7 +6,6 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{
     Complex64, Footprint, Interaction, InteractionKind, Link, Material, TraceConfig, Tracer, utd,
 };
-use aps_tests::links::with_chains;
 use aps_tests::shapes::{points, polygon, rectangle, scene};
 
 const WAVENUMBER_PER_M: f64 = 73.36;
@@ -15,8 +14,7 @@ fn diffracting() -> TraceConfig {
     TraceConfig {
         max_reflections: 0,
         dynamic_range_db: None,
-        max_fallback_diffractions: 0,
-        ..with_chains()
+        ..TraceConfig::default()
     }
 }
 

@@ -38,8 +38,7 @@ fn with_slopes() -> TraceConfig {
 fn everything() -> TraceConfig {
     TraceConfig {
         dynamic_range_db: None,
-        max_fallback_diffractions: 0,
-        ..with_chains()
+        ..TraceConfig::default()
     }
 }
 

@@ -2,7 +2,6 @@
 
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Footprint, Interaction, InteractionKind, Material, TraceConfig, Tracer};
-use aps_tests::links::with_chains;
 use aps_tests::shapes::{points, rectangle, scene};
 
 /// From (55, 0) to (60, 10), the start of a wall, past the corner (50, 30) to (45, 40), past
@@ -38,8 +37,7 @@ fn ray_along_a_perfectly_conducting_wall_is_not_diffracted() {
         material: Material::PerfectConductor,
         max_reflections: 0,
         dynamic_range_db: None,
-        max_fallback_diffractions: 0,
-        ..with_chains()
+        ..TraceConfig::default()
     };
     let house = points("0,0 12,5 7,17 -5,12");
     let scene = scene(&[Footprint::new(house.clone())]);

@@ -119,7 +119,6 @@ pub fn one_of_each(material: Material) -> TraceConfig {
     TraceConfig {
         material,
         dynamic_range_db: None,
-        max_fallback_diffractions: 0,
         ..TraceConfig::within(1, 1)
     }
 }

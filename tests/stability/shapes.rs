@@ -107,8 +107,7 @@ fn two_facing_circles_meet_a_stated_limit() {
     let error = Tracer::new(&scene, with_chains()).unwrap_err().to_string();
     assert!(error.contains("max_fallback_diffractions"), "{error}");
     let config = TraceConfig {
-        max_fallback_diffractions: 0,
-        ..with_chains()
+        ..TraceConfig::default()
     };
     let tracer = Tracer::new(&scene, config).unwrap();
     let (tx, rx) = (DVec2::new(75.0, 0.0), DVec2::new(75.0, 30.0));

@@ -64,7 +64,7 @@ impl Paths {
     /// Checks, selects, sorts and scales.
     ///
     /// The order is canonical (power, then delay, then azimuth), so that neither sums nor ties
-    /// depend on the caller's order; the first path has power 1, so that 300 dB below it nothing
+    /// depend on the caller's order; the first path has power 1, so that nothing that counts
     /// underflows.
     pub fn prepare(
         &mut self,

@@ -174,7 +174,7 @@ fn sin_cos_deg(degrees: f64) -> (f64, f64) {
     let sin = sin_pi(reduced / 180.0);
     // Adding 0 makes a negative zero positive.
     (
-        sin.copysign(degrees) * f64::from(u8::from(sin != 0.0)) + 0.0,
+        sin.copysign(degrees) + 0.0,
         cos_sign * cos_pi(reduced / 180.0) + 0.0,
     )
 }

@@ -65,9 +65,12 @@ impl Chains {
 
     /// Memory that chains of up to `d` corners may take.
     pub fn bytes(&self, graph: &CornerGraph, d: usize) -> usize {
-        let states = self.starts.len().saturating_mul(graph.edges.len());
-        let layer = states.saturating_mul(size_of::<f64>() + size_of::<u32>());
-        layer.saturating_mul(d - 1)
+        let state = size_of::<f64>() + size_of::<u32>();
+        let edge = size_of::<f64>() + size_of::<OnceLock<Row>>();
+        let of_edge = self.starts.len().saturating_mul(state) + edge;
+        of_edge
+            .saturating_mul(graph.edges.len())
+            .saturating_mul(d - 1)
     }
 
     fn layer(&self, of: Graph<'_>, d: usize) -> &Layer {

@@ -7,7 +7,7 @@ use crate::material::{Material, MaterialSource, SPEED_OF_LIGHT_M_PER_S};
 /// Carriers \[Hz\]: from long wave to X-rays.
 pub(crate) const FREQUENCY_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e18;
 
-/// Largest value of any interaction limit.
+/// Largest limit of reflections, of diffractions, and of those of fallback chains.
 pub const MAX_INTERACTIONS: usize = 1000;
 
 /// Settings of a trace: carrier, material and limits.
@@ -39,7 +39,7 @@ pub struct TraceConfig {
     /// Most interactions on a path, of either kind.
     pub max_interactions: usize,
     /// Waves from corner to corner take their slope along: slope diffraction. Without it such paths are cascades of
-    /// coefficients, and nothing goes along a wall from corner to corner. With one diffraction at most it changes nothing.
+    /// coefficients, and nothing goes along a perfectly conducting wall from corner to corner. With one diffraction at most it changes nothing.
     /// On by default; a serialized configuration of a version that did not know it reads as off.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slope_diffraction: bool,

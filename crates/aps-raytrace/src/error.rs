@@ -54,7 +54,7 @@ pub enum SceneError {
         distinct: usize,
     },
     /// A material with impossible values.
-    #[error("building {building} is made of nothing that exists")]
+    #[error("building {building}: its material has impossible values")]
     Material {
         /// Building index.
         building: usize,

@@ -1,9 +1,8 @@
 //! The tree of images of one terminal, clipped to beams.
 //!
 //! A node is a sequence of walls, the image of the terminal over all of them, and the window of
-//! the last wall that can be lit. Nodes are grouped by their last wall, in plain columns: a link
-//! looks only at the walls its other end sees, and tests their nodes with a few multiplications
-//! each.
+//! the last wall that can be lit. Nodes are grouped by their last wall: a link looks only at the
+//! walls its other end sees, and tests their nodes with a few multiplications each.
 
 use glam::DVec2;
 use multiversion::multiversion;
@@ -230,8 +229,8 @@ impl ImageTree {
         }
     }
 
-    /// Finds the candidates for many points: point and image, in this order.
-    pub fn candidates(&self, sights: &SightsByWall) -> Vec<(u32, u32)> {
+    /// Finds the candidates for many points: point and image, in this order. `None` if they take more than `max_bytes`.
+    pub fn candidates(&self, sights: &SightsByWall, max_bytes: usize) -> Option<Vec<(u32, u32)>> {
         let mut found = Vec::new();
         let mut hits = Vec::new();
         for (wall, ends) in sights.first.windows(2).enumerate() {
@@ -244,10 +243,13 @@ impl ImageTree {
                 let hits = hits.iter().zip(&sights.points[seen.clone()]);
                 let hits = hits.filter_map(|(&hit, &point)| hit.then_some((point, *image)));
                 found.extend(hits);
+                if size_of_val(&*found) > max_bytes {
+                    return None;
+                }
             }
         }
         found.sort_unstable();
-        found
+        Some(found)
     }
 }
 
@@ -280,18 +282,37 @@ pub(crate) struct SightsByWall {
 }
 
 impl SightsByWall {
-    /// Sorts the sights of points.
+    /// Memory of a sight while they are sorted: as it comes, and as it is kept.
+    pub const BYTES_WHILE_SORTED: usize =
+        size_of::<Sight>() + size_of::<u32>() + 4 * size_of::<f64>();
+
+    /// Sorts the sights of points by wall, those of a wall by point.
     pub fn new(by_point: &[Vec<Sight>], walls: usize) -> Self {
-        let all = (0..).zip(by_point);
-        let mut all: Vec<(u32, &Sight)> = all
-            .flat_map(|(point, sights)| sights.iter().map(move |sight| (point, sight)))
-            .collect();
-        all.sort_by_key(|(_, sight)| sight.wall);
-        let fields: [fn(&Sight) -> f64; 4] = [|s| s.along, |s| s.outward, |s| s.lo, |s| s.hi];
+        let mut first = vec![0_u32; walls + 1];
+        for sight in by_point.iter().flatten() {
+            first[sight.wall as usize + 1] += 1;
+        }
+        for wall in 0..walls {
+            first[wall + 1] += first[wall];
+        }
+        let (mut next, count) = (first.clone(), first[walls] as usize);
+        let mut points = vec![0; count];
+        let mut columns = [(); 4].map(|()| vec![0.0; count]);
+        for (point, sights) in (0..).zip(by_point) {
+            for sight in sights {
+                let at = next[sight.wall as usize];
+                next[sight.wall as usize] += 1;
+                points[at as usize] = point;
+                let fields = [sight.along, sight.outward, sight.lo, sight.hi];
+                for (column, field) in columns.iter_mut().zip(fields) {
+                    column[at as usize] = field;
+                }
+            }
+        }
         Self {
-            first: group_starts(all.iter().map(|(_, sight)| sight.wall), walls),
-            points: all.iter().map(|&(point, _)| point).collect(),
-            columns: fields.map(|field| all.iter().map(|(_, sight)| field(sight)).collect()),
+            first,
+            points,
+            columns,
         }
     }
 }

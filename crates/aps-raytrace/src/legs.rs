@@ -1,6 +1,7 @@
 //! Legs: everything between one point and the corners it reaches without diffraction.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec2;
 use num_complex::Complex64;
@@ -22,14 +23,22 @@ pub(crate) struct Corners {
 }
 
 impl Corners {
-    /// Finds the corners; `with_sights`: the walls they see too, which only reflections need.
+    /// Finds the corners; `with_sights`: the walls they see too, which only reflections need. `None` if these take more than
+    /// `max_bytes`.
     pub fn new(
         scene: &Scene,
         reflectors: &[Reflector],
         wavenumber_per_m: f64,
         with_sights: bool,
-    ) -> Self {
+        max_bytes: usize,
+    ) -> Option<Self> {
         let wedges = scene.wedges(reflectors, wavenumber_per_m);
+        let bytes = AtomicUsize::new(0);
+        // The sum does not depend on the order of the corners.
+        let has_room = |sights: &[Sight]| {
+            let more = sights.len() * SightsByWall::BYTES_WHILE_SORTED;
+            bytes.fetch_add(more, Ordering::Relaxed) + more <= max_bytes
+        };
         let sights: Vec<Vec<Sight>> = wedges
             .par_iter()
             .map_init(Outlook::default, |outlook, wedge| {
@@ -44,11 +53,18 @@ impl Corners {
                         .iter()
                         .all(|&s| wedge.is_inside(wall.a + wall.along() * s))
                 });
-                outlook.sights(scene)
+                let sights = outlook.sights(scene);
+                match has_room(&sights) {
+                    true => sights,
+                    false => Vec::new(),
+                }
             })
             .collect();
+        if bytes.into_inner() > max_bytes {
+            return None;
+        }
         let sights = SightsByWall::new(&sights, scene.walls().len());
-        Self { wedges, sights }
+        Some(Self { wedges, sights })
     }
 }
 
@@ -113,7 +129,7 @@ impl Legs {
     ) -> Option<Self> {
         let mut found = Self::default();
         let from = outlook.from;
-        let candidates = tree.candidates(&corners.sights);
+        let candidates = tree.candidates(&corners.sights, max_bytes)?;
         let mut candidates = candidates.into_iter().peekable();
         let leaves = |chain: &Chain| own.is_none_or(|wedge| !wedge.is_inside(chain.far_image));
         for (c, wedge) in (0..).zip(&corners.wedges) {

@@ -46,8 +46,8 @@
 //!
 //! Maps have integer coordinates, and so have terminals: rays touch corners and run along walls all
 //! the time. Rounding must not decide whether such a path exists, or links lose it in one direction
-//! and keep it in the other. Signs come from exact predicates ([`predicates`]), corners have an owner
-//! (a wall owns its start, not its end), and diffraction takes the same side as the shadow boundary
+//! and keep it in the other. Signs come from exact predicates ([`predicates`]), after a reflection from a
+//! formula that gives the same bits from both ends; corners have an owner (a wall owns its start, not its end), and diffraction takes the same side as the shadow boundary
 //! it smooths.
 //!
 //! # Features

@@ -12,7 +12,7 @@ use crate::error::{ConfigError, TerminalError};
 use crate::friis::Friis;
 use crate::images::{ImageTree, Outlook};
 use crate::legs::{Corners, Legs};
-use crate::material::{Reflector, SPEED_OF_LIGHT_M_PER_S};
+use crate::material::Reflector;
 use crate::scene::Scene;
 use crate::wedge::Wedge;
 
@@ -21,8 +21,10 @@ use crate::wedge::Wedge;
 pub(crate) struct Map<'s> {
     /// Number of the map in this process, by which its terminals are known.
     pub number: u64,
-    /// Scene in which everything is computed: moved by `-origin` where it lies far off.
-    pub local: Cow<'s, Scene>,
+    /// The scene as it was given.
+    pub scene: Cow<'s, Scene>,
+    /// Scene in which everything is computed, where that is another: moved by `-origin` where it lies far off.
+    moved: Option<Scene>,
     /// Position of zero in the given scene's coordinates \[m\].
     pub origin: DVec2,
     pub config: TraceConfig,
@@ -42,11 +44,11 @@ pub(crate) struct Map<'s> {
 }
 
 impl<'s> Map<'s> {
-    pub fn new(scene: &Cow<'s, Scene>, config: TraceConfig) -> Result<Self, ConfigError> {
+    pub fn new(scene: Cow<'s, Scene>, config: TraceConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let (moved, origin) = scene.near_zero();
-        let local = moved.map_or_else(|| scene.clone(), Cow::Owned);
-        let wavelength_m = SPEED_OF_LIGHT_M_PER_S / config.frequency_hz;
+        let local = moved.as_ref().unwrap_or(&scene);
+        let wavelength_m = config.wavelength_m();
         let wavenumber_per_m = std::f64::consts::TAU / wavelength_m;
         let reflectors: Vec<Reflector> = scene
             .walls()
@@ -60,7 +62,13 @@ impl<'s> Map<'s> {
         let diffractions = config.diffraction_limit();
         let corners = if diffractions > 0 || config.has_fallback() {
             let with_sights = config.reflection_limit() > 0;
-            Corners::new(&local, &reflectors, wavenumber_per_m, with_sights)
+            let limit = config.max_wave_bytes;
+            let corners = Corners::new(local, &reflectors, wavenumber_per_m, with_sights, limit);
+            corners.ok_or(ConfigError::TooManyWaves {
+                what: "walls that corners see",
+                setting: "max_reflections to 0",
+                limit,
+            })?
         } else {
             Corners::default()
         };
@@ -69,7 +77,8 @@ impl<'s> Map<'s> {
         let mut map = Self {
             number: MAPS.fetch_add(1, Ordering::Relaxed),
             courtyards_with_corners: local.courtyards_with(points),
-            local,
+            scene,
+            moved,
             origin,
             friis: Friis { wavelength_m },
             range: config
@@ -86,9 +95,14 @@ impl<'s> Map<'s> {
         }
         if map.config.has_fallback() {
             let limit = map.config.max_wave_bytes;
-            map.graph = Some(CornerGraph::new(&map.local, &map.corners, limit)?);
+            map.graph = Some(CornerGraph::new(map.local(), &map.corners, limit)?);
         }
         Ok(map)
+    }
+
+    /// The scene in which everything is computed.
+    pub fn local(&self) -> &Scene {
+        self.moved.as_ref().unwrap_or(&self.scene)
     }
 
     fn legs_between_corners(&self) -> Result<Between, ConfigError> {
@@ -96,7 +110,7 @@ impl<'s> Map<'s> {
         let slopes = self.config.slope_diffraction.then_some(self.friis);
         let between = Between::find(&self.corners, slopes, limit, |corner| {
             let wedge = &self.corners.wedges[corner];
-            let mut outlook = Outlook::from(&self.local, wedge.point);
+            let mut outlook = Outlook::from(self.local(), wedge.point);
             let images = self.images(&mut outlook);
             let images = images.map_err(ConfigError::Corner)?;
             Ok(self.legs(Some(wedge), &outlook, &images))
@@ -125,14 +139,14 @@ impl<'s> Map<'s> {
             order,
             limit,
         };
-        ImageTree::build(&self.local, max_order, limit, outlook).map_err(too_many)
+        ImageTree::build(self.local(), max_order, limit, outlook).map_err(too_many)
     }
 
     /// Legs of a point from a look around there and its images; `own` is the corner that it is, if it is one. `None` if they take
     /// more memory than allowed.
     pub fn legs(&self, own: Option<&Wedge>, outlook: &Outlook, images: &ImageTree) -> Option<Legs> {
         Legs::find(
-            &self.local,
+            self.local(),
             &self.reflectors,
             &self.corners,
             own,

@@ -57,7 +57,7 @@ impl Transmitter {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
-        let mut outlook = Outlook::from(&map.local, place);
+        let mut outlook = Outlook::from(map.local(), place);
         let images = map.images(&mut outlook)?;
         let legs = legs(map, given, courtyard, &outlook, &images)?;
         let of = Sources {
@@ -112,11 +112,11 @@ impl Receiver {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
-        let mut outlook = Outlook::from(&map.local, place);
+        let mut outlook = Outlook::from(map.local(), place);
         let sights = if map.config.reflection_limit() == 0 {
             Vec::new()
         } else {
-            outlook.sights(&map.local)
+            outlook.sights(map.local())
         };
         // Legs need the receiver's own images; without corners there are no legs.
         let legs = if map.may_reach_corners(courtyard) {

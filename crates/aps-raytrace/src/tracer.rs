@@ -29,7 +29,6 @@ use crate::terminal::{Receiver, Transmitter};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Tracer<'s> {
-    scene: Cow<'s, Scene>,
     map: Map<'s>,
 }
 
@@ -40,18 +39,14 @@ impl<'s> Tracer<'s> {
     /// [`ConfigError`] for a setting outside its range, when the images of a corner exceed
     /// `max_images`, or what is kept for all corners `max_wave_bytes`.
     pub fn new(scene: &'s Scene, config: TraceConfig) -> Result<Self, ConfigError> {
-        Self::of(Cow::Borrowed(scene), config)
-    }
-
-    fn of(scene: Cow<'s, Scene>, config: TraceConfig) -> Result<Self, ConfigError> {
-        let map = Map::new(&scene, config)?;
-        Ok(Self { scene, map })
+        let map = Map::new(Cow::Borrowed(scene), config)?;
+        Ok(Self { map })
     }
 
     /// The scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
-        &self.scene
+        &self.map.scene
     }
 
     /// The configuration.
@@ -72,8 +67,8 @@ impl<'s> Tracer<'s> {
     /// [`TerminalError`] where no terminal can stand, or when its images exceed `max_images` or its
     /// waves at corners `max_wave_bytes`.
     pub fn transmitter(&self, position: DVec2) -> Result<Transmitter, TerminalError> {
-        self.scene.check_terminal(position)?;
-        Transmitter::new(&self.map, position, self.scene.courtyard_of(position))
+        self.scene().check_terminal(position)?;
+        Transmitter::new(&self.map, position, self.scene().courtyard_of(position))
     }
 
     /// Prepares a receiver: work done once for all its links.
@@ -81,8 +76,8 @@ impl<'s> Tracer<'s> {
     /// # Errors
     /// As [`Self::transmitter`].
     pub fn receiver(&self, position: DVec2) -> Result<Receiver, TerminalError> {
-        self.scene.check_terminal(position)?;
-        Receiver::new(&self.map, position, self.scene.courtyard_of(position))
+        self.scene().check_terminal(position)?;
+        Receiver::new(&self.map, position, self.scene().courtyard_of(position))
     }
 
     /// Finds all paths of a link within the limits.
@@ -126,13 +121,13 @@ impl<'s> Tracer<'s> {
 }
 
 impl Tracer<'static> {
-    /// Prepares a scene and keeps it, for whoever cannot keep the two together. It is held twice: as it was given, and as the
-    /// tracer computes in it.
+    /// Prepares a scene and keeps it, for whoever cannot keep the two together.
     ///
     /// # Errors
     /// As [`Tracer::new`].
     pub fn owning(scene: Scene, config: TraceConfig) -> Result<Self, ConfigError> {
-        Self::of(Cow::Owned(scene), config)
+        let map = Map::new(Cow::Owned(scene), config)?;
+        Ok(Self { map })
     }
 }
 

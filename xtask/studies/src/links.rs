@@ -49,8 +49,6 @@ pub struct Traced {
 /// The best that is affordable.
 pub struct Reference {
     pub spectra: Spectra,
-    /// Marks the links that were reached only by chains of more diffractions than the limits allow.
-    pub is_beyond: Vec<bool>,
     /// Paths of all links.
     pub paths: usize,
 }
@@ -60,7 +58,7 @@ pub struct Reference {
 pub struct LinkTime {
     /// A map \[s\].
     pub map_s: f64,
-    /// A transmitter, with what the first of its links without a path adds \[us\].
+    /// A transmitter \[us\].
     pub transmitter_us: f64,
     /// A receiver \[us\].
     pub receiver_us: f64,
@@ -107,23 +105,22 @@ impl<'s> Links<'s> {
     pub fn reference(&self, config: &TraceConfig) -> Result<Reference> {
         let tracer = Tracer::new(self.scene, config.clone())?;
         let rx: Vec<Receiver> = prepare(&self.rx, |p| tracer.receiver(p))?;
-        let mut all: Vec<(Option<Vec<f64>>, bool, usize)> = Vec::with_capacity(self.len());
+        let mut all: Vec<(Option<Vec<f64>>, usize)> = Vec::with_capacity(self.len());
         for &p in &self.tx {
             // One transmitter at a time: its waves at the corners take the most memory.
             let tx = tracer.transmitter(p)?;
             let of_link = |rx: &Receiver| {
                 let mut link = Link::default();
                 tracer.link(&tx, rx, &mut link)?;
-                let (paths, is_beyond) = (link.paths.len(), link.fallback_diffractions.is_some());
+                let paths = link.paths.len();
                 let label = self.labeler.label(&strongest(link.paths))?;
-                Ok((label.map(|l| l.aps_db), is_beyond, paths))
+                Ok((label.map(|l| l.aps_db), paths))
             };
             let of_tx: Vec<_> = rx.par_iter().map(of_link).collect::<Result<_>>()?;
             all.extend(of_tx);
         }
         Ok(Reference {
-            paths: all.iter().map(|l| l.2).sum(),
-            is_beyond: all.iter().map(|l| l.1).collect(),
+            paths: all.iter().map(|l| l.1).sum(),
             spectra: all.into_iter().map(|l| l.0).collect(),
         })
     }
@@ -173,23 +170,15 @@ impl<'s> Links<'s> {
             let _ = black_box(self.label(&found.samples));
         });
         let us = |seconds: f64, count: usize| 1e6 * seconds / count as f64;
-        let traced = found.into_iter().enumerate().map(|(i, found)| {
-            // Chains beyond the limits are made when a link first asks for them.
-            let first_s = match found.beyond {
-                0 => 0.0,
-                _ => (found.cold.as_secs_f64() - join[i]).max(0.0),
-            };
-            let first_us = 1e6 * first_s / self.tx.len() as f64;
-            Traced {
-                time: LinkTime {
-                    map_s: map[i],
-                    transmitter_us: us(transmitter[i], self.tx.len()) + first_us,
-                    receiver_us: us(receiver[i], self.rx.len()),
-                    join_us: us(join[i], self.len()),
-                    label_us: us(label[i], self.len()),
-                },
-                ..found.traced
-            }
+        let traced = found.into_iter().enumerate().map(|(i, found)| Traced {
+            time: LinkTime {
+                map_s: map[i],
+                transmitter_us: us(transmitter[i], self.tx.len()),
+                receiver_us: us(receiver[i], self.rx.len()),
+                join_us: us(join[i], self.len()),
+                label_us: us(label[i], self.len()),
+            },
+            ..found.traced
         });
         Ok(traced.collect())
     }
@@ -216,8 +205,6 @@ struct Ready<'r> {
 struct Found {
     traced: Traced,
     samples: Vec<Vec<PathSample>>,
-    /// Links reached only by chains beyond the limits.
-    beyond: usize,
     /// Time of the pass.
     cold: Duration,
 }
@@ -231,7 +218,6 @@ impl Ready<'_> {
                 ..Traced::default()
             },
             samples: Vec::with_capacity(self.tx.len() * self.rx.len()),
-            beyond: 0,
             cold: Duration::ZERO,
         };
         let mut link = Link::default();
@@ -245,7 +231,6 @@ impl Ready<'_> {
                 traced.omitted.by_bound += link.omitted.by_bound;
                 traced.omitted.by_gain += link.omitted.by_gain;
                 traced.cut_links += usize::from(link.paths.len() > MAX_PATHS);
-                found.beyond += usize::from(link.fallback_diffractions.is_some());
                 found.samples.push(labelled(&mut link.paths));
             }
         }

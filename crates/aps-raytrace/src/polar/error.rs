@@ -37,8 +37,8 @@ pub enum PolarError {
     /// No terminal can stand there.
     #[error("no terminal can look at the city from there")]
     Terminal(#[source] TerminalError),
-    /// A terminal that was prepared with another fan, or on a map with another number of corners.
-    #[error("the {terminal} was not prepared on this map")]
+    /// A terminal that another map prepared.
+    #[error("the {terminal} was prepared by another map; prepare it by the one of the link")]
     Foreign {
         /// The terminal.
         terminal: &'static str,

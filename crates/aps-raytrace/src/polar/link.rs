@@ -54,31 +54,33 @@ pub struct PolarLink<'a> {
 }
 
 impl PolarLink<'_> {
-    /// Length of the shortest way from transmitter to receiver around the buildings \[m\], exact; infinite if there is none.
+    /// Length of the shortest way from transmitter to receiver around the buildings \[m\], exact; infinite if there is none. Costs a
+    /// visibility test of each corner.
     ///
-    /// # Panics
-    /// If a terminal was prepared on a map with more corners.
-    #[must_use]
-    pub fn geodesic_m(&self) -> f64 {
-        let (tx, rx) = (self.transmitter, self.receiver);
-        if tx.place == rx.place || !self.map.scene().is_blocked(tx.place, rx.place) {
-            return tx.place.distance(rx.place);
+    /// # Errors
+    /// [`PolarError::Foreign`].
+    pub fn geodesic_m(&self) -> Result<f64, PolarError> {
+        self.check()?;
+        let (tx, rx, scene) = (self.transmitter, self.receiver, self.map.scene());
+        if tx.place == rx.place || !scene.is_blocked(tx.place, rx.place) {
+            return Ok(tx.place.distance(rx.place));
         }
-        let over = |&(corner, distance_m): &(u32, f64)| tx.shortest_m[corner as usize] + distance_m;
-        rx.bending.iter().map(over).fold(f64::INFINITY, f64::min)
+        let in_sight = self.map.corners.in_sight(scene, rx.place);
+        let last = self.map.corners.bending(&in_sight, rx.place);
+        let over = |(corner, distance_m): (u32, f64)| tx.shortest_m[corner as usize] + distance_m;
+        Ok(last.map(over).fold(f64::INFINITY, f64::min))
     }
 
     fn check(&self) -> Result<(), PolarError> {
-        let corners = self.map.corner_count();
-        let (tx, rx) = (self.transmitter, self.receiver);
-        let terminal = if tx.shortest_m.len() != corners {
-            "transmitter"
-        } else if rx.corners != corners || rx.fan != self.map.fan() {
-            "receiver"
-        } else {
-            return Ok(());
-        };
-        Err(PolarError::Foreign { terminal })
+        let number = self.map.number();
+        let terminals = [
+            ("transmitter", self.transmitter.map),
+            ("receiver", self.receiver.map),
+        ];
+        match terminals.into_iter().find(|&(_, map)| map != number) {
+            Some((terminal, _)) => Err(PolarError::Foreign { terminal }),
+            None => Ok(()),
+        }
     }
 
     /// Appends the ways on this thread, [`PER_WAY`] numbers each: its features, the number of its ray, and kind times (most bounces + 1)

@@ -1,6 +1,7 @@
 //! The polar view of one scene: the work done once for all terminals.
 
 use std::borrow::Cow;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec2;
 
@@ -14,6 +15,8 @@ use crate::scene::Scene;
 /// A scene prepared for looking at it along rays.
 #[derive(Debug, Clone)]
 pub struct PolarMap<'s> {
+    /// Told by no other map of this process.
+    number: u64,
     given: Cow<'s, Scene>,
     /// Scene in which everything is computed, where that is another: moved by `-origin` where it lies far off.
     moved: Option<Scene>,
@@ -43,7 +46,9 @@ impl<'s> PolarMap<'s> {
     fn of(given: Cow<'s, Scene>, fan: Fan) -> Result<Self, PolarError> {
         fan.check()?;
         let (moved, origin) = given.near_zero();
+        static MAPS: AtomicU64 = AtomicU64::new(0);
         Ok(Self {
+            number: MAPS.fetch_add(1, Ordering::Relaxed),
             corners: Corners::new(moved.as_ref().unwrap_or(&given))?,
             given,
             moved,
@@ -73,6 +78,11 @@ impl<'s> PolarMap<'s> {
         let checked = self.given.check_terminal(position);
         checked.map_err(PolarError::Terminal)?;
         Ok(position - self.origin)
+    }
+
+    /// The number that terminals tell their map by.
+    pub(super) fn number(&self) -> u64 {
+        self.number
     }
 
     /// The rays.

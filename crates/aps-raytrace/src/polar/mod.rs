@@ -24,7 +24,7 @@
 //! let receiver = map.receiver(DVec2::new(70.0, 30.0))?;
 //! let link = PolarLink { map: &map, transmitter: &transmitter, receiver: &receiver };
 //! // Over the house's lower left corner, or its upper right one: the same here.
-//! assert!((link.geodesic_m() - (DVec2::new(20.0, 30.0).length() + DVec2::new(30.0, 10.0).length())).abs() < 1e-9);
+//! assert!((link.geodesic_m()? - (DVec2::new(20.0, 30.0).length() + DVec2::new(30.0, 10.0).length())).abs() < 1e-9);
 //! let mut ways = Vec::new();
 //! link.ways(&mut ways)?;
 //! // Over these corners, along the rays beside them.

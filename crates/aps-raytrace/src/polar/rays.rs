@@ -122,14 +122,10 @@ impl Passed {
 /// it meets is decided in floating point: a ray through a corner takes either side.
 #[derive(Debug, Clone)]
 pub struct ReceiverRays {
-    /// The rays' directions and bounces.
-    pub(super) fan: Fan,
-    /// Number of corners of the map.
-    pub(super) corners: usize,
+    /// Number of the map.
+    pub(super) map: u64,
     /// In the local scene.
     pub(super) place: DVec2,
-    /// Corners in sight that a tight string bends at, with their distance \[m\].
-    pub(super) bending: Vec<(u32, f64)>,
     /// In the order of bounces, then directions.
     pub(super) segments: Vec<Segment>,
     /// By segment: the first of its corners in `passed`, and the end.
@@ -197,12 +193,9 @@ impl ReceiverRays {
             }
         }
         first.push(passed.len() as u32);
-        let in_sight = corners.in_sight(scene, place);
         Self {
-            fan,
-            corners: corners.corners.len(),
+            map: map.number(),
             place,
-            bending: corners.bending(&in_sight, place).collect(),
             segments,
             first,
             passed,
@@ -219,7 +212,7 @@ impl ReceiverRays {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let lists = size_of_val(&*self.segments) + size_of_val(&*self.first);
-        lists + size_of_val(&*self.passed) + size_of_val(&*self.bending)
+        lists + size_of_val(&*self.passed)
     }
 }
 

@@ -53,6 +53,8 @@ impl Way {
 /// The ways of one transmitter to the corners of its map, some tens of bytes each.
 #[derive(Debug, Clone)]
 pub struct TransmitterWays {
+    /// Number of the map.
+    pub(super) map: u64,
     /// In the local scene.
     pub(super) place: DVec2,
     /// Length of the shortest way around the buildings that bends at each corner \[m\]; infinite without one.
@@ -116,6 +118,7 @@ impl TransmitterWays {
         }
         bent.push(list.len() as u32);
         Ok(Self {
+            map: map.number(),
             place,
             shortest_m: strings.iter().map(|string| string.length_m).collect(),
             first,

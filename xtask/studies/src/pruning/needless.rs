@@ -12,8 +12,8 @@ use crate::links::Links;
 use crate::scenes::NamedScene;
 use crate::{Setup, Stopwatch, Study};
 
-/// Mechanisms that could be paid for: the line of sight alone, then one mechanism more at a time.
-const MECHANISMS: [&str; 5] = ["line of sight", "R2", "R2 D1", "R2 D1, chains", "R2 D2"];
+/// Mechanisms that could be paid for: the line of sight alone, then more at a time.
+const MECHANISMS: [&str; 5] = ["line of sight", "R2", "R2 D1", "R2 D2", "R5 D2"];
 
 /// Less than this, and less than a tenth, is a comparison or two and the noise of the clock [us].
 const PAYING_US: f64 = 0.05;
@@ -108,16 +108,12 @@ pub fn study(
 }
 
 fn config(mechanisms: &str) -> TraceConfig {
-    let r2_d1 = TraceConfig::default();
     match mechanisms {
         "line of sight" => TraceConfig::reflections_only(0),
         "R2" => TraceConfig::reflections_only(2),
-        "R2 D1" => TraceConfig {
-            max_fallback_diffractions: 0,
-            ..r2_d1
-        },
+        "R2 D1" => TraceConfig::within(2, 1),
         "R2 D2" => TraceConfig::within(2, 2),
-        _ => r2_d1,
+        _ => TraceConfig::converged(),
     }
 }
 

@@ -43,8 +43,9 @@ struct Omission {
     with: TraceConfig,
 }
 
+/// What the range of R2 D1 leaves out, and that of the converged limits.
 fn omissions() -> [Omission; 4] {
-    let r2_d1 = TraceConfig::default();
+    let r2_d1 = TraceConfig::within(2, 1);
     let all = TraceConfig {
         dynamic_range_db: None,
         ..r2_d1.clone()
@@ -55,7 +56,7 @@ fn omissions() -> [Omission; 4] {
     };
     let far = TraceConfig {
         dynamic_range_db: None,
-        ..TraceConfig::within(4, 2)
+        ..TraceConfig::converged()
     };
     [
         Omission {
@@ -69,20 +70,17 @@ fn omissions() -> [Omission; 4] {
             with: range(30.0),
         },
         Omission {
-            name: "beyond 30 dB, R4 D2",
+            name: "beyond 30 dB, R5 D2",
             without: far.clone(),
             with: TraceConfig {
                 dynamic_range_db: Some(30.0),
-                ..far
+                ..far.clone()
             },
         },
         Omission {
-            name: "no chains beyond the limits",
-            without: r2_d1.clone(),
-            with: TraceConfig {
-                max_fallback_diffractions: 0,
-                ..r2_d1
-            },
+            name: "beyond 20 dB, R5 D2",
+            without: far,
+            with: TraceConfig::converged(),
         },
     ]
 }

@@ -51,8 +51,6 @@ struct ReferenceRow {
     links: usize,
     /// Links that are compared.
     compared: usize,
-    /// Links reached only by chains of more diffractions than the reference's limits.
-    beyond: usize,
     /// Links without a path.
     without_path: usize,
     paths_per_link: f64,
@@ -72,27 +70,18 @@ pub fn run(setup: &Setup) -> Result<Study> {
         let links = Links::draw(place, setup.seed, tx, rx)?;
         let began = std::time::Instant::now();
         let truth = links.reference(&reference)?;
-        let (mut beyond, mut without_path) = (0, 0);
-        let compared = truth.spectra.into_iter().zip(&truth.is_beyond);
-        let compared: Vec<_> = compared
-            .map(|(spectrum, &is_beyond)| {
-                without_path += usize::from(spectrum.is_none());
-                beyond += usize::from(is_beyond);
-                spectrum.filter(|_| !is_beyond)
-            })
-            .collect();
+        let compared = truth.spectra.iter().flatten().count();
         references.push(ReferenceRow {
             map: place.name.clone(),
             buildings: place.scene.building_count(),
             walls: place.scene.walls().len(),
             links: links.len(),
-            compared: compared.iter().flatten().count(),
-            beyond,
-            without_path,
+            compared,
+            without_path: links.len() - compared,
             paths_per_link: truth.paths as f64 / links.len() as f64,
             seconds: began.elapsed().as_secs_f64(),
         });
-        let judge = Judge::new(compared)?;
+        let judge = Judge::new(truth.spectra)?;
         bar.inc(1);
         // Waves of two diffractions take much memory: one setting at a time.
         for together in

@@ -124,7 +124,6 @@ fn maps(study: &mut Study, references: &[ReferenceRow]) {
                 format!("{} of {}", r.compared, r.links)
             }),
             ("without a path", &|r| r.without_path.to_string()),
-            ("beyond its limits", &|r| r.beyond.to_string()),
             ("paths a link", &|r| count(r.paths_per_link.round() as u64)),
             ("time", &|r| duration(r.seconds)),
         ],
