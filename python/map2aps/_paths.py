@@ -290,7 +290,7 @@ class Tracer:
     max_images : int
         Most images of a terminal, of some 80 bytes each; 10,000,000 by default. A trace that needs more is refused.
     max_wave_bytes : int
-        Most memory in bytes for the waves at corners, of a terminal and of all; 2**30 by default. What needs more is refused.
+        Most memory in bytes for the walls that corners see, and for the waves at corners, of a terminal and of all; 2**30 by default. What needs more is refused.
 
     Attributes
     ----------

@@ -122,6 +122,30 @@ fn what_cannot_be_exported_is_explained() {
     assert!(error.contains("--store aps,paths"), "{error}");
     let error = fail(&format!("export {paper} --layout samples --out {out}"));
     assert_told(&error, &["`paper`", "--any-protocol"]);
+    folder.make(
+        "one",
+        &["--maps synthetic:1 --protocol released --tx-per-map 2 --rx-per-map 9"],
+    );
+    let one = folder.arg("one");
+    let error = fail(&format!(
+        "export {one} --layout samples --part test --out {out}"
+    ));
+    assert_told(&error, &["has no test maps", "name another part"]);
+    let city = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../tests/data/helsinki.geojson"
+    );
+    folder.make(
+        "fine",
+        &[
+            "--protocol released --tx-per-map 1 --rx-per-map 4 --tile 128 --map-ids 0 --maps",
+            city,
+        ],
+    );
+    let fine = folder.arg("fine");
+    let error = fail(&format!("export {fine} --layout samples --out {new}"));
+    assert_told(&error, &["a pixel is 0.5 m", "another layout"]);
+    assert!(!folder.path("new").exists());
     for kind in ["released", "samples", "propbin"] {
         let error = fail(&format!("import {kind} {aps} --out {new}"));
         assert!(

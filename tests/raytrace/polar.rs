@@ -491,7 +491,13 @@ fn what_cannot_be_is_refused_by_name() {
         ),
     ] {
         assert_eq!(link.ways(&mut found), foreign(terminal));
+        assert!(matches!(link.geodesic_m(), Err(PolarError::Foreign { .. })));
     }
+    // Of another preparation of the same scene.
+    let again = PolarMap::new(&scene, Fan::default()).unwrap();
+    let receiver = &again.receiver(rx).unwrap();
+    let of_again = PolarLink { receiver, ..link };
+    assert_eq!(of_again.ways(&mut found), foreign("receiver"));
     assert!(found.is_empty());
     assert_eq!(link.ways(&mut found), Ok(()));
     assert!(!found.is_empty());

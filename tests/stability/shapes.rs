@@ -94,7 +94,7 @@ fn circle_of_ten_thousand_vertices_costs_in_proportion() {
     ));
 }
 
-/// Two round towers of 10,000 vertices that face each other: thousands of corners see thousands.
+/// Two round towers of 4000 vertices that face each other: thousands of corners see thousands.
 /// Whatever is kept for pairs of pairs of them would take hundreds of gigabytes; instead the limit
 /// says so, before the memory is taken. Without the fall-back nothing of it is needed.
 #[test]
@@ -106,10 +106,7 @@ fn two_facing_circles_meet_a_stated_limit() {
     let scene = scene(&towers);
     let error = Tracer::new(&scene, with_chains()).unwrap_err().to_string();
     assert!(error.contains("max_fallback_diffractions"), "{error}");
-    let config = TraceConfig {
-        ..TraceConfig::default()
-    };
-    let tracer = Tracer::new(&scene, config).unwrap();
+    let tracer = Tracer::new(&scene, TraceConfig::default()).unwrap();
     let (tx, rx) = (DVec2::new(75.0, 0.0), DVec2::new(75.0, 30.0));
     let link = tracer.trace(tx, rx).unwrap();
     assert!(link.paths.len() > 3);

@@ -21,7 +21,9 @@ pub fn advice(error: &Error) -> String {
         Cause::GeoJson(error) => geojson(error),
         Cause::Map(MapError::NotGeoJson { .. }) => " in --map-ids",
         Cause::Map(MapError::NoImage(_)) => " (cargo xtask import ... --maps)",
-        Cause::Map(MapError::NoPart { .. }) => "; name another part",
+        Cause::Map(MapError::NoPart { .. }) => {
+            "; name another part (--split, or --part of an export)"
+        }
         Cause::Exchange(ExchangeError::Protocol { .. }) => {
             " (--protocol released), or give --any-protocol"
         }
@@ -29,7 +31,9 @@ pub fn advice(error: &Error) -> String {
             "; make it with --store aps,paths, or give --zero-places"
         }
         Cause::Data(aps_data::Error::NotStored { .. }) => " (--store aps,pdp,paths)",
-        Cause::Score(ScoreError::NoTrainingLabel) => " (--domain linear needs no statistics)",
+        Cause::Score(ScoreError::NoTrainingLabel | ScoreError::FlatLabels) => {
+            " (--domain linear needs no statistics)"
+        }
         Cause::Settings(SettingsError::NoPaths) => {
             "; make one that does with cargo xtask dataset --store aps,paths --out DIR"
         }

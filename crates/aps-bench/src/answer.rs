@@ -77,7 +77,8 @@ pub fn substituted(folder: &Path, links: usize) -> Result<Vec<usize>> {
     let substituted: Vec<usize> = read_json(&file)?;
     match substituted.iter().find(|&&link| link >= links) {
         Some(link) => {
-            let told = format!("there is no link {link} among {links}; make it anew with --fresh");
+            let told =
+                format!("there is no link {link} among {links}; remove the folder to make it anew");
             Err(Error::file("damaged", &file)(told))
         }
         None => Ok(substituted),
@@ -91,7 +92,8 @@ pub fn predictions(folder: &Path, links: usize) -> Result<Vec<f32>> {
     match predictions.len() / ANGLE_BINS {
         found if found == links => Ok(predictions),
         found => {
-            let told = format!("it has {found} links, not {links}; make it anew with --fresh");
+            let told =
+                format!("it has {found} links, not {links}; remove the folder to make it anew");
             Err(Error::file("damaged", &file)(told))
         }
     }
@@ -107,4 +109,23 @@ pub fn spectra(path: &Path) -> Result<Vec<f32>> {
     }
     file.read_rows(samples, &mut values)?;
     Ok(values.iter().map(|&x| x as f32).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_other_numbers_of_links_are_told() {
+        let folder = tempfile::tempdir().unwrap();
+        write_json(&folder.path().join(SUBSTITUTED), &vec![0, 5]).unwrap();
+        assert_eq!(substituted(folder.path(), 6).unwrap(), [0, 5]);
+        let told = substituted(folder.path(), 5).unwrap_err();
+        let told = std::error::Error::source(&told).unwrap().to_string();
+        assert!(told.contains("no link 5 among 5"), "{told}");
+        let values = [0.0_f32; 2 * ANGLE_BINS];
+        npy::write(folder.path().join(PREDICTIONS), &[2, ANGLE_BINS], &values).unwrap();
+        assert_eq!(predictions(folder.path(), 2).unwrap(), values);
+        assert!(predictions(folder.path(), 3).is_err());
+    }
 }

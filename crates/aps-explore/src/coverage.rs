@@ -221,7 +221,7 @@ impl Survey {
             use TerminalError::{InsideBuilding, OnWall, OutsideArea};
             let rx = match tracer.value.receiver(place) {
                 Ok(rx) => rx,
-                // As half of a last cell can be.
+                // Half of a last cell can lie beyond the border.
                 Err(OutsideArea { .. } | InsideBuilding { .. } | OnWall { .. }) => {
                     return Ok(Values::default());
                 }

@@ -11,7 +11,9 @@ pub fn advice(cause: &Error) -> &'static str {
         Error::Map(MapError::NoScene(_)) => " (maps=...)",
         Error::Mirror(_) => "; mirror=False leaves the mirror images out",
         Error::Settings(SettingsError::NoPaths) => "; make one that does with store_paths=True",
-        Error::Score(ScoreError::NoTrainingLabel) => " (domain=\"linear\" needs no statistics)",
+        Error::Score(ScoreError::NoTrainingLabel | ScoreError::FlatLabels) => {
+            " (domain=\"linear\" needs no statistics)"
+        }
         _ => "",
     }
 }

@@ -1,7 +1,7 @@
 //! Settings of a trace.
 
 use crate::error::ConfigError;
-use crate::fronts::Limits;
+use crate::limits::Limits;
 use crate::material::{Material, MaterialSource, SPEED_OF_LIGHT_M_PER_S};
 
 /// Carriers \[Hz\]: from long wave to X-rays.
@@ -53,8 +53,8 @@ pub struct TraceConfig {
     /// Most images of one terminal: a bound on memory (about 80 bytes each) where walls multiply
     /// them, as in a long corridor.
     pub max_images: usize,
-    /// Most memory \[bytes\] for each of these: the legs and waves of one terminal at corners, the
-    /// legs between all corners, the graph of corners that see each other, the chains over it of one
+    /// Most memory \[bytes\] for each of these: the walls that all corners see, the candidates, legs and waves of one terminal at
+    /// corners, the legs between all corners, the graph of corners that see each other, the chains over it of one
     /// transmitter. What they hold is counted: while they grow they may take twice as much. A bound where corners multiply
     /// them, as round buildings of many vertices do, or many diffractions.
     pub max_wave_bytes: usize,

@@ -126,7 +126,7 @@ pub enum ConfigError {
     TooManyWaves {
         /// Name of the data.
         what: &'static str,
-        /// The setting that multiplies their size.
+        /// The setting that multiplies their size, with the value that does without them where others hardly help.
         setting: &'static str,
         /// The limit \[bytes\].
         limit: usize,
@@ -171,9 +171,9 @@ pub enum TerminalError {
         /// The limit.
         limit: usize,
     },
-    /// The waves at corners would grow beyond the limit.
+    /// The waves at corners, or the candidates for them, would grow beyond the limit.
     #[error(
-        "terminal at {position} has waves at corners of more than {limit} bytes; lower max_diffractions or max_reflections or raise max_wave_bytes"
+        "terminal at {position} needs more than {limit} bytes for its waves at corners; lower max_diffractions or max_reflections or raise max_wave_bytes"
     )]
     TooManyWaves {
         /// Position \[m\].

@@ -12,8 +12,10 @@ use smallvec::SmallVec;
 
 use crate::between::{Between, Block, Leaving};
 use crate::bound::Direction;
+use crate::front_counts::Counts;
 use crate::images::group_starts;
 use crate::legs::{Corners, Leg, Legs};
+use crate::limits::Limits;
 use crate::path::{Interaction, InteractionKind, Interactions};
 use crate::strength::{Places, Row, Rows, Strength, Table};
 use crate::wedge::Ray;
@@ -46,34 +48,6 @@ pub(crate) struct Amplitude {
     pub value: Complex64,
     /// Derivative of the value by the angle at the corner before, times mu of [`crate::slope`]; 0 where slopes are not taken along.
     pub slope: Complex64,
-}
-
-/// Upper limits of the interactions on a path, and of memory.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Limits {
-    pub reflections: u32,
-    pub diffractions: u32,
-    pub interactions: u32,
-    /// Memory that the waves of one terminal may take.
-    pub bytes: usize,
-}
-
-impl Limits {
-    /// Returns true when a path with these numbers of interactions is within the limits.
-    #[inline]
-    pub fn allow(&self, reflections: u32, diffractions: u32) -> bool {
-        reflections <= self.reflections
-            && diffractions <= self.diffractions
-            && reflections + diffractions <= self.interactions
-    }
-
-    /// Number of further reflections that a path with these numbers may have; `None` if it exceeds the limits already.
-    #[inline]
-    pub fn left(&self, reflections: u32, diffractions: u32) -> Option<u32> {
-        let most = self.interactions.checked_sub(diffractions)?;
-        let left = self.reflections.min(most).checked_sub(reflections)?;
-        (diffractions <= self.diffractions).then_some(left)
-    }
 }
 
 /// A front on arrival at a corner from which it goes on.
@@ -115,44 +89,6 @@ pub(crate) struct BlockFronts {
 struct Arriving {
     strength: Strength,
     blocks: Range<u32>,
-}
-
-/// Numbers of fronts by corner and reflections.
-#[derive(Debug, Clone)]
-struct Counts {
-    most_reflections: usize,
-    /// By corner, then by number of reflections: of so many, and once all are counted, of at most so many.
-    fronts: Vec<usize>,
-}
-
-impl Counts {
-    fn new(corners: usize, most_reflections: u32) -> Self {
-        let most_reflections = most_reflections as usize;
-        Self {
-            most_reflections,
-            fronts: vec![0; corners * (most_reflections + 1)],
-        }
-    }
-
-    fn at(&mut self, corner: u32) -> &mut [usize] {
-        let count = self.most_reflections + 1;
-        &mut self.fronts[corner as usize * count..][..count]
-    }
-
-    fn sum_up(&mut self) {
-        for at_corner in self.fronts.chunks_mut(self.most_reflections + 1) {
-            for i in 1..at_corner.len() {
-                at_corner[i] += at_corner[i - 1];
-            }
-        }
-    }
-
-    /// Number of fronts at a corner with at most so many reflections.
-    #[inline]
-    fn with_at_most(&self, corner: u32, reflections: u32) -> usize {
-        let reflections = self.most_reflections.min(reflections as usize);
-        self.fronts[corner as usize * (self.most_reflections + 1) + reflections]
-    }
 }
 
 /// Fronts of one transmitter at all corners, with bounds of their strengths.
@@ -392,9 +328,7 @@ impl Fronts {
 
     /// Number of fronts.
     pub fn len(&self) -> usize {
-        let counts = self.counts.iter();
-        let at_corners = counts.flat_map(|c| c.fronts.chunks(c.most_reflections + 1));
-        at_corners.map(|at| at[at.len() - 1]).sum()
+        self.counts.iter().map(Counts::total).sum()
     }
 
     /// Number of fronts at a corner that make a path within the limits with a last leg of so many reflections.

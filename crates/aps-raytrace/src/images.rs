@@ -282,9 +282,8 @@ pub(crate) struct SightsByWall {
 }
 
 impl SightsByWall {
-    /// Memory of a sight while they are sorted: as it comes, and as it is kept.
-    pub const BYTES_WHILE_SORTED: usize =
-        size_of::<Sight>() + size_of::<u32>() + 4 * size_of::<f64>();
+    /// Memory of a sight.
+    pub const BYTES: usize = size_of::<u32>() + 4 * size_of::<f64>();
 
     /// Sorts the sights of points by wall, those of a wall by point.
     pub fn new(by_point: &[Vec<Sight>], walls: usize) -> Self {

@@ -7,8 +7,8 @@ use std::ops::Range;
 
 use crate::between::{Between, Block};
 use crate::bound::Direction;
-use crate::fronts::Limits;
 use crate::legs::{Corners, Leg, Legs};
+use crate::limits::Limits;
 use crate::strength::{Bound, Places, Row, Rows, Strength, Table};
 
 /// The steps at one corner.

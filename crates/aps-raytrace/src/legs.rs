@@ -34,15 +34,11 @@ impl Corners {
     ) -> Option<Self> {
         let wedges = scene.wedges(reflectors, wavenumber_per_m);
         let bytes = AtomicUsize::new(0);
-        // The sum does not depend on the order of the corners.
-        let has_room = |sights: &[Sight]| {
-            let more = sights.len() * SightsByWall::BYTES_WHILE_SORTED;
-            bytes.fetch_add(more, Ordering::Relaxed) + more <= max_bytes
-        };
         let sights: Vec<Vec<Sight>> = wedges
             .par_iter()
             .map_init(Outlook::default, |outlook, wedge| {
-                if !with_sights {
+                // Once there are too many, none are of use: which are found depends on the threads, that there are too many does not.
+                if !with_sights || bytes.load(Ordering::Relaxed) > max_bytes {
                     return Vec::new();
                 }
                 outlook.look(scene, wedge.point);
@@ -54,10 +50,8 @@ impl Corners {
                         .all(|&s| wedge.is_inside(wall.a + wall.along() * s))
                 });
                 let sights = outlook.sights(scene);
-                match has_room(&sights) {
-                    true => sights,
-                    false => Vec::new(),
-                }
+                bytes.fetch_add(sights.len() * SightsByWall::BYTES, Ordering::Relaxed);
+                sights
             })
             .collect();
         if bytes.into_inner() > max_bytes {

@@ -108,6 +108,7 @@ mod tests {
         assert_eq!(count(249_993), "249,993");
         assert_eq!(list(&["a", "b", "c"]), "a, b and c");
         assert_eq!(stem("tracer R2 D1"), "tracer-r2-d1");
+        assert!(!stem("scores-/../../x").contains(['/', '.']));
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub enum Error {
         /// The error there.
         source: Box<Error>,
     },
-    /// The operation was cancelled; nothing is kept of it.
+    /// The operation was cancelled.
     #[error("interrupted")]
     Cancelled,
     /// The making of a data set was cancelled.

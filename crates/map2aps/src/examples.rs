@@ -119,6 +119,7 @@ impl Examples {
     /// # Errors
     /// A data set that stores no angle power spectra, or cannot be read.
     pub fn open(dataset: &Dataset, part: Part, domain: Domain) -> Result<Self> {
+        dataset.check_sizes(dataset.manifest().split.maps(part))?;
         let labels = Labels::Stored {
             dataset: Box::new(dataset.clone()),
             domain,
@@ -137,7 +138,6 @@ impl Examples {
         let mut maps = maps.to_vec();
         maps.sort_unstable();
         maps.dedup();
-        dataset.check_sizes(&maps)?;
         let total = targets::labelled_links(dataset, &maps);
         let drawn = draw.filter(|draw| draw.links < total).map(|draw| {
             let mut generator = ChaCha8Rng::seed_from_u64(draw.seed);

@@ -220,6 +220,47 @@ mod tests {
     }
 
     #[test]
+    fn terminals_are_those_of_a_shuffle_of_all_points() {
+        let scene = synthetic_scene();
+        let area = scene.area().unwrap();
+        let columns = (area.max.x.floor() - area.min.x.ceil()) as usize + 1;
+        let rows = (area.max.y.floor() - area.min.y.ceil()) as usize + 1;
+        // Some, and more than there are.
+        for wanted in [30, columns * rows] {
+            let mut rng = ChaCha8Rng::seed_from_u64(7);
+            rng.set_stream(3);
+            let mut grid: Vec<usize> = (0..columns * rows).collect();
+            let mut outdoor = Vec::new();
+            for i in 0..grid.len() {
+                let j = rng.random_range(i..grid.len());
+                grid.swap(i, j);
+                let steps = DVec2::new((grid[i] % columns) as f64, (grid[i] / columns) as f64);
+                let place = area.min.ceil() + steps;
+                if outdoor.len() < wanted && scene.locate(place) == Location::Outdoor {
+                    outdoor.push(place);
+                }
+            }
+            let found = draw(&scene, 7, 3, 2, 0..=wanted - 2).unwrap();
+            assert_eq!(found.tx, outdoor.split_off(outdoor.len() - 2));
+            assert_eq!(found.rx, outdoor);
+        }
+    }
+
+    /// A house in an area of 41 m x 31 m.
+    fn synthetic_scene() -> Scene {
+        let house = [(5.0, 5.0), (25.0, 5.0), (25.0, 22.0), (5.0, 22.0)].map(DVec2::from);
+        let area = Area {
+            min: DVec2::new(-0.5, 0.0),
+            max: DVec2::new(40.0, 30.7),
+        };
+        let config = SceneConfig {
+            area: Some(area),
+            ..SceneConfig::default()
+        };
+        Scene::with_config(&[aps_raytrace::Footprint::new(house)], &config).unwrap()
+    }
+
+    #[test]
     fn another_grid_is_refused() {
         let read = |grid_m: &str| {
             let text = format!(r#"{{"tx_per_map":1,"rx_per_map":2,"grid_m":{grid_m}}}"#);

@@ -87,7 +87,8 @@ pub fn label_of(configuration: &Value) -> Result<LabelConfig, SettingsError> {
     read(configuration, "label")?.ok_or(SettingsError::None("label"))
 }
 
-/// Reads the scene settings in a `configuration`. An import has the usual ones; before format version 2 no slit was filled.
+/// Reads the scene settings in a `configuration`. An import has the usual ones; of other data sets of format
+/// version 1 no slit was filled.
 ///
 /// # Errors
 /// Unknown settings.

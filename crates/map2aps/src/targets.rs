@@ -25,9 +25,8 @@ pub fn learning_target(dataset: &Dataset) -> Result<(Protocol, MeanStd, Target)>
     dataset.aps_layout()?;
     let protocol = protocol_of(dataset).unwrap_or_default();
     let train = training_statistics(dataset)?;
-    let normalization = Normalization::of(protocol, train);
-    normalization.apply(&mut [0.0])?;
-    Ok((protocol, train, Target::Normalised(normalization)))
+    let target = Target::Normalised(Normalization::of(protocol, train));
+    Ok((protocol, train, target))
 }
 
 /// Number of labelled links of some maps, by the manifest.
@@ -92,7 +91,8 @@ impl Target {
         }
         let protocol = protocol_of(dataset).unwrap_or_default();
         let normalization = |train| Normalization::of(protocol, train);
-        pooled(maps()).map(normalization).map(Self::Normalised)
+        let train = pooled(maps()).filter(|train| train.std > 0.0);
+        train.map(normalization).map(Self::Normalised)
     }
 
     /// Makes the stored label of a link into the target, in double precision from the stored values on: `row` has a value
@@ -174,7 +174,11 @@ pub fn training_statistics(dataset: &Dataset) -> Result<MeanStd> {
             });
         total.merge(&of_map.at(Place::Map(map.id))?);
     }
-    Ok(total.mean_std().ok_or(ScoreError::NoTrainingLabel)?)
+    let statistics = total.mean_std().ok_or(ScoreError::NoTrainingLabel)?;
+    match statistics.std > 0.0 {
+        true => Ok(statistics),
+        false => Err(ScoreError::FlatLabels).at_file(Place::Dataset, dataset.root()),
+    }
 }
 
 /// The spectra of a map.
@@ -183,4 +187,25 @@ pub fn training_statistics(dataset: &Dataset) -> Result<MeanStd> {
 /// When the data set stores none.
 pub fn spectra(map: &MapData) -> &Profile {
     map.aps.as_ref().expect("the layout stores them")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic;
+
+    #[test]
+    fn labels_of_one_element_are_refused_since_they_are_flat() {
+        let mut plan = synthetic::plan(3, 2, 20);
+        plan.label.array = aps_label::Array::UniformLinear {
+            elements: 1,
+            spacing_wavelengths: 0.5,
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let dataset = synthetic::made(&plan, folder.path(), &[0, 1, 2]);
+        let told = learning_target(&dataset).unwrap_err().chain();
+        assert!(told.contains("flat"), "{told}");
+        assert!(Target::told(&dataset, Domain::Normalised).is_none());
+        Target::of(&dataset, Domain::Linear).unwrap();
+    }
 }

@@ -35,7 +35,7 @@ struct Target {
     /// Folder of the data set; an unfinished one is continued.
     #[arg(long)]
     out: PathBuf,
-    /// Seed of the split and of synthetic maps.
+    /// Seed of the split, of receivers that are drawn, and of synthetic maps.
     #[arg(long, default_value_t = 42)]
     seed: u64,
 }

@@ -306,6 +306,26 @@ fn map_and_arrays_that_are_not_there_are_typed_errors() {
 }
 
 #[test]
+fn parts_of_a_split_are_ascending_whoever_wrote_them() {
+    let root = sample::written();
+    let path = root.path().join("manifest.json");
+    let split = Dataset::open(root.path()).unwrap().manifest().split.clone();
+    fs::remove_file(&path).unwrap();
+    let mut given = split.clone();
+    given.train.reverse();
+    assert_ne!(given, split, "two maps are trained on");
+    let writer = DatasetWriter::open(root.path(), sample::config()).unwrap();
+    assert_eq!(writer.finish(&given).unwrap().split, split);
+    // As a program of others may write it.
+    let mut manifest: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    manifest["split"]["train"].as_array_mut().unwrap().reverse();
+    fs::write(&path, serde_json::to_vec(&manifest).unwrap()).unwrap();
+    let dataset = Dataset::open(root.path()).unwrap();
+    assert_eq!(dataset.manifest().split, split);
+    assert!(!dataset.verify_manifest().is_empty());
+}
+
+#[test]
 fn maps_with_a_file_cut_short_are_told_without_reading_them() {
     let root = sample::written();
     let dataset = Dataset::open(root.path()).unwrap();

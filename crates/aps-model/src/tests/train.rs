@@ -356,6 +356,27 @@ fn foreign_or_damaged_checkpoint_changes_nothing() {
     assert_eq!(second, None);
     renamed[first.unwrap() + 5] = b'9';
     assert!(unreadable(&renamed).contains("head."));
+    for (name, value, told) in [
+        ("predictor.head.0.bias", f32::NAN, "not finite"),
+        (
+            "predictor.optimizer.head.0.bias.first",
+            f32::INFINITY,
+            "not finite",
+        ),
+        ("predictor.optimizer.head.0.bias.second", -1.0, "below 0"),
+        ("predictor.encoder.bn1.running_var", -1.0, "below 0"),
+    ] {
+        let tensors = safetensors::SafeTensors::deserialize(&good).unwrap();
+        let data = tensors.tensor(name).unwrap().data();
+        let at = data.as_ptr() as usize - good.as_ptr() as usize;
+        let mut bad = good.clone();
+        bad[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        let problem = unreadable(&bad);
+        assert!(
+            problem.contains(name) && problem.contains(told),
+            "{problem}"
+        );
+    }
     assert!(state(&mut own, folder.path()) == before);
 
     fs::write(&path, &good).unwrap();

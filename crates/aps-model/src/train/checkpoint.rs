@@ -10,7 +10,7 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
-use candle_core::{Device, Tensor, Var};
+use candle_core::{DType, Device, Tensor, Var};
 use candle_nn::{Optimizer, VarMap};
 use safetensors::SafeTensors;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ use super::{TrainConfig, TrainError};
 use crate::condition::Link;
 use crate::data::Examples;
 use crate::optim::AdamW;
-use crate::parameters::{sorted, trainable};
+use crate::parameters::{is_variance, sorted, trainable};
 use crate::random::fnv1a;
 use crate::replace::replace;
 use crate::weights::{has_no_sign, is_finite};
@@ -152,13 +152,17 @@ pub(super) fn load<'a>(
     for network in networks {
         let mut values = Vec::new();
         for (name, var) in sorted(&network.parameters) {
-            let tensor = take(&mut tensors, &format!("{}.{name}", network.name), &var);
-            values.push((var, tensor.map_err(bad)?));
+            let stored = format!("{}.{name}", network.name);
+            let tensor = take(&mut tensors, &stored, &var, var.dtype()).map_err(bad)?;
+            if is_variance(&name) && !has_no_sign(&tensor)? {
+                return Err(bad(format!("tensor '{stored}' holds a variance below 0")));
+            }
+            values.push((var, tensor));
         }
         let mut moments = Vec::new();
         let vars = trainable(&network.parameters).into_iter();
         for ([first, second], (_, var)) in network.moment_names().zip(vars) {
-            let mut take = |name: &str| take(&mut tensors, name, &var).map_err(bad);
+            let mut take = |name: &str| take(&mut tensors, name, &var, DType::F32).map_err(bad);
             moments.push([take(&first)?, take(&second)?]);
             if !has_no_sign(&moments[moments.len() - 1][1])? {
                 return Err(bad(format!("tensor '{second}' holds a square below 0")));
@@ -221,7 +225,13 @@ fn difference(stored: &Header, own: &Header) -> Option<String> {
     ))
 }
 
-fn take(tensors: &mut HashMap<String, Tensor>, name: &str, var: &Var) -> Result<Tensor, String> {
+/// Takes the finite tensor of a name, of the shape of `var`, in another type.
+fn take(
+    tensors: &mut HashMap<String, Tensor>,
+    name: &str,
+    var: &Var,
+    dtype: DType,
+) -> Result<Tensor, String> {
     let missing = || format!("tensor '{name}' is missing; is it of another model?");
     let tensor = tensors.remove(name).ok_or_else(missing)?;
     if tensor.shape() != var.shape() {
@@ -231,7 +241,7 @@ fn take(tensors: &mut HashMap<String, Tensor>, name: &str, var: &Var) -> Result<
         ));
     }
     let damaged = |e: &dyn Error| format!("tensor '{name}': {e}; the file is damaged");
-    let tensor = tensor.to_dtype(var.dtype()).map_err(|e| damaged(&e))?;
+    let tensor = tensor.to_dtype(dtype).map_err(|e| damaged(&e))?;
     match is_finite(&tensor).map_err(|e| damaged(&e))? {
         true => Ok(tensor),
         false => Err(format!("tensor '{name}' holds values that are not finite")),

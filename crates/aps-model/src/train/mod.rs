@@ -61,6 +61,7 @@
 
 mod batches;
 mod checkpoint;
+mod clock;
 mod config;
 mod error;
 mod held;

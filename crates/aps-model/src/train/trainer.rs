@@ -3,13 +3,14 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use candle_core::{DType, Tensor};
 use candle_nn::{Optimizer, VarMap};
 
 use super::batches::{Batch, Order, Prefetch};
 use super::checkpoint::{self, Header, Optimized};
+use super::clock::Clock;
 use super::held::HeldTargets;
 use super::schedule::{Budget, Schedule};
 use super::{Quantity, TrainConfig, TrainError};
@@ -42,36 +43,6 @@ pub struct Trainer {
     prefetch: Option<Prefetch>,
     checkpoint: Option<PathBuf>,
     failed: bool,
-}
-
-/// Time spent on a training.
-struct Clock {
-    /// Time since any moment.
-    now: Box<dyn Fn() -> Duration + Send + Sync>,
-    /// Spent before `since`.
-    before: Duration,
-    /// Time of the first step of this sitting.
-    since: Option<Duration>,
-}
-
-impl Clock {
-    fn new() -> Self {
-        let start = Instant::now();
-        Self {
-            now: Box::new(move || start.elapsed()),
-            before: Duration::ZERO,
-            since: None,
-        }
-    }
-
-    fn start(&mut self) {
-        self.since.get_or_insert_with(&self.now);
-    }
-
-    fn seconds(&self) -> f64 {
-        let sitting = self.since.map(|since| (self.now)() - since);
-        (self.before + sitting.unwrap_or_default()).as_secs_f64()
-    }
 }
 
 /// Parts of all examples that lie on the device: see [`Trainer::hold`].

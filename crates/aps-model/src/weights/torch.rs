@@ -14,10 +14,14 @@ use super::pickle::{Id, Node, Pickle};
 /// Levels of dictionaries that are looked through: a checkpoint, its parts, and theirs.
 const LEVELS: usize = 3;
 
-/// Longest name of a dictionary that is looked through \[bytes\]. It begins the name of each of its tensors.
+/// Longest name of a dictionary that is looked through, which begins the names of its tensors, of a storage, and of something else in
+/// a message \[bytes\]. Entries may share one text and one description, so each copies a bounded part of them.
 const LONGEST_KEY: usize = 64;
 
-/// Most dimensions of a tensor. Entries may share one description, so each copies a bounded part of it.
+/// Longest name of a tensor in its dictionary \[bytes\].
+const LONGEST_NAME: usize = 256;
+
+/// Most dimensions of a tensor.
 const MOST_DIMENSIONS: usize = 16;
 
 /// Function that a pickle calls to make a tensor.
@@ -147,7 +151,7 @@ fn describe(bytes: &[u8]) -> Result<Entries, String> {
     }
     entries.others.sort_unstable();
     if unnamed > 0 {
-        let text = format!("{unnamed} without a name in text");
+        let text = format!("{unnamed} without a name in text of at most {LONGEST_NAME} bytes");
         entries.others.push(text);
     }
     if entries.tensors.is_empty() {
@@ -185,23 +189,26 @@ fn gather(bytes: &[u8], record: &TensorRecord, size: usize, out: &mut Vec<u8>) {
 }
 
 /// Entries of a dictionary that have a name in text, and the number of those that have none.
-fn dict(pickle: &Pickle, id: Id) -> Option<(Vec<(String, Id)>, usize)> {
+fn dict(pickle: &Pickle, id: Id) -> Option<(Vec<(&str, Id)>, usize)> {
     let Node::Dict(items) = pickle.get(id) else {
         return None;
     };
     // As in Python, the last one of a name counts.
-    let mut named: Vec<(String, Id)> = Vec::with_capacity(items.len());
+    let mut named: Vec<(&str, Id)> = Vec::with_capacity(items.len());
     let mut places: HashMap<&str, usize> = HashMap::new();
     let mut unnamed = 0;
     for &(key, value) in items {
-        let Node::Text(name) = pickle.get(key) else {
-            unnamed += 1;
-            continue;
+        let name = match pickle.get(key) {
+            Node::Text(name) if name.len() <= LONGEST_NAME => name.as_str(),
+            _ => {
+                unnamed += 1;
+                continue;
+            }
         };
         let place = *places.entry(name).or_insert(named.len());
         match named.get_mut(place) {
             Some(entry) => entry.1 = value,
-            None => named.push((name.clone(), value)),
+            None => named.push((name, value)),
         }
     }
     Some((named, unnamed))
@@ -285,7 +292,10 @@ fn storage(pickle: &Pickle, id: Id) -> Result<(DType, String), String> {
             }
         };
         if key.len() > LONGEST_KEY {
-            return Err(format!("the name of its storage has {} bytes", key.len()));
+            let length = key.len();
+            return Err(format!(
+                "the name of its storage has {length} bytes, more than {LONGEST_KEY}"
+            ));
         }
         return Ok((dtype, key.clone()));
     }
@@ -294,9 +304,10 @@ fn storage(pickle: &Pickle, id: Id) -> Result<(DType, String), String> {
 
 fn sizes(pickle: &Pickle, id: Id) -> Result<Vec<usize>, String> {
     match pickle.get(id) {
-        Node::Tuple(items) if items.len() > MOST_DIMENSIONS => {
-            Err(format!("{} dimensions", items.len()))
-        }
+        Node::Tuple(items) if items.len() > MOST_DIMENSIONS => Err(format!(
+            "{} dimensions, more than {MOST_DIMENSIONS}",
+            items.len()
+        )),
         Node::Tuple(items) => items.iter().map(|&item| size(pickle, item)).collect(),
         _ => Err("sizes that are no tuple".to_owned()),
     }
@@ -388,7 +399,22 @@ mod tests {
         }
         bytes.push(b'.');
         let refusal = describe(&bytes).unwrap_err();
-        assert!(refusal.contains("(1048576 dimensions)"), "{refusal}");
+        assert!(
+            refusal.contains("(1048576 dimensions, more than 16)"),
+            "{refusal}"
+        );
+
+        // A key of a megabyte in 100,000 dictionaries.
+        let mut bytes = b"\x80\x02}X".to_vec();
+        bytes.extend((1_u32 << 20).to_le_bytes());
+        bytes.extend(b"k".repeat(1 << 20));
+        bytes.extend(b"q\x00N");
+        for entry in 0..100_000 {
+            bytes.extend(format!("sX\x05\0\0\0{entry:05}}}h\x00Ns").as_bytes());
+        }
+        bytes.extend(b"s.");
+        let refusal = describe(&bytes).unwrap_err();
+        assert!(refusal.contains("100001 without a name"), "{refusal}");
     }
 
     #[test]

@@ -47,6 +47,19 @@ const AVERAGE: [&str; 7] = [
 ];
 
 #[test]
+fn types_that_cannot_be_converted_are_told_by_tensor() {
+    let header = r#"{"fc.weight":{"dtype":"F4","shape":[2],"data_offsets":[0,1]}}"#;
+    let mut bytes = (header.len() as u64).to_le_bytes().to_vec();
+    bytes.extend(header.as_bytes());
+    bytes.push(0);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("four_bits.safetensors");
+    std::fs::write(&path, bytes).unwrap();
+    let told = load(&path, &tiny()).unwrap_err().to_string();
+    assert!(told.contains("fc.weight (values of the type F4"), "{told}");
+}
+
+#[test]
 fn a_file_without_state_dict_says_what_it_holds() {
     for (file, told) in [
         ("no_state_dict", "entries that are no tensors: loss"),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use aps_data::{Access, DatasetWriter, Plan, Survey, Totals};
 
 use crate::control::{Control, Work};
-use crate::error::{At, Place, Result};
+use crate::error::{At, Error, Place, Result};
 use crate::{maps, settings};
 
 /// Fault of shards that are to be joined.
@@ -91,7 +91,10 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
         maps: sources.len(),
     });
     for (&id, part) in todo {
-        control.check()?;
+        if control.is_cancelled() {
+            let (kept, folder) = (writer.map_ids().len(), out.into());
+            return Err(Error::Interrupted { kept, folder });
+        }
         let taken = writer.adopt_map(&part.folder, id);
         taken.at(Place::MapFrom(id, part.folder.clone()))?;
         control.progress.advance(1);

@@ -125,7 +125,10 @@ impl LinkList {
             true => PathListError::Io(error.into_inner().into()),
             false => PathListError::Form(error.to_string()),
         })?;
-        json.end().map_err(PathListError::MoreText)?;
+        json.end().map_err(|error| match error.is_io() {
+            true => PathListError::Io(error.into()),
+            false => PathListError::MoreText(error),
+        })?;
         Ok(list)
     }
 }

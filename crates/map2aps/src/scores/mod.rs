@@ -44,6 +44,11 @@ pub enum ScoreError {
     /// A data set that has nothing to normalise labels by.
     #[error("the data set has no label in its training maps to normalise by")]
     NoTrainingLabel,
+    /// A data set whose labels do not vary over the angle, as those of one element.
+    #[error(
+        "the labels of the training maps are all flat: there is nothing to normalise by; make them with more elements"
+    )]
+    FlatLabels,
     /// Truth without a spectrum.
     #[error("{0} holds no sample")]
     NoSample(String),

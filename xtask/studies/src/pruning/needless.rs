@@ -13,7 +13,7 @@ use crate::scenes::NamedScene;
 use crate::{Setup, Stopwatch, Study};
 
 /// Mechanisms that could be paid for: the line of sight alone, then more at a time.
-const MECHANISMS: [&str; 5] = ["line of sight", "R2", "R2 D1", "R2 D2", "R5 D2"];
+const MECHANISMS: [&str; 4] = ["line of sight", "R2", "R2 D1", "R2 D2"];
 
 /// Less than this, and less than a tenth, is a comparison or two and the noise of the clock [us].
 const PAYING_US: f64 = 0.05;
@@ -112,8 +112,7 @@ fn config(mechanisms: &str) -> TraceConfig {
         "line of sight" => TraceConfig::reflections_only(0),
         "R2" => TraceConfig::reflections_only(2),
         "R2 D1" => TraceConfig::within(2, 1),
-        "R2 D2" => TraceConfig::within(2, 2),
-        _ => TraceConfig::converged(),
+        _ => TraceConfig::within(2, 2),
     }
 }
 

@@ -1,6 +1,8 @@
 //! With and without each omission that can be turned off.
 
-use anyhow::Result;
+use std::iter;
+
+use anyhow::{Context, Result};
 use aps_raytrace::TraceConfig;
 use aps_report::chart::{Axis, Chart, Spot};
 use aps_report::numbers::{fixed, small, three_digits};
@@ -36,52 +38,24 @@ struct Row {
     worst_error_db: f64,
 }
 
-/// A comparison: a name, the setting without the omission, the one with it.
-struct Omission {
-    name: &'static str,
-    without: TraceConfig,
-    with: TraceConfig,
-}
+/// Limits, without an omission, and with each that is measured: its name and range \[dB\].
+type Omissions = (TraceConfig, [(&'static str, f64); 2]);
 
-/// What the range of R2 D1 leaves out, and that of the converged limits.
-fn omissions() -> [Omission; 4] {
-    let r2_d1 = TraceConfig::within(2, 1);
-    let all = TraceConfig {
+/// What the ranges of R2 D1 leave out, and those of the converged limits.
+fn omissions() -> [Omissions; 2] {
+    let all = |limits: TraceConfig| TraceConfig {
         dynamic_range_db: None,
-        ..r2_d1.clone()
-    };
-    let range = |range_db: f64| TraceConfig {
-        dynamic_range_db: Some(range_db),
-        ..r2_d1.clone()
-    };
-    let far = TraceConfig {
-        dynamic_range_db: None,
-        ..TraceConfig::converged()
+        ..limits
     };
     [
-        Omission {
-            name: "beyond 60 dB",
-            without: all.clone(),
-            with: range(60.0),
-        },
-        Omission {
-            name: "beyond 30 dB",
-            without: all,
-            with: range(30.0),
-        },
-        Omission {
-            name: "beyond 30 dB, R5 D2",
-            without: far.clone(),
-            with: TraceConfig {
-                dynamic_range_db: Some(30.0),
-                ..far.clone()
-            },
-        },
-        Omission {
-            name: "beyond 20 dB, R5 D2",
-            without: far,
-            with: TraceConfig::converged(),
-        },
+        (
+            all(TraceConfig::within(2, 1)),
+            [("R2 D1, beyond 60 dB", 60.0), ("R2 D1, beyond 30 dB", 30.0)],
+        ),
+        (
+            all(TraceConfig::converged()),
+            [("R5 D2, beyond 30 dB", 30.0), ("R5 D2, beyond 20 dB", 20.0)],
+        ),
     ]
 }
 
@@ -121,8 +95,9 @@ pub fn study(
 fn chart(rows: &[Row]) -> Chart {
     let x = Axis::linear("time, in parts of that without the omission");
     let chart = Chart::new(x, Axis::log("mean error [dB]")).sized(640.0, 440.0);
-    omissions().iter().fold(chart, |chart, omission| {
-        let own = rows.iter().filter(|r| r.omission == omission.name);
+    let names = omissions().into_iter().flat_map(|(_, ranges)| ranges);
+    names.fold(chart, |chart, (name, _)| {
+        let own = rows.iter().filter(|r| r.omission == name);
         let spot = |r: &Row| Spot {
             at: [r.time_ratio, r.mean_error_db.max(1e-6)],
             // Where nothing is lost the names would only cover each other.
@@ -132,7 +107,7 @@ fn chart(rows: &[Row]) -> Chart {
             },
             ..Spot::default()
         };
-        chart.spots(omission.name, own.map(spot).collect::<Vec<_>>())
+        chart.spots(name, own.map(spot).collect::<Vec<_>>())
     })
 }
 
@@ -140,38 +115,39 @@ fn of_scene(setup: &Setup, place: &NamedScene) -> Result<Vec<Row>> {
     let (tx, rx) = ends(setup);
     let links = Links::draw(place, setup.seed, tx, rx)?;
     let stopwatch = Stopwatch::of(setup.profile);
-    let omissions = omissions();
-    let configs: Vec<&TraceConfig> = omissions
-        .iter()
-        .flat_map(|o| [&o.without, &o.with])
-        .collect();
-    let mut measured = links.measure(&configs, stopwatch)?.into_iter();
+    let per_link = |count: usize| count as f64 / links.len() as f64;
     let mut rows = Vec::new();
-    for omission in &omissions {
-        let (Some(without), Some(with)) = (measured.next(), measured.next()) else {
-            break;
+    for (all, ranges) in omissions() {
+        let with = |(_, range_db)| TraceConfig {
+            dynamic_range_db: Some(range_db),
+            ..all.clone()
         };
+        let with = ranges.map(with);
+        let configs: Vec<&TraceConfig> = iter::once(&all).chain(&with).collect();
+        let mut measured = links.measure(&configs, stopwatch)?.into_iter();
+        let without = measured.next().context("every setting is measured")?;
         let judge = Judge::new(without.spectra)?;
-        let scores = judge.score(&with.spectra)?;
-        let per_link = |count: usize| count as f64 / links.len() as f64;
-        rows.push(Row {
-            scene: place.name.clone(),
-            walls: place.scene.walls().len(),
-            convex_corners: convex_corners(place),
-            omission: omission.name,
-            links: links.len(),
-            compared: scores.links,
-            paths_per_link: per_link(with.paths),
-            left_out_per_link: per_link(with.omitted.by_bound + with.omitted.by_gain),
-            total_us: with.time.total_us(),
-            trace_us: with.time.trace_us(),
-            label_us: with.time.label_us,
-            time_ratio: with.time.total_us() / without.time.total_us(),
-            lost_links: scores.missing,
-            mean_error_db: scores.mean_db,
-            p95_error_db: scores.p95_db,
-            worst_error_db: scores.worst_db,
-        });
+        for ((omission, _), with) in ranges.into_iter().zip(measured) {
+            let scores = judge.score(&with.spectra)?;
+            rows.push(Row {
+                scene: place.name.clone(),
+                walls: place.scene.walls().len(),
+                convex_corners: convex_corners(place),
+                omission,
+                links: links.len(),
+                compared: scores.links,
+                paths_per_link: per_link(with.paths),
+                left_out_per_link: per_link(with.omitted.by_bound + with.omitted.by_gain),
+                total_us: with.time.total_us(),
+                trace_us: with.time.trace_us(),
+                label_us: with.time.label_us,
+                time_ratio: with.time.total_us() / without.time.total_us(),
+                lost_links: scores.missing,
+                mean_error_db: scores.mean_db,
+                p95_error_db: scores.p95_db,
+                worst_error_db: scores.worst_db,
+            });
+        }
     }
     Ok(rows)
 }

@@ -87,6 +87,9 @@ impl Export {
     pub fn run(&self, dataset: &Dataset, out: &Path, control: &Control<'_>) -> Result<Exported> {
         self.check_protocol(dataset)?;
         let ids = self.map_ids(dataset)?;
+        if self.layout == ExportLayout::Samples {
+            samples::Samples::check(dataset)?;
+        }
         create_folder(out)?;
         if !out.join(RECORD_FILE).exists() {
             // Before anything of ours lies in it.
@@ -127,7 +130,7 @@ impl Export {
                 #[cfg(feature = "parquet")]
                 ExportLayout::Parquet => unreachable!("tables are written above"),
                 ExportLayout::Samples => {
-                    let exporter = samples::Samples::new(dataset, &map)?;
+                    let exporter = samples::Samples::new(&map)?;
                     exporter.write_buildings(out)?;
                     write_links(id, &links, control, |&mut (), link, name| {
                         exporter.write(link, name, out)

@@ -28,13 +28,17 @@ pub struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    pub fn new(dataset: &Dataset, map: &'a MapData) -> Result<Self> {
-        let pixel_m = map.buildings.grid().metres_per_pixel;
-        if pixel_m != 1.0 {
-            return Err(ExchangeError::PixelSize(pixel_m).into());
-        }
-        let images = ConditionImages::new(&map.buildings, ConditionConfig::default());
+    /// Refuses a data set that has no spectra, or images of another scale than samples.
+    pub fn check(dataset: &Dataset) -> Result<()> {
         dataset.aps_layout()?;
+        match dataset.manifest().layout.raster.metres_per_pixel {
+            1.0 => Ok(()),
+            pixel_m => Err(ExchangeError::PixelSize(pixel_m).into()),
+        }
+    }
+
+    pub fn new(map: &'a MapData) -> Result<Self> {
+        let images = ConditionImages::new(&map.buildings, ConditionConfig::default());
         let aps = map
             .aps
             .as_ref()

@@ -55,7 +55,7 @@ pub struct ImportPropbin {
     pub label: LabelConfig,
     /// Kinds of data to store.
     pub stored: Stored,
-    /// Seed of the receivers drawn and of the split.
+    /// Seed of the receivers drawn, of the split, and of synthetic maps.
     pub seed: u64,
 }
 

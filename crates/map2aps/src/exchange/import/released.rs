@@ -32,7 +32,7 @@ pub struct ImportReleased {
     pub folder: PathBuf,
     /// Buildings of the maps; without them, their images stay empty.
     pub maps: Option<MapSource>,
-    /// Seed of the split.
+    /// Seed of the split, and of synthetic maps.
     pub seed: u64,
 }
 
