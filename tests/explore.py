@@ -755,6 +755,7 @@ def frames(page, end="rx", seconds=6):
 
 
 def pictures_of(page, folder):
+    os.makedirs(folder, exist_ok=True)
     for dark in (False, True):
         for name, width, height in (("desk", 1280, 900), ("wide", 1680, 1000), ("phone", 390, 844)):
             page.picture(os.path.join(folder, f"{name}-{'dark' if dark else 'light'}.png"), dark, width, height, 2 if width < 700 else 1)
