@@ -12,29 +12,24 @@
 //!   (2 pi h)^8 M / (2 8! 2^7) <= 1.85e-7 M.
 //!
 //! For each column and each of its cells that remain, p's top is sought and p bounded; while the bound is
-//! above (1 + [`TOLERANCE`]) times the best value found, the cell is halved. The label is the highest
-//! value of p, by the above from (1 - 1.85e-7 - [`TOLERANCE`]) M to (1 + 1.85e-7) M.
+//! above (1 + `TOLERANCE`) times the best value found, the cell is halved. The label is the highest
+//! value of p, by the above from (1 - 1.85e-7 - `TOLERANCE`) M to (1 + 1.85e-7) M.
 //!
 //! Samples are in single precision, and have a bound in place of each pulse that is far: they only have
 //! to tell which cells remain.
 
-use std::f64::consts::PI;
-use std::mem;
+mod pieces;
+mod samples;
 
 use multiversion::multiversion;
 
 use crate::cover::{Cell, cover};
-use crate::polynomial::{self, NODES};
+use crate::polynomial::NODES;
 use crate::product::{LANES, Lanes};
 use crate::protocol::FLOOR_POWER;
 use crate::pulse::pulses;
-
-/// Relative room left to a polynomial above the best value found; with the error of the
-/// interpolation, M is found to 2.25e-7 of itself, 9.8e-7 dB.
-const TOLERANCE: f64 = 4e-8;
-
-/// Pulses farther than this from a sample point are bounded there, not computed.
-const NEAR: f64 = 3.0;
+use pieces::{Piece, Pieces, settle};
+use samples::{pack_weights, sample};
 
 /// Columns sampled at once, and sample points.
 const WIDE: usize = 16;
@@ -43,44 +38,6 @@ type Wide = [f32; WIDE];
 
 /// Sums that are made at once: each addition waits for the one before in its own sum.
 const TOGETHER: usize = 4;
-
-/// A polynomial to be searched, and the part of the delay axis that its \[-1, 1\] stands for.
-#[derive(Debug, Clone, Copy)]
-struct Piece {
-    column: usize,
-    middle: f64,
-    half_width: f64,
-    /// Upper bound of the polynomial, once it is searched.
-    upper: f64,
-}
-
-/// Pieces, and their polynomials' values by eights, `[node][lane]`.
-#[derive(Debug, Clone, Default)]
-struct Pieces {
-    list: Vec<Piece>,
-    values: Vec<[Lanes; LANES]>,
-}
-
-impl Pieces {
-    fn clear(&mut self) {
-        self.list.clear();
-        self.values.clear();
-    }
-
-    #[inline(always)]
-    fn push(&mut self, piece: Piece, values: Lanes) {
-        let lane = self.list.len() % LANES;
-        if lane == 0 {
-            self.values.push([[0.0; LANES]; LANES]);
-        }
-        if let Some(last) = self.values.last_mut() {
-            for (row, value) in last.iter_mut().zip(values) {
-                row[lane] = value;
-            }
-        }
-        self.list.push(piece);
-    }
-}
 
 /// Scratch space of the search.
 #[derive(Debug, Clone, Default)]
@@ -168,156 +125,6 @@ fn search(search: &mut Continuous, response: &[Lanes], columns: usize) {
     settle(search);
 }
 
-/// Weights as `[block][path]`.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn pack_weights(response: &[Lanes], blocks: usize, weights: &mut Vec<Wide>) {
-    weights.clear();
-    for first in (0..blocks).step_by(2) {
-        for row in response.chunks_exact(blocks) {
-            let mut wide = [0.0; WIDE];
-            for l in 0..LANES {
-                wide[l] = row[first][l] as f32;
-            }
-            if let Some(second) = row.get(first + 1) {
-                for l in 0..LANES {
-                    wide[LANES + l] = second[l] as f32;
-                }
-            }
-            weights.push(wide);
-        }
-    }
-}
-
-/// Upper bounds of f at the cells' sample points: pulses farther than [`NEAR`] from each of eight
-/// points count there with the bound 1/(pi x)^2 at the nearest. And of each column the largest sum
-/// without these.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn sample(search: &mut Continuous) {
-    let paths = search.places.len();
-    let blocks = search.weights.len() / paths;
-    let cells = search.cells.len();
-    search.samples.clear();
-    search
-        .samples
-        .resize(cells.next_multiple_of(POINTS) * blocks, [0.0; WIDE]);
-    search.least.clear();
-    search.least.resize(blocks, [0.0; WIDE]);
-    search.near.resize(paths, 0);
-    search.far.resize(paths, 0.0);
-    let samples = search.samples.chunks_mut(LANES * blocks);
-    for (cells, samples) in search.cells.chunks(LANES).zip(samples) {
-        let points: Lanes = std::array::from_fn(|l| cells[l.min(cells.len() - 1)].at);
-        search.nearest.clear();
-        search.nearest.resize(paths, f64::INFINITY);
-        for point in points {
-            for (nearest, place) in search.nearest.iter_mut().zip(&search.places) {
-                let distance = (point - place).abs();
-                *nearest = if distance < *nearest {
-                    distance
-                } else {
-                    *nearest
-                };
-            }
-        }
-        let mut count = 0;
-        for (path, (nearest, far)) in search.nearest.iter().zip(&mut search.far).enumerate() {
-            let root = PI * nearest;
-            *far = if *nearest < NEAR {
-                0.0
-            } else {
-                1.0 / (root * root)
-            } as f32;
-            search.near[count] = path;
-            count += usize::from(*nearest < NEAR);
-        }
-        let near = &search.near[..count];
-        search.near_places.clear();
-        search
-            .near_places
-            .extend(near.iter().map(|&path| search.places[path]));
-        pulses(
-            1.0,
-            &[points],
-            &search.near_places,
-            &mut search.pulses[..count],
-        );
-        search.rows.clear();
-        for first in (0..cells.len()).step_by(POINTS) {
-            for pulse in &search.pulses[..count] {
-                let mut row = [0.0; POINTS];
-                for r in 0..POINTS {
-                    row[r] = pulse[first + r] as f32;
-                }
-                search.rows.push(row);
-            }
-        }
-        for (block, weights) in search.weights.chunks_exact(paths).enumerate() {
-            let rest = rest(weights, &search.far);
-            let mut highest = search.least[block];
-            let mut samples = samples[block..].iter_mut().step_by(blocks);
-            for first in (0..cells.len()).step_by(POINTS) {
-                let rows = &search.rows[first / POINTS * count..][..count];
-                for sum in sums(weights, near, rows) {
-                    for l in 0..WIDE {
-                        highest[l] = if sum[l] > highest[l] {
-                            sum[l]
-                        } else {
-                            highest[l]
-                        };
-                    }
-                    let mut upper = sum;
-                    for l in 0..WIDE {
-                        upper[l] += rest[l];
-                    }
-                    if let Some(sample) = samples.next() {
-                        *sample = upper;
-                    }
-                }
-            }
-            search.least[block] = highest;
-        }
-    }
-}
-
-/// Sum of the weights times the bounds of pulses that are far. It is made in two parts: each addition waits for the one before.
-#[inline(always)]
-fn rest(weights: &[Wide], far: &[f32]) -> Wide {
-    let (mut even, mut odd) = ([0.0; WIDE], [0.0; WIDE]);
-    let (weights, last) = weights.as_chunks::<2>();
-    let (far, far_last) = far.as_chunks::<2>();
-    for (weights, far) in weights.iter().zip(far) {
-        for l in 0..WIDE {
-            even[l] += far[0] * weights[0][l];
-        }
-        for l in 0..WIDE {
-            odd[l] += far[1] * weights[1][l];
-        }
-    }
-    for (weight, far) in last.iter().zip(far_last) {
-        for l in 0..WIDE {
-            even[l] += far * weight[l];
-        }
-    }
-    for l in 0..WIDE {
-        even[l] += odd[l];
-    }
-    even
-}
-
-#[inline(always)]
-fn sums(weights: &[Wide], near: &[usize], rows: &[[f32; POINTS]]) -> [Wide; POINTS] {
-    let mut sums = [[0.0; WIDE]; POINTS];
-    for (&path, row) in near.iter().zip(rows) {
-        let weight = &weights[path];
-        for r in 0..POINTS {
-            for l in 0..WIDE {
-                sums[r][l] += row[r] * weight[l];
-            }
-        }
-    }
-    sums
-}
-
 /// Finds the cells that remain for each column, and interpolates f there.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
@@ -368,52 +175,6 @@ fn interpolate(search: &mut Continuous, response: &[f64], stride: usize) {
                 search.pieces.push(piece, values);
             }
         }
-    }
-}
-
-/// Searches the pieces, and halves of them, until none can be above (1 + TOLERANCE) times the best
-/// of its column.
-#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn settle(search: &mut Continuous) {
-    let (best, place) = (
-        search.best.as_flattened_mut(),
-        search.place.as_flattened_mut(),
-    );
-    let (pieces, halves) = (&mut search.pieces, &mut search.halves);
-    while !pieces.list.is_empty() {
-        #[cfg(test)]
-        {
-            search.polynomials += pieces.list.len();
-        }
-        for (eight, values) in pieces.list.chunks_mut(LANES).zip(&pieces.values) {
-            let mut c = polynomial::interpolate(values);
-            let (x, upper) = polynomial::top(&mut c);
-            for (l, piece) in eight.iter_mut().enumerate() {
-                piece.upper = upper[l];
-                if c[0][l] > best[piece.column] {
-                    best[piece.column] = c[0][l];
-                    place[piece.column] = piece.middle + piece.half_width * x[l];
-                }
-            }
-        }
-        halves.clear();
-        for (i, piece) in pieces.list.iter().enumerate() {
-            if piece.upper > (1.0 + TOLERANCE) * best[piece.column] {
-                let c = polynomial::interpolate(
-                    &pieces.values[i / LANES].map(|values| [values[i % LANES]]),
-                );
-                for middle in [-0.5, 0.5] {
-                    let half = Piece {
-                        middle: piece.middle + piece.half_width * middle,
-                        half_width: 0.5 * piece.half_width,
-                        ..*piece
-                    };
-                    let value = |x: f64| c.iter().rev().fold(0.0, |sum, [c]| sum * x + c);
-                    halves.push(half, NODES.map(|node| value(middle + 0.5 * node)));
-                }
-            }
-        }
-        mem::swap(pieces, halves);
     }
 }
 

@@ -53,52 +53,53 @@ const SLOPE_MARGIN: f64 = 1.0 + 1e-5;
 /// Factor for the rounding of the steps that follow.
 const MARGIN: f64 = 1.0 + 1e-9;
 
-/// The numbers of a ray that bounds are made of.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Direction {
-    /// Cosine of the angle from the 0-face over 2 n; `sin` is the sine of the same angle.
-    cos: f64,
-    sin: f64,
-    from_0: f64,
-    from_n: f64,
-    length_m: f64,
-    gamma_0: [f64; 2],
-    gamma_n: [f64; 2],
-    norm_0: f64,
-    norm_n: f64,
-    /// |mu|; 0 for a ray that takes no slope along.
-    slope: f64,
-    /// 0 for a ray of which only the slope goes on, else 1.
-    value: f64,
-    /// Magnitudes of the slopes of the reflection coefficients, of a ray along the face.
-    slope_0: f64,
-    slope_n: f64,
+/// Makes the numbers of a direction, and the same in columns.
+macro_rules! direction {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// The numbers of a ray that bounds are made of.
+        #[derive(Debug, Clone, Copy, Default)]
+        pub(crate) struct Direction {
+            $($(#[$doc])* $name: f64,)*
+        }
+
+        /// Count of numbers in a direction.
+        const COLUMNS: usize = [$(stringify!($name)),*].len();
+
+        impl Direction {
+            fn columns(&self) -> [f64; COLUMNS] {
+                [$(self.$name),*]
+            }
+
+            #[inline(always)]
+            fn at(columns: [&[f64]; COLUMNS], i: usize) -> Self {
+                let [$($name),*] = columns;
+                Self { $($name: $name[i]),* }
+            }
+        }
+    };
 }
 
-/// Count of numbers in a direction.
-const COLUMNS: usize = 15;
-
-impl Direction {
-    fn columns(&self) -> [f64; COLUMNS] {
-        let ([re_0, im_0], [re_n, im_n]) = (self.gamma_0, self.gamma_n);
-        [
-            self.cos,
-            self.sin,
-            self.from_0,
-            self.from_n,
-            self.length_m,
-            re_0,
-            im_0,
-            re_n,
-            im_n,
-            self.norm_0,
-            self.norm_n,
-            self.slope,
-            self.value,
-            self.slope_0,
-            self.slope_n,
-        ]
-    }
+direction! {
+    /// Cosine of the angle from the 0-face over 2 n; `sin` is the sine of the same angle.
+    cos,
+    sin,
+    from_0,
+    from_n,
+    length_m,
+    /// Reflection coefficients of the faces.
+    re_0,
+    im_0,
+    re_n,
+    im_n,
+    norm_0,
+    norm_n,
+    /// |mu|; 0 for a ray that takes no slope along.
+    slope,
+    /// 0 for a ray of which only the slope goes on, else 1.
+    value,
+    /// Magnitudes of the slopes of the reflection coefficients, of a ray along the face.
+    slope_0,
+    slope_n,
 }
 
 /// Directions in columns, so that one instruction takes several of them.
@@ -180,8 +181,10 @@ impl WedgeBound {
             from_0: ray.from_0,
             from_n: ray.from_n,
             length_m: ray.length_m,
-            gamma_0: [ray.gamma_0.re, ray.gamma_0.im],
-            gamma_n: [ray.gamma_n.re, ray.gamma_n.im],
+            re_0: ray.gamma_0.re,
+            im_0: ray.gamma_0.im,
+            re_n: ray.gamma_n.re,
+            im_n: ray.gamma_n.im,
             norm_0: ray.gamma_0.norm(),
             norm_n: ray.gamma_n.norm(),
             slope: ray.slope.abs(),
@@ -280,11 +283,8 @@ impl WedgeBound {
         let [[at_n, rest_n], [at_0, rest_0]] = self.terms(sum, twice_kl, cap);
         let pick = |first: bool, a: f64, b: f64| if first { a } else { b };
         let (p_0, p_n) = (p.from_0 <= q.from_0, p.from_n <= q.from_n);
-        let reflected = |i: usize| {
-            pick(p_n, p.gamma_n[i], q.gamma_n[i]) * at_n
-                - pick(p_0, p.gamma_0[i], q.gamma_0[i]) * at_0
-        };
-        let (re, im) = (far - near + reflected(0), reflected(1));
+        let re = far - near + (pick(p_n, p.re_n, q.re_n) * at_n - pick(p_0, p.re_0, q.re_0) * at_0);
+        let im = pick(p_n, p.im_n, q.im_n) * at_n - pick(p_0, p.im_0, q.im_0) * at_0;
         let rest = far_rest
             + near_rest
             + pick(p_0, p.norm_0, q.norm_0) * rest_0
@@ -356,40 +356,9 @@ fn bound_each_with_slope(
 #[inline(always)]
 fn each(columns: [&[f64]; COLUMNS], out: &mut [f64], bound: impl Fn(&Direction) -> f64) {
     let count = out.len();
-    let [
-        cos,
-        sin,
-        from_0,
-        from_n,
-        length,
-        re_0,
-        im_0,
-        re_n,
-        im_n,
-        norm_0,
-        norm_n,
-        slope,
-        value,
-        slope_0,
-        slope_n,
-    ] = columns.map(|column| &column[..count]);
+    let columns = columns.map(|column| &column[..count]);
     for (i, out) in out.iter_mut().enumerate() {
-        let q = Direction {
-            cos: cos[i],
-            sin: sin[i],
-            from_0: from_0[i],
-            from_n: from_n[i],
-            length_m: length[i],
-            gamma_0: [re_0[i], im_0[i]],
-            gamma_n: [re_n[i], im_n[i]],
-            norm_0: norm_0[i],
-            norm_n: norm_n[i],
-            slope: slope[i],
-            value: value[i],
-            slope_0: slope_0[i],
-            slope_n: slope_n[i],
-        };
-        *out = bound(&q);
+        *out = bound(&Direction::at(columns, i));
     }
 }
 

@@ -1,0 +1,81 @@
+//! The records of the paths that a search found.
+
+use super::{Ends, Found, Search};
+use crate::link::Link;
+use crate::path::{Interactions, PathRecord};
+
+impl Search {
+    /// Takes back what the former link's paths were made of, and lets go of what was left of those before.
+    pub fn take_back(&mut self, paths: &mut Vec<PathRecord>) {
+        self.spare.clear();
+        let former = paths.drain(..).map(|path| path.interactions);
+        let long = former.filter(|interactions| interactions.spilled());
+        self.spare.extend(long.map(|mut interactions| {
+            interactions.clear();
+            interactions
+        }));
+    }
+}
+
+impl Ends<'_> {
+    /// Applies the dynamic range to all paths and assembles the diffracted ones that remain, the shortest first.
+    pub(super) fn cut(&self, search: &mut Search, link: &mut Link) {
+        let reflected = link.paths.iter().map(PathRecord::power);
+        let diffracted = search.found.iter().map(|f| f.gain.norm_sqr());
+        let strongest = reflected.chain(diffracted).fold(0.0, f64::max);
+        let floor = strongest * self.map.range * self.map.range;
+        let omitted = &mut link.omitted;
+        let mut keep = |power: f64| {
+            // A gain of exactly zero is no path at all.
+            let keep = power >= floor && power > 0.0;
+            if !keep {
+                omitted.by_gain += 1;
+                omitted.power += power;
+            }
+            keep
+        };
+        link.paths.retain(|p| keep(p.power()));
+        search.found.retain(|f| keep(f.gain.norm_sqr()));
+        if search.found.is_empty() {
+            return;
+        }
+        // Records are large: sort the small parts that they are made from.
+        search
+            .found
+            .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));
+        link.paths
+            .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));
+        std::mem::swap(&mut search.reflected, &mut link.paths);
+        let mut reflected = search.reflected.drain(..).peekable();
+        for found in &search.found {
+            while let Some(shorter) = reflected.next_if(|p| p.length_m <= found.length_m) {
+                link.paths.push(shorter);
+            }
+            link.paths
+                .push(self.record(found, &mut search.path, &mut search.spare));
+        }
+        link.paths.extend(reflected);
+    }
+
+    fn record(
+        &self,
+        found: &Found,
+        path: &mut Interactions,
+        spare: &mut Vec<Interactions>,
+    ) -> PathRecord {
+        let (fronts, last) = (&self.tx.fronts, found.leg as usize);
+        path.clear();
+        fronts.interactions(&self.sources, found.front, path);
+        let reflections = self.rx.legs.reflections_of(&self.rx.legs.all()[last]);
+        path.extend(reflections.iter().rev().copied());
+        let is_long = path.len() > path.inline_size();
+        let spare = if is_long { spare.pop() } else { None };
+        let mut interactions = spare.unwrap_or_default();
+        interactions.extend_from_slice(path);
+        let azimuths_rad = [
+            self.tx.azimuths_rad[fronts.own_leg(found.front)],
+            self.rx.azimuths_rad[last],
+        ];
+        PathRecord::with_azimuths(azimuths_rad, interactions, found.length_m, found.gain)
+    }
+}
