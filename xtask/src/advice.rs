@@ -2,6 +2,7 @@
 
 use anyhow::Error;
 use aps_raytrace::scene::GeoJsonError;
+use aps_raytrace::{ConfigError, TerminalError};
 use map2aps::{
     Error as Cause, ExchangeError, MapError, MergeError, MissingPart, ScoreError, SettingsError,
 };
@@ -32,7 +33,11 @@ pub fn advice(error: &Error) -> String {
         }
         Cause::Data(aps_data::Error::NotStored { .. }) => " (--store aps,pdp,paths)",
         Cause::Score(ScoreError::NoTrainingLabel | ScoreError::FlatLabels) => {
-            " (--domain linear needs no statistics)"
+            " (metrics --domain linear needs no statistics)"
+        }
+        Cause::TraceConfig(ConfigError::Corner(_) | ConfigError::TooManyWaves { .. })
+        | Cause::Terminal(TerminalError::TooManyImages { .. } | TerminalError::TooManyWaves { .. }) => {
+            " (here these two are fixed: take --limits r2d1, lower --max-reflections or --max-diffractions, or smaller maps by --tile)"
         }
         Cause::Settings(SettingsError::NoPaths) => {
             "; make one that does with cargo xtask dataset --store aps,paths --out DIR"

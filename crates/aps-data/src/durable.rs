@@ -99,15 +99,25 @@ pub struct PartialFile {
 }
 
 impl PartialFile {
-    /// Starts a file that is to become `target`.
+    /// Starts a file that is to become `target`, or where that is a link, the file that it leads to.
     ///
     /// # Errors
-    /// [`Error::Io`] for a folder that is not there or may not be written.
+    /// [`Error::Io`] for a folder that is not there or may not be written, and for something that is no file, as a device or a pipe:
+    /// it would be replaced, not written to.
     pub fn create(target: &Path) -> Result<(Self, File), Error> {
-        let path = partial_path(target);
-        let file = File::create(&path).map_err(at(target, "create"))?;
-        let target = target.into();
-        Ok((Self { path, target }, file))
+        let create = || {
+            let is_file = |there: fs::Metadata| there.is_file();
+            if !fs::metadata(target).map_or(true, is_file) {
+                let told = "it is no file, so it cannot be replaced by one";
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
+            }
+            // What is not there is no link to anything.
+            let target = fs::canonicalize(target).unwrap_or_else(|_| target.into());
+            let path = partial_path(&target);
+            let file = File::create(&path)?;
+            Ok((Self { path, target }, file))
+        };
+        create().map_err(at(target, "create"))
     }
 
     /// Gives the file its name, when its bytes are on disk: whole, also after a power cut.
@@ -289,6 +299,23 @@ fn hex(hash: Sha256) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_what_is_no_file_is_refused() {
+        let root = tempfile::tempdir().unwrap();
+        let [target, link] = ["target", "link"].map(|name| root.path().join(name));
+        fs::write(&target, "old").unwrap();
+        std::os::unix::fs::symlink("target", &link).unwrap();
+        replace_file(&link, b"new").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        // Nothing is made there, so that nothing could be lost.
+        let refused = PartialFile::create(Path::new("/dev/null")).unwrap_err();
+        let told = std::error::Error::source(&refused).unwrap().to_string();
+        assert!(told.contains("no file"), "{told}");
+        assert!(PartialFile::create(root.path()).is_err());
+    }
 
     #[test]
     fn a_file_that_is_given_up_leaves_the_old_one() {

@@ -120,8 +120,10 @@ fn must_be(path: &Path, expected: &[u8]) -> Result<(), Error> {
     if json::read_bytes(path)? == expected {
         return Ok(());
     }
-    Err(Error::Damaged {
-        path: path.into(),
-        problem: format!("it and {MANIFEST_FILE} say different things"),
-    })
+    let problem = match path.ends_with(MANIFEST_FILE) {
+        true => "its bytes are not those that this program writes for what it says".into(),
+        false => format!("it and {MANIFEST_FILE} say different things"),
+    };
+    let path = path.into();
+    Err(Error::Damaged { path, problem })
 }

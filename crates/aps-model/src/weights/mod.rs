@@ -132,6 +132,7 @@ pub fn read_label(path: &Path) -> Result<Option<Label>> {
         Some(Label { kind, preset })
     });
     let path = path.to_owned();
+    let found = found.chars().filter(|c| !c.is_control()).take(80).collect();
     let label = label.ok_or(Error::ForeignLabel { path, found })?;
     Ok(Some(label))
 }

@@ -40,6 +40,16 @@ pub(super) struct Pickle {
     pub root: Id,
 }
 
+/// Longest name of a class or function with its module \[bytes\]. Instructions of a few bytes may name one by a text that they share.
+const LONGEST_GLOBAL: usize = 256;
+
+fn global(module: &str, name: &str) -> Result<String, String> {
+    match module.len() + name.len() {
+        0..LONGEST_GLOBAL => Ok(format!("{module} {name}")),
+        length => Err(format!("a class with a name of {length} bytes")),
+    }
+}
+
 impl Pickle {
     /// Reads up to the stop instruction; what follows is ignored, as Python does.
     pub(super) fn parse(bytes: &[u8]) -> Result<Self, String> {
@@ -97,14 +107,12 @@ impl<'a> Machine<'a> {
             // GLOBAL, STACK_GLOBAL
             b'c' => {
                 let (module, name) = (self.line()?, self.line()?);
-                self.push(Node::Global(format!("{module} {name}")))
+                self.push(Node::Global(global(&module, &name)?))
             }
             0x93 => {
                 let (name, module) = (self.pop()?, self.pop()?);
                 let node = match (&self.nodes[module], &self.nodes[name]) {
-                    (Node::Text(module), Node::Text(name)) => {
-                        Node::Global(format!("{module} {name}"))
-                    }
+                    (Node::Text(module), Node::Text(name)) => Node::Global(global(module, name)?),
                     _ => return Err("a class without a name".to_owned()),
                 };
                 self.push(node)

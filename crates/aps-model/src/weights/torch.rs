@@ -21,6 +21,9 @@ const LONGEST_KEY: usize = 64;
 /// Longest name of a tensor in its dictionary \[bytes\].
 const LONGEST_NAME: usize = 256;
 
+/// Memory of names and sizes that a description may take, in parts of its own length.
+const BYTES_A_BYTE: usize = 8;
+
 /// Most dimensions of a tensor.
 const MOST_DIMENSIONS: usize = 16;
 
@@ -129,6 +132,8 @@ fn describe(bytes: &[u8]) -> Result<Entries, String> {
     // Each dictionary once, however often it is used.
     let mut seen = HashSet::from([pickle.root]);
     let (mut parts, mut unnamed) = (vec![(String::new(), 1, root)], 0);
+    // Entries share texts and sizes in the file, but not here.
+    let mut left = (1 << 20) + BYTES_A_BYTE * bytes.len();
     while let Some((prefix, level, (items, without))) = parts.pop() {
         unnamed += without;
         for (key, id) in items {
@@ -140,7 +145,15 @@ fn describe(bytes: &[u8]) -> Result<Entries, String> {
                 }
                 continue;
             }
-            match record(&pickle, id) {
+            let found = record(&pickle, id);
+            let sizes = found
+                .as_ref()
+                .map_or(0, |r| r.as_ref().map_or(0, |r| r.shape.len()));
+            let more = name.len() + 2 * size_of::<usize>() * sizes;
+            left = left
+                .checked_sub(more)
+                .ok_or("its entries share so much that it describes more than it can hold")?;
+            match found {
                 Ok(Some(record)) => {
                     entries.tensors.insert(name, record);
                 }
@@ -401,6 +414,37 @@ mod tests {
         let refusal = describe(&bytes).unwrap_err();
         assert!(
             refusal.contains("(1048576 dimensions, more than 16)"),
+            "{refusal}"
+        );
+
+        // Classes of one text.
+        let mut bytes = b"\x80\x02}X".to_vec();
+        bytes.extend((1_u32 << 20).to_le_bytes());
+        bytes.extend(b"m".repeat(1 << 20));
+        bytes.extend(b"q\x00");
+        bytes.extend(b"h\x00h\x00\x93s".repeat(10_000));
+        bytes.push(b'.');
+        let refusal = describe(&bytes).unwrap_err();
+        assert!(
+            refusal.contains("a class with a name of 2097152 bytes"),
+            "{refusal}"
+        );
+
+        // Names and sizes that are long, but not too long, in many entries.
+        let mut bytes = b"\x80\x02}X\x05\0\0\0firstctorch._utils\n_rebuild_tensor_v2\n(".to_vec();
+        bytes.extend(storage);
+        bytes.extend(b"K\0(");
+        bytes.extend(b"K\x01".repeat(16));
+        bytes.extend(b"tq\x00h\x00tRq\x01sX\xf0\0\0\0");
+        bytes.extend(b"k".repeat(240));
+        bytes.extend(b"q\x02h\x01");
+        for entry in 0..50_000 {
+            bytes.extend(format!("sX\x05\0\0\0{entry:05}}}h\x02h\x01s").as_bytes());
+        }
+        bytes.extend(b"s.");
+        let refusal = describe(&bytes).unwrap_err();
+        assert!(
+            refusal.contains("describes more than it can hold"),
             "{refusal}"
         );
 

@@ -47,7 +47,7 @@ impl Run<'_> {
         trace: &TraceConfig,
     ) -> Result<Tally> {
         let started = Instant::now();
-        let tracer = Tracer::new(scene, trace.clone())?;
+        let tracer = Tracer::new(scene, trace.clone()).at(Place::Map(id))?;
         let sure = match choice {
             Choice::All => terminals.rx.len(),
             Choice::FirstReached(links) => links,
