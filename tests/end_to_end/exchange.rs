@@ -185,6 +185,11 @@ fn samples_are_what_models_train_on_and_come_back() {
         (imported.verify().len(), imported.manifest().totals.links),
         (0, 30)
     );
+    // As an export leaves it that was interrupted.
+    fs::remove_file(out.join("metadata.csv")).unwrap();
+    let (from, to) = (folder.arg("out"), folder.arg("half"));
+    let error = fail(&format!("import samples {from} --out {to}"));
+    assert!(error.contains("was not finished"), "{error}");
     assert_eq!(imported.map(0).unwrap().buildings, map.buildings);
     export(&folder, "back", "again", "samples");
     let again = folder.path("again").join(name.sample_file());

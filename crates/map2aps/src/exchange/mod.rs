@@ -82,6 +82,9 @@ pub enum ExchangeError {
     /// A stored label that its paths do not make.
     #[error("it is stored with a label, but its paths make none; verify the data set")]
     NoLabel,
+    /// An export that was not finished.
+    #[error("the export into '{}' was not finished; start it again to finish it, then import it", .0.display())]
+    Unfinished(PathBuf),
     /// A folder without files to import.
     #[error("nothing to import in '{}': expected {expected}", folder.display())]
     Nothing {

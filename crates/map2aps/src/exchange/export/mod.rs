@@ -1,7 +1,7 @@
 //! A data set as the files of the published data.
 
 mod released;
-mod samples;
+pub(super) mod samples;
 #[cfg(feature = "parquet")]
 mod tables;
 
@@ -23,7 +23,7 @@ use crate::maps::choose;
 use crate::targets::{labelled_links, maps_of};
 
 /// Kept in the folder, so that one export is not continued by another.
-const RECORD_FILE: &str = "export.json";
+pub(super) const RECORD_FILE: &str = "export.json";
 
 /// Form of an export.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -98,7 +98,10 @@ fn is_whole_archive(path: &Path) -> bool {
     end().is_ok_and(|mark| mark == *b"PK\x05\x06")
 }
 
-/// `metadata.csv`: a row a sample, with the columns of the published preprocessing.
+/// The table of all samples, which an export writes last.
+pub const TABLE_FILE: &str = "metadata.csv";
+
+/// Writes the table: a row a sample, with the columns of the published preprocessing.
 pub fn write_table(names: &[LinkName], out: &Path) -> Result<()> {
     let mut table = String::from("sample_name,map_id,tx_x,tx_y,rx_x,rx_y,aps_norm,file_path\n");
     for name in names {
@@ -107,8 +110,5 @@ pub fn write_table(names: &[LinkName], out: &Path) -> Result<()> {
         table +=
             &format!("aps_{name},{map},{tx_x},{tx_y},{rx_x},{rx_y},std,samples/aps_{name}.npz\n");
     }
-    Ok(replace_unsynced(
-        &out.join("metadata.csv"),
-        table.as_bytes(),
-    )?)
+    Ok(replace_unsynced(&out.join(TABLE_FILE), table.as_bytes())?)
 }

@@ -21,6 +21,7 @@ use super::{Buildings, ExchangeError, Imported, LinkFile, make, must_have_maps, 
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
+use crate::exchange::export;
 
 /// Power of a bin without power, relative to the maximum \[dB\]: the floor of the label.
 const NO_POWER_DB: f64 = -350.0;
@@ -55,6 +56,11 @@ impl ImportSamples {
         }
         let expected = "files samples/aps_N_TXX_TXY_RXX_RXY.npz";
         must_have_maps(&maps, &self.folder, expected)?;
+        // Of others there need be no table.
+        let has = |file: &str| self.folder.join(file).exists();
+        if has(export::RECORD_FILE) && !has(export::samples::TABLE_FILE) {
+            return Err(ExchangeError::Unfinished(self.folder.clone()).into());
+        }
         let first = maps.values().flatten().next().expect("there is a map");
         let first = read(&first.path)?;
         let layout = Layout {
