@@ -37,7 +37,7 @@ pub fn advice(error: &Error) -> String {
         }
         Cause::TraceConfig(ConfigError::Corner(_) | ConfigError::TooManyWaves { .. })
         | Cause::Terminal(TerminalError::TooManyImages { .. } | TerminalError::TooManyWaves { .. }) => {
-            " (here these two are fixed: take --limits r2d1, lower --max-reflections or --max-diffractions, or smaller maps by --tile)"
+            " (no option raises these: take --limits r2d1, lower --max-reflections or --max-diffractions, or cut a city into smaller maps by --tile)"
         }
         Cause::Settings(SettingsError::NoPaths) => {
             "; make one that does with cargo xtask dataset --store aps,paths --out DIR"

@@ -71,7 +71,7 @@ pub fn entry(folder: &Path) -> Result<Entry> {
     read_json(&folder.join(ENTRY))
 }
 
-/// Those of `links` links that have no answer of their own.
+/// Numbers of the links, of so many, that have no answer of their own.
 pub fn substituted(folder: &Path, links: usize) -> Result<Vec<usize>> {
     let file = folder.join(SUBSTITUTED);
     let substituted: Vec<usize> = read_json(&file)?;

@@ -73,6 +73,24 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
+/// The file that a path stands for, there or not: the end of its links. One look where it is no link, for whoever writes many.
+fn file_of(path: &Path) -> io::Result<PathBuf> {
+    match fs::symlink_metadata(path) {
+        Ok(there) if there.is_symlink() => {
+            // The system refuses links in a circle; at the end of others there may be nothing yet.
+            match fs::metadata(path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+                _ => file_of(&folder_of(path).join(fs::read_link(path)?)),
+            }
+        }
+        Ok(there) if !there.is_file() => {
+            let told = "it is no file, so it cannot be replaced by one";
+            Err(io::Error::new(io::ErrorKind::InvalidInput, told))
+        }
+        _ => Ok(path.into()),
+    }
+}
+
 /// Name under which this process writes a file: shards that write the same one must not meet.
 fn partial_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -106,13 +124,7 @@ impl PartialFile {
     /// it would be replaced, not written to.
     pub fn create(target: &Path) -> Result<(Self, File), Error> {
         let create = || {
-            let is_file = |there: fs::Metadata| there.is_file();
-            if !fs::metadata(target).map_or(true, is_file) {
-                let told = "it is no file, so it cannot be replaced by one";
-                return Err(io::Error::new(io::ErrorKind::InvalidInput, told));
-            }
-            // What is not there is no link to anything.
-            let target = fs::canonicalize(target).unwrap_or_else(|_| target.into());
+            let target = file_of(target)?;
             let path = partial_path(&target);
             let file = File::create(&path)?;
             Ok((Self { path, target }, file))
@@ -310,6 +322,15 @@ mod tests {
         replace_file(&link, b"new").unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        let [nothing, circle] = ["nothing", "circle"].map(|name| root.path().join(name));
+        std::os::unix::fs::symlink("not there yet", &nothing).unwrap();
+        replace_file(&nothing, b"new").unwrap();
+        assert_eq!(
+            fs::read_to_string(root.path().join("not there yet")).unwrap(),
+            "new"
+        );
+        std::os::unix::fs::symlink("circle", &circle).unwrap();
+        assert!(PartialFile::create(&circle).is_err());
         // Nothing is made there, so that nothing could be lost.
         let refused = PartialFile::create(Path::new("/dev/null")).unwrap_err();
         let told = std::error::Error::source(&refused).unwrap().to_string();

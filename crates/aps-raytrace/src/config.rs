@@ -39,8 +39,8 @@ pub struct TraceConfig {
     /// Most interactions on a path, of either kind.
     pub max_interactions: usize,
     /// Waves from corner to corner take their slope along: slope diffraction. Without it such paths are cascades of
-    /// coefficients, and nothing goes along a perfectly conducting wall from corner to corner. With one diffraction at most it changes nothing.
-    /// On by default; a serialized configuration of a version that did not know it reads as off.
+    /// coefficients, and nothing goes along a perfectly conducting wall from corner to corner. With one diffraction at most it
+    /// changes nothing. On by default; a serialized configuration of a version that did not know it reads as off.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slope_diffraction: bool,
     /// Paths weaker than the link's strongest by more than this \[dB\] are left out; `None` keeps

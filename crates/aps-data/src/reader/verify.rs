@@ -24,7 +24,9 @@ impl Dataset {
     /// folder that it does not name.
     pub fn verify_manifest(&self) -> Vec<Error> {
         let path = self.root.join(MANIFEST_FILE);
-        let mut problems = Vec::from_iter(must_be(&path, &json::to_bytes(&self.manifest)).err());
+        let problem = "its bytes are not those that this program writes for what it says";
+        let same = must_be(&path, &json::to_bytes(&self.manifest), problem.into());
+        let mut problems = Vec::from_iter(same.err());
         match MapEntry::folders_in(&self.root) {
             Ok(mut folders) => {
                 folders.retain(|(id, _)| self.entry(*id).is_err());
@@ -59,7 +61,8 @@ impl Dataset {
             format_version: self.manifest.format_version,
             ..MapManifest::new(self.manifest.config(), map.clone())
         };
-        let same = must_be(&folder.join(MAP_FILE), &json::to_bytes(&manifest));
+        let problem = format!("it and {MANIFEST_FILE} say different things");
+        let same = must_be(&folder.join(MAP_FILE), &json::to_bytes(&manifest), problem);
         let mut problems = Vec::from_iter(same.err());
         for file in &map.files {
             let path = folder.join(&file.name);
@@ -116,14 +119,12 @@ impl Dataset {
 }
 
 /// Compares a file with the only bytes it can have.
-fn must_be(path: &Path, expected: &[u8]) -> Result<(), Error> {
-    if json::read_bytes(path)? == expected {
-        return Ok(());
+fn must_be(path: &Path, expected: &[u8], problem: String) -> Result<(), Error> {
+    match json::read_bytes(path)? == expected {
+        true => Ok(()),
+        false => Err(Error::Damaged {
+            path: path.into(),
+            problem,
+        }),
     }
-    let problem = match path.ends_with(MANIFEST_FILE) {
-        true => "its bytes are not those that this program writes for what it says".into(),
-        false => format!("it and {MANIFEST_FILE} say different things"),
-    };
-    let path = path.into();
-    Err(Error::Damaged { path, problem })
 }

@@ -146,9 +146,10 @@ fn describe(bytes: &[u8]) -> Result<Entries, String> {
                 continue;
             }
             let found = record(&pickle, id);
-            let sizes = found
-                .as_ref()
-                .map_or(0, |r| r.as_ref().map_or(0, |r| r.shape.len()));
+            let sizes = match &found {
+                Ok(Some(record)) => record.shape.len(),
+                _ => 0,
+            };
             let more = name.len() + 2 * size_of::<usize>() * sizes;
             left = left
                 .checked_sub(more)
@@ -397,78 +398,60 @@ mod tests {
         assert!(refusal.starts_with("it holds no dictionary"), "{refusal}");
     }
 
-    #[test]
-    fn entries_that_share_a_long_description_take_no_memory() {
-        let storage =
-            b"(X\x07\0\0\0storagectorch\nFloatStorage\nX\x01\0\0\x000X\x03\0\0\0cpuK\x06tQ";
+    const STORAGE: &[u8] =
+        b"(X\x07\0\0\0storagectorch\nFloatStorage\nX\x01\0\0\x000X\x03\0\0\0cpuK\x06tQ";
+
+    /// A dictionary whose entry `first` is a tensor of so many sizes, which are the strides as well; number 1 of the memo is the tensor.
+    fn of_sizes(count: usize) -> Vec<u8> {
         let mut bytes = b"\x80\x02}X\x05\0\0\0firstctorch._utils\n_rebuild_tensor_v2\n(".to_vec();
-        bytes.extend(storage);
-        bytes.extend(b"K\0(");
-        bytes.extend(b"K\x01".repeat(1 << 20));
-        // A shape of a million sizes, which are the strides as well.
+        bytes.extend([STORAGE, b"K\0("].concat());
+        bytes.extend(b"K\x01".repeat(count));
         bytes.extend(b"tq\x00h\x00tRq\x01s");
+        bytes
+    }
+
+    /// A text of so many letters.
+    fn text(letters: u32) -> Vec<u8> {
+        let mut bytes = b"X".to_vec();
+        bytes.extend(letters.to_le_bytes());
+        bytes.extend(b"k".repeat(letters as usize));
+        bytes
+    }
+
+    #[test]
+    fn entries_that_share_a_long_text_or_description_take_no_memory() {
+        let mut sizes = of_sizes(1 << 20);
         for entry in 0..10_000 {
-            bytes.extend(format!("X\x05\0\0\0{entry:05}h\x01s").as_bytes());
+            sizes.extend(format!("X\x05\0\0\0{entry:05}h\x01s").as_bytes());
         }
-        bytes.push(b'.');
-        let refusal = describe(&bytes).unwrap_err();
-        assert!(
-            refusal.contains("(1048576 dimensions, more than 16)"),
-            "{refusal}"
-        );
-
-        // Classes of one text.
-        let mut bytes = b"\x80\x02}X".to_vec();
-        bytes.extend((1_u32 << 20).to_le_bytes());
-        bytes.extend(b"m".repeat(1 << 20));
-        bytes.extend(b"q\x00");
-        bytes.extend(b"h\x00h\x00\x93s".repeat(10_000));
-        bytes.push(b'.');
-        let refusal = describe(&bytes).unwrap_err();
-        assert!(
-            refusal.contains("a class with a name of 2097152 bytes"),
-            "{refusal}"
-        );
-
-        // Names and sizes that are long, but not too long, in many entries.
-        let mut bytes = b"\x80\x02}X\x05\0\0\0firstctorch._utils\n_rebuild_tensor_v2\n(".to_vec();
-        bytes.extend(storage);
-        bytes.extend(b"K\0(");
-        bytes.extend(b"K\x01".repeat(16));
-        bytes.extend(b"tq\x00h\x00tRq\x01sX\xf0\0\0\0");
-        bytes.extend(b"k".repeat(240));
-        bytes.extend(b"q\x02h\x01");
-        for entry in 0..50_000 {
-            bytes.extend(format!("sX\x05\0\0\0{entry:05}}}h\x02h\x01s").as_bytes());
-        }
-        bytes.extend(b"s.");
-        let refusal = describe(&bytes).unwrap_err();
-        assert!(
-            refusal.contains("describes more than it can hold"),
-            "{refusal}"
-        );
-
-        // A key of a megabyte in 100,000 dictionaries.
-        let mut bytes = b"\x80\x02}X".to_vec();
-        bytes.extend((1_u32 << 20).to_le_bytes());
-        bytes.extend(b"k".repeat(1 << 20));
-        bytes.extend(b"q\x00N");
+        let mut classes = [b"\x80\x02}", &text(1 << 20)[..], b"q\x00"].concat();
+        classes.extend(b"h\x00h\x00\x93s".repeat(10_000));
+        // Names and sizes that are long, but not too long.
+        let mut names = [&of_sizes(16), &text(240)[..], b"q\x02h\x01s"].concat();
+        let mut keys = [b"\x80\x02}", &text(1 << 20)[..], b"q\x02Ns"].concat();
         for entry in 0..100_000 {
-            bytes.extend(format!("sX\x05\0\0\0{entry:05}}}h\x00Ns").as_bytes());
+            let inner = format!("X\x05\0\0\0{entry:05}}}h\x02");
+            names.extend([inner.as_bytes(), b"h\x01ss"].concat());
+            keys.extend([inner.as_bytes(), b"Nss"].concat());
         }
-        bytes.extend(b"s.");
-        let refusal = describe(&bytes).unwrap_err();
-        assert!(refusal.contains("100001 without a name"), "{refusal}");
+        for (mut bytes, told) in [
+            (sizes, "(1048576 dimensions, more than 16)"),
+            (classes, "a class with a name of 2097152 bytes"),
+            (names, "describes more than it can hold"),
+            (keys, "100001 without a name"),
+        ] {
+            bytes.push(b'.');
+            let refusal = describe(&bytes).unwrap_err();
+            assert!(refusal.contains(told), "{refusal}");
+        }
     }
 
     #[test]
     fn a_view_that_is_marked_as_negated_is_refused() {
         let file = |marks: &[u8]| {
-            let storage =
-                b"(X\x07\0\0\0storagectorch\nFloatStorage\nX\x01\0\0\x000X\x03\0\0\0cpuK\x06tQ";
             let beginning = b"\x80\x02}X\x01\0\0\0wctorch._utils\n_rebuild_tensor_v2\n(";
             let sizes = b"K\0K\x06\x85K\x01\x85\x89}";
-            [beginning, &storage[..], sizes, marks, b"tRs."].concat()
+            [beginning, STORAGE, sizes, marks, b"tRs."].concat()
         };
         for marks in [&b""[..], b"}", b"N"] {
             let entries = describe(&file(marks)).unwrap();

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use aps_data::{Access, DatasetWriter, Plan, Survey, Totals};
 
 use crate::control::{Control, Work};
-use crate::error::{At, Error, Place, Result};
+use crate::dataset::or_kept;
+use crate::error::{At, Place, Result};
 use crate::{maps, settings};
 
 /// Fault of shards that are to be joined.
@@ -91,12 +92,9 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
         maps: sources.len(),
     });
     for (&id, part) in todo {
-        if control.is_cancelled() {
-            let (kept, folder) = (writer.map_ids().len(), out.into());
-            return Err(Error::Interrupted { kept, folder });
-        }
         let taken = writer.adopt_map(&part.folder, id);
-        taken.at(Place::MapFrom(id, part.folder.clone()))?;
+        let taken = taken.at(Place::MapFrom(id, part.folder.clone()));
+        or_kept(taken, &writer, out, control)?;
         control.progress.advance(1);
     }
     Ok(writer.finish(&split)?.totals)

@@ -41,7 +41,7 @@ struct Row {
 /// Limits, without an omission, and with each that is measured: its name and range \[dB\].
 type Omissions = (TraceConfig, [(&'static str, f64); 2]);
 
-/// What the ranges of R2 D1 leave out, and those of the converged limits.
+/// Ranges to be measured: two of R2 D1, and two of the converged limits.
 fn omissions() -> [Omissions; 2] {
     let all = |limits: TraceConfig| TraceConfig {
         dynamic_range_db: None,

@@ -130,7 +130,7 @@ impl Export {
                 #[cfg(feature = "parquet")]
                 ExportLayout::Parquet => unreachable!("tables are written above"),
                 ExportLayout::Samples => {
-                    let exporter = samples::Samples::new(&map)?;
+                    let exporter = samples::Samples::new(&map);
                     exporter.write_buildings(out)?;
                     write_links(id, &links, control, |&mut (), link, name| {
                         exporter.write(link, name, out)

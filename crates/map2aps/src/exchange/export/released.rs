@@ -14,6 +14,7 @@ use crate::batch::Buffers;
 use crate::dataset::stored_pdp;
 use crate::error::{At, Place, Result};
 use crate::exchange::ExchangeError;
+use crate::targets::spectra;
 
 /// The labels of one map.
 pub struct Released<'a> {
@@ -39,22 +40,21 @@ impl<'a> Released<'a> {
         let manifest = dataset.manifest();
         let label: Option<LabelConfig> =
             serde_json::from_value(manifest.configuration["label"].clone()).ok();
-        let (source, bins) = match (label, &map.aps) {
-            (Some(label), _) if manifest.layout.paths => {
+        let (source, bins) = match label {
+            Some(label) if manifest.layout.paths => {
                 let labeler = Box::new(Labeler::new(&LabelConfig { pdp: true, ..label })?);
                 let bins = [labeler.angles_deg(), labeler.delays_s()].map(|axis| Some(axis.len()));
                 let table = dataset.paths(map.id)?;
                 (Source::Paths { table, labeler }, bins)
             }
-            (_, Some(aps)) if aps.argmax().is_some() || zero_places => {
-                let pdp = stored_pdp(dataset, map.id)?;
+            _ => {
+                let layout = dataset.aps_layout()?;
+                if !layout.argmax && !zero_places {
+                    return Err(ExchangeError::NoPlaces.into());
+                }
+                let (aps, pdp) = (spectra(map), stored_pdp(dataset, map.id)?);
                 let bins = [Some(aps.bins()), pdp.as_ref().map(Profile::bins)];
                 (Source::Stored { aps, pdp }, bins)
-            }
-            (_, Some(_)) => return Err(ExchangeError::NoPlaces.into()),
-            (_, None) => {
-                let told = dataset.aps_layout();
-                return Err(told.expect_err("a map has what is stored").into());
             }
         };
         let length = |bins: usize| {

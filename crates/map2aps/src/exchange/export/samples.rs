@@ -13,6 +13,7 @@ use aps_label::{MeanStd, Normalization};
 use super::create_folder;
 use crate::error::Result;
 use crate::exchange::ExchangeError;
+use crate::targets::spectra;
 
 /// The published preprocessing, its default: relative power, minus its own mean, divided by its own deviation.
 const NORMALISATION: Normalization = Normalization::Released(MeanStd {
@@ -37,13 +38,13 @@ impl<'a> Samples<'a> {
         }
     }
 
-    pub fn new(map: &'a MapData) -> Result<Self> {
-        let images = ConditionImages::new(&map.buildings, ConditionConfig::default());
-        let aps = map
-            .aps
-            .as_ref()
-            .expect("a map has what the data set stores");
-        Ok(Self { map, aps, images })
+    /// Prepares a map of a data set that was checked.
+    pub fn new(map: &'a MapData) -> Self {
+        Self {
+            map,
+            aps: spectra(map),
+            images: ConditionImages::new(&map.buildings, ConditionConfig::default()),
+        }
     }
 
     /// Writes `env_maps/N.npy`, the image of the buildings by itself, and creates the folder of the samples.
