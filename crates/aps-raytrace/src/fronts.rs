@@ -14,10 +14,10 @@ use crate::between::{Between, Block, Leaving};
 use crate::bound::Direction;
 use crate::front_counts::Counts;
 use crate::images::group_starts;
-use crate::legs::{Corners, Leg, Legs};
+use crate::legs::{Corners, Leg, Legs, Short};
 use crate::limits::Limits;
 use crate::path::{Interaction, InteractionKind, Interactions};
-use crate::strength::{Places, Row, Rows, Strength, Table};
+use crate::strength::{Bound, Places, RowSum, Rows, Strength, Table};
 use crate::wedge::Ray;
 
 /// Instead of a wave: none, as a leg of the transmitter continues none.
@@ -131,6 +131,15 @@ impl<'t> Sources<'t> {
     fn leaving(&self, wave: &Wave) -> &'t Leaving {
         self.between().leaving(wave.corner)
     }
+
+    /// A leg that leaves the corner of a group, in short.
+    pub fn leg_after(&self, group: &Group, leg: u32) -> &'t Short {
+        &self
+            .between()
+            .leaving(group.corner)
+            .legs
+            .short(leg..leg + 1)[0]
+    }
 }
 
 impl Fronts {
@@ -233,7 +242,8 @@ impl Fronts {
             left.map_or(0, |left| ends.with_at_most(left))
         };
         let fronts: usize = waves.iter().map(count).sum();
-        let bytes = self.table.bytes_with(ends.slots.len(), waves.len())
+        let bytes = self.table.bytes()
+            + ends.slots.len() * Table::row_bytes(waves.len())
             + (self.amplitudes.len() + fronts) * size_of::<OnceLock<Amplitude>>()
             + (self.waves.len() + waves.len()) * size_of::<Wave>();
         if bytes > limits.bytes {
@@ -289,9 +299,9 @@ impl Fronts {
         let group = self.groups.last()?;
         let leaving = of.between().leaving(group.corner);
         let legs = leaving.legs.all();
-        let rows = self.table.rows(group.rows, 0..legs.len() as u32);
-        for (i, (leg, row)) in (0..).zip(legs.iter().zip(rows)) {
-            for ((id, wave), strength) in self.waves_of(group).zip(row.kinds) {
+        for (i, leg) in (0..).zip(legs) {
+            let strengths = self.along_leg(group, i);
+            for ((id, wave), strength) in self.waves_of(group).zip(strengths) {
                 let reflections = wave.reflections + leg.reflections;
                 if !limits.allow(reflections, wave.diffractions + 2) {
                     continue;
@@ -357,10 +367,15 @@ impl Fronts {
         &self.blocks[start as usize..end as usize]
     }
 
-    /// Groups of waves at a corner that go on to further ones.
-    pub fn groups_at(&self, corner: u32) -> &[Group] {
-        let [from, to] = [0, 1].map(|i| self.first_group[corner as usize + i] as usize);
-        &self.groups[from..to]
+    /// Groups of waves at a corner that go on to further ones, by number.
+    pub fn groups_at(&self, corner: u32) -> Range<u32> {
+        self.first_group[corner as usize]..self.first_group[corner as usize + 1]
+    }
+
+    /// A group by its number.
+    #[inline]
+    pub fn group(&self, number: u32) -> &Group {
+        &self.groups[number as usize]
     }
 
     /// Waves of a group, in order.
@@ -369,10 +384,17 @@ impl Fronts {
         group.waves.clone().zip(&self.waves[range])
     }
 
-    /// Strengths of the fronts that continue the waves of a group along each of the legs of a block; all 0 beyond the limits.
+    /// Largest and sum of squares of the fronts that continue the waves of a group along each of the legs of a block; all 0 beyond
+    /// the limits.
     #[inline]
-    pub fn rows(&self, group: &Group, block: &Block) -> impl Iterator<Item = Row<'_>> {
-        self.table.rows(group.rows, block.legs.clone())
+    pub fn sums(&self, group: &Group, block: &Block) -> &[RowSum] {
+        self.table.sums(group.rows, block.legs.clone())
+    }
+
+    /// Strengths of the fronts that continue the waves of a group along a leg, by wave.
+    #[inline]
+    pub fn along_leg(&self, group: &Group, leg: u32) -> &[Bound] {
+        self.table.row(group.rows, leg)
     }
 
     /// Reflection and diffraction coefficients so far, over the square root of the product of all leg lengths.

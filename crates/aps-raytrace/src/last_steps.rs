@@ -9,7 +9,7 @@ use crate::between::{Between, Block};
 use crate::bound::Direction;
 use crate::legs::{Corners, Leg, Legs};
 use crate::limits::Limits;
-use crate::strength::{Bound, Places, Row, Rows, Strength, Table};
+use crate::strength::{Bound, Places, RowSum, Rows, Strength, Table};
 
 /// The steps at one corner.
 #[derive(Debug, Clone)]
@@ -59,15 +59,18 @@ impl LastSteps {
             left.map_or(0, |left| between.arriving(leg.corner).with_at_most(left))
         };
         // The steps of receivers fill most of the memory: reserve no byte more than they take.
-        let bounds = legs.at_corners().iter().map(|at| {
-            let ends = between.arriving(at.corner).slots.len();
-            ends * (2 + at.legs.len())
-        });
-        let bounds = bounds.sum();
-        if bounds * size_of::<Bound>() > limits.bytes {
+        let (mut rows, mut bounds) = (0, 0);
+        let mut bytes = 0;
+        for at in legs.at_corners() {
+            let (ends, kinds) = (between.arriving(at.corner).slots.len(), at.legs.len());
+            rows += ends;
+            bounds += ends * kinds;
+            bytes += ends * Table::row_bytes(kinds);
+        }
+        if bytes > limits.bytes {
             return None;
         }
-        steps.table.reserve_exact(bounds);
+        steps.table.reserve_exact(rows, bounds);
         let mut places = Places::default();
         let mut blocks = Vec::new();
         for at in legs.at_corners() {
@@ -120,10 +123,16 @@ impl LastSteps {
         self.blocks[(place + block - first) as usize].map(Bound::get)
     }
 
-    /// Strengths of the steps at a corner that begin with each of the legs of a block; all 0 beyond the limits.
+    /// Largest and sum of squares of the steps at a corner that begin with each of the legs of a block; all 0 beyond the limits.
     #[inline]
-    pub fn rows(&self, at: &CornerSteps, block: &Block) -> impl Iterator<Item = Row<'_>> {
+    pub fn sums(&self, at: &CornerSteps, block: &Block) -> &[RowSum] {
         let slots = block.first_slot..block.first_slot + block.legs.len() as u32;
-        self.table.rows(at.rows, slots)
+        self.table.sums(at.rows, slots)
+    }
+
+    /// Strengths of the steps that begin with the leg in a slot, by own leg at the corner.
+    #[inline]
+    pub fn of_leg(&self, at: &CornerSteps, slot: u32) -> &[Bound] {
+        self.table.row(at.rows, slot)
     }
 }

@@ -10,12 +10,11 @@ mod assemble;
 use num_complex::Complex64;
 
 use crate::fronts::{FrontId, Sources};
-use crate::last_steps::CornerSteps;
-use crate::legs::{AtCorner, Legs, Short};
+use crate::legs::{AtCorner, Legs};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
 use crate::path::{Interactions, PathRecord};
-use crate::strength::Row;
+use crate::strength::RowSum;
 use crate::terminal::{Receiver, Transmitter};
 
 /// Factor that lowers the floor with which bounds are compared: far more than the rounding of bounds and amplitudes.
@@ -40,6 +39,22 @@ struct Found {
     gain: Complex64,
 }
 
+/// A leg between corners along which some path may reach the floor.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    /// The corner where it ends, by its place among those that the receiver sees.
+    at: u32,
+    /// The waves at the corner where it begins.
+    group: u32,
+    /// Among the legs that leave there, and its slot where it arrives.
+    leg: u32,
+    slot: u32,
+    /// The fronts along it.
+    before: RowSum,
+    /// The last steps that begin with it.
+    after: RowSum,
+}
+
 /// A leg between corners and a last step.
 #[derive(Debug, Clone, Copy)]
 struct Part {
@@ -56,7 +71,8 @@ pub(crate) struct Search {
     common: Vec<(AtCorner, AtCorner)>,
     candidates: Vec<Candidate>,
     /// Blocks, with the receiver's corner.
-    blocks: Vec<(usize, u32)>,
+    blocks: Vec<(u32, u32)>,
+    crossings: Vec<Crossing>,
     parts: Vec<Part>,
     found: Vec<Found>,
     reflected: Vec<PathRecord>,
@@ -212,18 +228,11 @@ impl Ends<'_> {
             self.look_for_a_floor(search);
         }
         self.select_blocks(&mut search.blocks);
-        for &(at, block) in &search.blocks {
-            self.over_block(
-                &self.rx.steps.corners()[at],
-                block,
-                &mut search.candidates,
-                &mut search.parts,
-            );
-        }
+        self.over_blocks(search);
     }
 
     /// Picks the blocks of which some path may reach the floor.
-    fn select_blocks(&mut self, selected: &mut Vec<(usize, u32)>) {
+    fn select_blocks(&mut self, selected: &mut Vec<(u32, u32)>) {
         selected.clear();
         let of_square = self.of_strengths().powi(2);
         let floor = self.floor / self.of_strengths();
@@ -231,7 +240,7 @@ impl Ends<'_> {
         let mut omit = |p: f32, q: f64| power += f64::from(p) * q * of_square;
         let steps = &self.rx.steps;
         let fronts = &self.tx.fronts;
-        for (i, at) in steps.corners().iter().enumerate() {
+        for (i, at) in (0..).zip(steps.corners()) {
             let (arriving, leaving) = (fronts.corner(at.corner), &at.strength);
             if f64::from(arriving.max) * f64::from(leaving.max) < floor {
                 omit(arriving.power, leaving.power.into());
@@ -263,90 +272,107 @@ impl Ends<'_> {
     /// Computes one promising path, where nothing is known of the link.
     fn look_for_a_floor(&mut self, search: &mut Search) {
         let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
-        let all = steps.corners().iter().flat_map(|at| {
+        let all = (0..).zip(steps.corners()).flat_map(|(i, at)| {
             let blocks = fronts.blocks(at.corner).iter();
             blocks.map(move |f| {
                 let [max, _] = steps.block(at, f.block);
-                (f64::from(f.strength.max) * max, at, f.block)
+                (f64::from(f.strength.max) * max, i, f.block)
             })
         });
         let Some((_, at, best)) = all.max_by(|p, q| p.0.total_cmp(&q.0)) else {
             return;
         };
-        self.over_block(at, best, &mut search.candidates, &mut search.parts);
+        search.blocks.clear();
+        search.blocks.push((at, best));
+        self.over_blocks(search);
         self.raise_floor_by(&mut search.candidates);
     }
 
-    /// Candidates along the legs from one corner to another: those fronts that reach the floor with the best of the steps, with those
+    /// Candidates along the legs of the selected blocks: those fronts that reach the floor with the best of the steps, with those
     /// steps that do with the best of the fronts.
-    fn over_block(
-        &mut self,
-        at: &CornerSteps,
-        block: u32,
-        candidates: &mut Vec<Candidate>,
-        parts: &mut Vec<Part>,
-    ) {
+    fn over_blocks(&mut self, search: &mut Search) {
+        self.select_crossings(&search.blocks, &mut search.crossings);
         let limits = self.map.config.limits();
-        let between = self.sources.between.expect("blocks are of it");
-        let block = &between.blocks()[block as usize];
         let spread = self.map.friis.amplitude(1.0);
         let at_most = self.of_strengths();
         let fronts = &self.tx.fronts;
-        let legs = between.leaving(block.from).legs.short(block.legs.clone());
-        for group in fronts.groups_at(block.from) {
-            let rows = fronts.rows(group, block).zip(self.rx.steps.rows(at, block));
-            for ((id, leg), (before, after)) in block.legs.clone().zip(legs).zip(rows) {
-                let strength = before.max * after.max;
-                if strength == 0.0 {
+        for crossing in &search.crossings {
+            self.last_parts(crossing, &mut search.parts);
+            let enough = self.floor / (at_most * crossing.after.max());
+            let group = fronts.group(crossing.group);
+            let strengths = fronts.along_leg(group, crossing.leg);
+            for ((id, wave), strength) in fronts.waves_of(group).zip(strengths) {
+                let strength = strength.get();
+                if strength < enough {
+                    self.omit(at_most * strength, crossing.after.power());
                     continue;
                 }
-                if at_most * strength < self.floor {
-                    self.omit(at_most, before.power * after.power);
-                    continue;
-                }
-                self.last_parts(at, leg, &before, &after, parts);
-                let enough = self.floor / (at_most * after.max);
-                for ((wave_id, wave), strength) in fronts.waves_of(group).zip(before.kinds) {
-                    let strength = strength.get();
-                    if strength < enough {
-                        self.omit(at_most * strength, after.power);
+                for part in &search.parts {
+                    let reflections = wave.reflections + part.reflections;
+                    if !limits.allow(reflections, wave.diffractions + 2) {
                         continue;
                     }
-                    for part in &*parts {
-                        let reflections = wave.reflections + part.reflections;
-                        if !limits.allow(reflections, wave.diffractions + 2) {
-                            continue;
-                        }
-                        let length_m = wave.length_m + part.length_m;
-                        let candidate = Candidate {
-                            bound: spread * strength * part.strength / length_m.sqrt(),
-                            front: FrontId::after(wave_id, id),
-                            leg: part.leg,
-                        };
-                        self.consider(candidate, candidates);
-                    }
+                    let length_m = wave.length_m + part.length_m;
+                    let candidate = Candidate {
+                        bound: spread * strength * part.strength / length_m.sqrt(),
+                        front: FrontId::after(id, crossing.leg),
+                        leg: part.leg,
+                    };
+                    self.consider(candidate, &mut search.candidates);
                 }
             }
         }
     }
 
+    /// Picks the legs of blocks along which some path may reach the floor. Nothing here waits for what was read before, so that
+    /// processors read several blocks at a time.
+    fn select_crossings(&mut self, blocks: &[(u32, u32)], selected: &mut Vec<Crossing>) {
+        selected.clear();
+        let of_square = self.of_strengths().powi(2);
+        let floor = self.floor / self.of_strengths();
+        let mut power = 0.0;
+        let between = self.sources.between.expect("blocks are of it");
+        let fronts = &self.tx.fronts;
+        for &(at, block) in blocks {
+            let block = &between.blocks()[block as usize];
+            let steps = &self.rx.steps;
+            let steps = steps.sums(&steps.corners()[at as usize], block);
+            for group in fronts.groups_at(block.from) {
+                let rows = fronts.sums(fronts.group(group), block).iter().zip(steps);
+                for (i, (&before, &after)) in (0..).zip(rows) {
+                    let strength = before.max() * after.max();
+                    if strength < floor {
+                        power += before.power() * after.power() * of_square;
+                    } else if strength > 0.0 {
+                        selected.push(Crossing {
+                            at,
+                            group,
+                            leg: block.legs.start + i,
+                            slot: block.first_slot + i,
+                            before,
+                            after,
+                        });
+                    }
+                }
+            }
+        }
+        self.omitted.power += power;
+    }
+
     /// The last steps along a leg that reach the floor with the best of fronts.
-    fn last_parts(
-        &mut self,
-        at: &CornerSteps,
-        leg: &Short,
-        before: &Row<'_>,
-        after: &Row<'_>,
-        parts: &mut Vec<Part>,
-    ) {
+    fn last_parts(&mut self, crossing: &Crossing, parts: &mut Vec<Part>) {
         parts.clear();
         let at_most = self.of_strengths();
-        let enough = self.floor / (at_most * before.max);
+        let enough = self.floor / (at_most * crossing.before.max());
+        let at = &self.rx.steps.corners()[crossing.at as usize];
+        let group = self.tx.fronts.group(crossing.group);
+        let leg = self.sources.leg_after(group, crossing.leg);
         let own = self.rx.legs.short(at.legs.clone());
-        for ((i, last), strength) in at.legs.clone().zip(own).zip(after.kinds) {
+        let strengths = self.rx.steps.of_leg(at, crossing.slot);
+        for ((i, last), strength) in at.legs.clone().zip(own).zip(strengths) {
             let strength = strength.get();
             if strength < enough {
-                self.omit(at_most * strength, before.power);
+                self.omit(at_most * strength, crossing.before.power());
                 continue;
             }
             parts.push(Part {

@@ -55,9 +55,14 @@ impl Bound {
 }
 
 /// Upper bounds of the strengths of waves along some legs, each of some kinds of waves: a row a leg.
+///
+/// The sums of rows lie side by side: of most rows a search reads nothing else, and each look at other memory takes it as long as a
+/// hundred products.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Table {
-    /// Bounds of each leg: the largest, the sum of squares, then kind by kind.
+    /// By row.
+    sums: Vec<RowSum>,
+    /// By row, then by kind.
     bounds: Vec<Bound>,
 }
 
@@ -65,45 +70,71 @@ pub(crate) struct Table {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rows {
     first: usize,
+    first_bound: usize,
     kinds: usize,
 }
 
-/// A row: the strengths of all kinds along one leg.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Row<'t> {
-    pub max: f64,
-    pub power: f64,
-    pub kinds: &'t [Bound],
+/// All kinds of a row together.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct RowSum {
+    /// The largest.
+    max: Bound,
+    /// The sum of squares.
+    power: Bound,
+}
+
+impl RowSum {
+    #[inline]
+    pub fn max(self) -> f64 {
+        self.max.get()
+    }
+
+    #[inline]
+    pub fn power(self) -> f64 {
+        self.power.get()
+    }
 }
 
 impl Table {
-    /// Memory that so many more rows would make of it.
-    pub fn bytes_with(&self, legs: usize, kinds: usize) -> usize {
-        (self.bounds.len() + legs * (2 + kinds)) * size_of::<Bound>()
+    /// Memory that a row takes.
+    pub fn row_bytes(kinds: usize) -> usize {
+        size_of::<RowSum>() + kinds * size_of::<Bound>()
     }
 
-    pub fn reserve_exact(&mut self, bounds: usize) {
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.sums) + size_of_val(&*self.bounds)
+    }
+
+    /// Makes room for rows of so many bounds in all, and no more.
+    pub fn reserve_exact(&mut self, rows: usize, bounds: usize) {
+        self.sums.reserve_exact(rows);
         self.bounds.reserve_exact(bounds);
     }
 
     /// Adds rows without strength.
     pub fn add(&mut self, legs: usize, kinds: usize) -> Rows {
-        let first = self.bounds.len();
+        let (first, first_bound) = (self.sums.len(), self.bounds.len());
+        self.sums.resize(first + legs, RowSum::default());
         self.bounds
-            .resize(first + legs * (2 + kinds), Bound::default());
-        Rows { first, kinds }
+            .resize(first_bound + legs * kinds, Bound::default());
+        Rows {
+            first,
+            first_bound,
+            kinds,
+        }
     }
 
-    /// Rows of legs, counted from the first of those that belong together.
+    /// Sums of the rows of legs, counted from the first of those that belong together.
     #[inline]
-    pub fn rows(&self, rows: Rows, legs: Range<u32>) -> impl Iterator<Item = Row<'_>> {
-        let width = 2 + rows.kinds;
-        let legs = rows.first + legs.start as usize * width..rows.first + legs.end as usize * width;
-        self.bounds[legs].chunks_exact(width).map(|row| Row {
-            max: row[0].get(),
-            power: row[1].get(),
-            kinds: &row[2..],
-        })
+    pub fn sums(&self, rows: Rows, legs: Range<u32>) -> &[RowSum] {
+        &self.sums[rows.first + legs.start as usize..rows.first + legs.end as usize]
+    }
+
+    /// Strengths of all kinds along a leg.
+    #[inline]
+    pub fn row(&self, rows: Rows, leg: u32) -> &[Bound] {
+        &self.bounds[rows.first_bound + leg as usize * rows.kinds..][..rows.kinds]
     }
 }
 
@@ -142,8 +173,8 @@ impl Places {
             let bound = bound * strength(place);
             *max = max.max(bound);
             *power += bound * bound;
-            let row = rows.first + ends.slots[place] as usize * (2 + rows.kinds);
-            table.bounds[row + 2 + kind] = Bound::up(bound);
+            let row = rows.first_bound + ends.slots[place] as usize * rows.kinds;
+            table.bounds[row + kind] = Bound::up(bound);
         }
     }
 
@@ -160,9 +191,8 @@ impl Places {
                 power: rounded_up(self.power[place]),
             };
             visit(place, strength);
-            let row = rows.first + ends.slots[place] as usize * (2 + rows.kinds);
-            table.bounds[row] = Bound::up(strength.max.into());
-            table.bounds[row + 1] = Bound::up(strength.power.into());
+            let [max, power] = strength.rounded();
+            table.sums[rows.first + ends.slots[place] as usize] = RowSum { max, power };
         }
     }
 }
