@@ -54,6 +54,7 @@ mod drawn;
 pub mod error;
 mod examples;
 mod exchange;
+mod in_order;
 mod limits;
 mod links;
 pub mod maps;

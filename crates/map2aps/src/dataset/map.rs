@@ -1,7 +1,7 @@
 //! One map: prepare, trace, label, write.
 //!
 //! Links are independent, so transmitters are spread over the threads; rows go to the writer in
-//! the order of the transmitters, some for each thread at a time, so that memory does not grow with
+//! the order of the transmitters as soon as they are there, so that memory does not grow with
 //! the map and the bytes do not depend on the threads.
 
 use std::time::Instant;
@@ -10,20 +10,17 @@ use aps_data::{DatasetWriter, Links, MapInput, MapWriter};
 use aps_label::Labeler;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Scene, TraceConfig, Tracer, Transmitter};
-use rayon::prelude::*;
 
 use super::LinkMaker;
 use super::receivers::{Choice, Pool};
 use super::rows::Rows;
 use crate::control::Control;
 use crate::error::{At, Place, Result};
+use crate::in_order::in_order;
 use crate::maps;
 use crate::maps::identity::with_outlines;
 use crate::sampling::Terminals;
 use crate::tally::Tally;
-
-/// Parts of a map that each thread makes between two writes: some transmitters, or a portion of stored links.
-const PARTS_A_THREAD: usize = 2;
 
 /// Most transmitters whose links a thread makes side by side. A receiver's tables, up to a megabyte with two diffractions, are read from
 /// memory once for all of them.
@@ -70,10 +67,7 @@ impl Run<'_> {
             },
         )?;
         let tx: Vec<(u32, DVec2)> = (0..).zip(terminals.tx.iter().copied()).collect();
-        let parts_at_once = PARTS_A_THREAD * rayon::current_num_threads();
-        let side_by_side = (tx.len() / parts_at_once).clamp(1, SIDE_BY_SIDE);
-        let parts: Vec<&[(u32, DVec2)]> = tx.chunks(side_by_side).collect();
-        self.write(&mut writer, &parts, &mut tally, |tx| {
+        self.write(&mut writer, &parts_of(&tx), &mut tally, |tx| {
             self.transmitters(&tracer, tx, &rx, choice)
         })
         .at(Place::Map(id))?;
@@ -140,7 +134,7 @@ impl Run<'_> {
         parts.into_iter().map(finish).collect()
     }
 
-    /// Makes the rows of parts on all threads, some parts at a time, and writes them in the order of the parts.
+    /// Makes the rows of parts on all threads, and writes them in the order of the parts.
     pub(super) fn write<T: Sync>(
         &self,
         writer: &mut MapWriter<'_>,
@@ -148,18 +142,15 @@ impl Run<'_> {
         tally: &mut Tally,
         make: impl Fn(&T) -> Result<Vec<Rows>> + Send + Sync,
     ) -> Result<()> {
-        for group in parts.chunks(PARTS_A_THREAD * rayon::current_num_threads()) {
-            let rows: Vec<Result<Vec<Rows>>> = group.par_iter().map(&make).collect();
+        in_order(parts, make, |rows| {
             let started = Instant::now();
             for rows in rows {
-                for rows in rows? {
-                    writer.push(&rows.link_rows(&self.writer.config().layout))?;
-                    tally.add(&rows.tally);
-                }
+                writer.push(&rows.link_rows(&self.writer.config().layout))?;
+                tally.add(&rows.tally);
             }
             tally.write += started.elapsed();
-        }
-        Ok(())
+            Ok(())
+        })
     }
 
     pub(super) fn finish(&self, writer: MapWriter<'_>, tally: &mut Tally) -> Result<()> {
@@ -169,6 +160,18 @@ impl Run<'_> {
         tally.bytes = entry.files.iter().map(|f| f.bytes).sum();
         Ok(())
     }
+}
+
+/// Divides transmitters into parts, smaller ones towards the end, so that all threads end at about the same time.
+fn parts_of<T>(mut tx: &[T]) -> Vec<&[T]> {
+    let mut parts = Vec::new();
+    while !tx.is_empty() {
+        let count = tx.len().div_ceil(2 * rayon::current_num_threads());
+        let (part, rest) = tx.split_at(count.min(SIDE_BY_SIDE));
+        parts.push(part);
+        tx = rest;
+    }
+    parts
 }
 
 /// Returns true when the ends of a link are nearer to each other than a wavelength and not at one point, which is no
