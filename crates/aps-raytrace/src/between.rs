@@ -10,15 +10,15 @@ use rayon::prelude::*;
 
 use crate::bound::{Direction, Directions};
 use crate::friis::Friis;
-use crate::images::group_starts;
 use crate::legs::{Corners, Leg, Legs};
 use crate::wedge::Ray;
 
 /// The legs from one corner to another.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
-    pub from: u32,
     pub to: u32,
+    /// Its place among the blocks that arrive there.
+    pub arrival: u32,
     /// Among the legs that leave the first corner.
     pub legs: Range<u32>,
     /// The slot of the first of them at the second corner.
@@ -32,8 +32,10 @@ pub(crate) struct LegEnds {
     pub directions: Directions,
     /// Magnitude of each leg's reflection coefficients over the square root of its length.
     pub strengths: Vec<f64>,
-    /// The block of each.
+    /// The block of each, by its place among those that begin or end at this corner.
     pub blocks: Vec<u32>,
+    /// Number of these blocks.
+    pub block_count: usize,
     /// A slot for each, those of a block side by side.
     pub slots: Vec<u32>,
     /// By number of reflections: the number of ends with at most so many.
@@ -57,6 +59,8 @@ pub(crate) struct Leaving {
     pub ends: LegEnds,
     /// Place of each leg among the ends.
     pub places: Vec<u32>,
+    /// The blocks that begin here, in the order of the corners that legs reach.
+    pub blocks: Vec<Block>,
     pub kinds: Vec<Kind>,
 }
 
@@ -67,10 +71,6 @@ pub(crate) struct Between {
     leaving: Vec<Leaving>,
     /// By the corner they reach.
     arriving: Vec<LegEnds>,
-    /// Sorted by the corner they reach, as receivers ask for them, then by the one they leave.
-    blocks: Vec<Block>,
-    /// First block that arrives at each corner, and the end.
-    first_block: Vec<u32>,
 }
 
 /// A leg on arrival.
@@ -112,51 +112,53 @@ impl Between {
     }
 
     fn new(corners: &Corners, slopes: Option<Friis>, legs: Vec<Legs>) -> Self {
-        let mut blocks: Vec<Block> = Vec::new();
-        for (from, legs) in (0..).zip(&legs) {
-            let mut first = 0;
-            for own in legs.all().chunk_by(|p, q| p.corner == q.corner) {
-                let legs = first..first + own.len() as u32;
-                first = legs.end;
-                let to = own[0].corner;
-                blocks.push(Block {
-                    from,
-                    to,
-                    legs,
-                    first_slot: 0,
-                });
-            }
-        }
-        blocks.sort_by_key(|block| (block.to, block.from));
-        let mut block_of: Vec<Vec<u32>> =
-            legs.iter().map(|legs| vec![0; legs.all().len()]).collect();
         let mut arriving: Vec<Vec<Arriving>> = vec![Vec::new(); legs.len()];
-        for (id, block) in (0..).zip(&mut blocks) {
-            let arriving = &mut arriving[block.to as usize];
-            block.first_slot = arriving.len() as u32;
-            for leg in block.legs.clone() {
-                block_of[block.from as usize][leg as usize] = id;
-                arriving.push(Arriving {
-                    from: block.from,
-                    leg,
-                    block: id,
-                    slot: arriving.len() as u32,
-                });
-            }
-        }
+        let mut arrived = vec![0; legs.len()];
+        let blocks_from = (0..).zip(&legs).map(|(from, legs)| {
+            let blocks = legs.at_corners().iter().map(|at| {
+                let (arriving, arrived) = (
+                    &mut arriving[at.corner as usize],
+                    &mut arrived[at.corner as usize],
+                );
+                let block = Block {
+                    to: at.corner,
+                    arrival: *arrived,
+                    legs: at.legs.clone(),
+                    first_slot: arriving.len() as u32,
+                };
+                *arrived += 1;
+                for (leg, slot) in block.legs.clone().zip(block.first_slot..) {
+                    let block = block.arrival;
+                    arriving.push(Arriving {
+                        from,
+                        leg,
+                        block,
+                        slot,
+                    });
+                }
+                block
+            });
+            blocks.collect()
+        });
+        let blocks_from: Vec<Vec<Block>> = blocks_from.collect();
         let leaving: Vec<Leaving> = legs
             .into_par_iter()
+            .zip(blocks_from)
             .enumerate()
-            .map(|(from, legs)| Leaving::new(corners, slopes, from, legs, &block_of[from]))
+            .map(|(from, (legs, blocks))| Leaving::new(corners, slopes, from, legs, blocks))
             .collect();
         let arriving: Vec<LegEnds> = arriving
             .into_par_iter()
+            .zip(arrived)
             .enumerate()
-            .map(|(to, mut arriving)| {
+            .map(|(to, (mut arriving, blocks))| {
                 let leg = |end: &Arriving| &leaving[end.from as usize].legs.all()[end.leg as usize];
                 arriving.sort_by_key(|end| leg(end).reflections);
                 let wedge = &corners.wedges[to];
-                let mut ends = LegEnds::default();
+                let mut ends = LegEnds {
+                    block_count: blocks as usize,
+                    ..LegEnds::default()
+                };
                 for end in &arriving {
                     let leg = leg(end);
                     ends.push(&wedge.direction(&leg.ray), leg, end.block, end.slot);
@@ -164,12 +166,7 @@ impl Between {
                 ends
             })
             .collect();
-        Self {
-            first_block: group_starts(blocks.iter().map(|block| block.to), arriving.len()),
-            leaving,
-            arriving,
-            blocks,
-        }
+        Self { leaving, arriving }
     }
 
     /// Most reflections on any leg.
@@ -189,16 +186,6 @@ impl Between {
     pub fn arriving(&self, corner: u32) -> &LegEnds {
         &self.arriving[corner as usize]
     }
-
-    /// Blocks that arrive at a corner.
-    pub fn blocks_to(&self, corner: u32) -> Range<u32> {
-        self.first_block[corner as usize]..self.first_block[corner as usize + 1]
-    }
-
-    /// The blocks, sorted by the corner they reach, then by the one they leave.
-    pub fn blocks(&self) -> &[Block] {
-        &self.blocks
-    }
 }
 
 impl Leaving {
@@ -207,7 +194,7 @@ impl Leaving {
         slopes: Option<Friis>,
         from: usize,
         mut legs: Legs,
-        blocks: &[u32],
+        blocks: Vec<Block>,
     ) -> Self {
         let wedge = &corners.wedges[from];
         let rays = legs.all_mut().iter_mut().map(|leg| {
@@ -223,10 +210,17 @@ impl Leaving {
         let mut places = vec![0; all.len()];
         let mut order: Vec<usize> = (0..all.len()).collect();
         order.sort_by_key(|&i| all[i].reflections);
-        let mut ends = LegEnds::default();
+        let mut ends = LegEnds {
+            block_count: blocks.len(),
+            ..LegEnds::default()
+        };
+        let block_of = (0..).zip(&blocks);
+        let block_of: Vec<u32> = block_of
+            .flat_map(|(number, block)| block.legs.clone().map(move |_| number))
+            .collect();
         for (place, &i) in (0..).zip(&order) {
             let direction = wedge.direction(&rays[i]);
-            ends.push(&direction, &all[i], blocks[i], i as u32);
+            ends.push(&direction, &all[i], block_of[i], i as u32);
             places[i] = place;
         }
         let same = |p: &Leg, q: &Leg| (p.corner, p.reflections) == (q.corner, q.reflections);
@@ -237,6 +231,7 @@ impl Leaving {
         };
         Self {
             kinds: all.chunk_by(same).map(kind).collect(),
+            blocks,
             legs,
             rays,
             ends,

@@ -10,10 +10,9 @@ use std::sync::OnceLock;
 use num_complex::Complex64;
 use smallvec::SmallVec;
 
-use crate::between::{Between, Block, Leaving};
+use crate::between::{Between, Leaving};
 use crate::bound::Direction;
 use crate::front_counts::Counts;
-use crate::images::group_starts;
 use crate::legs::{Corners, Leg, Legs, Short};
 use crate::limits::Limits;
 use crate::path::{Interaction, InteractionKind, Interactions};
@@ -75,17 +74,25 @@ pub(crate) struct Group {
     rows: Rows,
 }
 
-/// The fronts of a block.
+/// The fronts that continue the waves of one group along the legs of one block.
+///
+/// A search reads thousands of these one after the other: all that it needs of the block is here.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BlockFronts {
-    pub block: u32,
+    /// The block's place among those that arrive at the corner.
+    pub arrival: u32,
+    pub group: u32,
     pub strength: Strength,
     /// Upper bound of the sum of squares of these and all weaker ones at the corner.
     pub rest_power: f32,
+    /// First of the legs, its slot at the corner where it arrives, and their number.
+    pub first_leg: u32,
+    pub first_slot: u32,
+    pub legs: u32,
 }
 
 /// The fronts at one corner but for the transmitter's own legs.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Arriving {
     strength: Strength,
     blocks: Range<u32>,
@@ -98,10 +105,7 @@ pub(crate) struct Fronts {
     own: Vec<Direction>,
     /// Waves that go on to further corners.
     waves: Vec<Wave>,
-    /// Sorted by corner.
     groups: Vec<Group>,
-    /// First group of each corner, and the end.
-    first_group: Vec<u32>,
     table: Table,
     /// By wave and place.
     amplitudes: Vec<OnceLock<Amplitude>>,
@@ -142,6 +146,16 @@ impl<'t> Sources<'t> {
     }
 }
 
+/// Memory of [`Fronts::extend`].
+#[derive(Debug, Default)]
+struct Memory {
+    places: Places,
+    /// By block that begins at a corner.
+    strengths: Vec<Strength>,
+    /// With the corner where each ends.
+    blocks: Vec<(u32, BlockFronts)>,
+}
+
 impl Fronts {
     /// Extends the transmitter's legs corner by corner. `None` if the fronts take more than the limit.
     pub fn extend(of: &Sources<'_>, limits: &Limits) -> Option<Self> {
@@ -171,14 +185,13 @@ impl Fronts {
         let Some(between) = of.between else {
             return Some(fronts);
         };
-        let mut blocks = vec![Strength::default(); between.blocks().len()];
-        let mut places = Places::default();
+        let mut memory = Memory::default();
         for diffractions in 1..limits.diffractions {
             reflections = (reflections + between.most_reflections()).min(limits.reflections);
             let mut counts = Counts::new(corners, reflections);
             let mut next = Vec::new();
             for waves in level.chunk_by(|p, q| p.corner == q.corner) {
-                fronts.add(of, limits, waves, (&mut counts, &mut blocks), &mut places)?;
+                fronts.add(of, limits, waves, &mut counts, &mut memory)?;
                 if diffractions + 1 < limits.diffractions {
                     fronts.go_on(of, limits, &mut next)?;
                 }
@@ -188,40 +201,29 @@ impl Fronts {
             next.sort_by_key(|wave: &Wave| wave.corner);
             level = next;
         }
-        fronts.groups.sort_by_key(|group| group.corner);
-        fronts.first_group = group_starts(fronts.groups.iter().map(|group| group.corner), corners);
-        for corner in 0..corners as u32 {
-            let ids = between.blocks_to(corner);
-            let strengths = &blocks[ids.start as usize..ids.end as usize];
-            fronts.add_blocks(ids.zip(strengths));
-        }
+        fronts.sort_blocks(memory.blocks, corners);
         Some(fronts)
     }
 
-    /// Adds the blocks that end at the next corner.
-    fn add_blocks<'b>(&mut self, strengths: impl Iterator<Item = (u32, &'b Strength)>) {
-        let first = self.blocks.len();
-        for (block, &strength) in strengths.filter(|(_, strength)| strength.max > 0.0) {
-            self.blocks.push(BlockFronts {
-                block,
-                strength,
-                rest_power: 0.0,
-            });
-        }
-        let blocks = &mut self.blocks[first..];
-        blocks.sort_unstable_by(|p, q| {
+    /// Sorts the blocks by the corner where they end, the strongest first.
+    fn sort_blocks(&mut self, mut blocks: Vec<(u32, BlockFronts)>, corners: usize) {
+        blocks.sort_unstable_by(|(p_to, p), (q_to, q)| {
             let by_max = q.strength.max.total_cmp(&p.strength.max);
-            by_max.then(p.block.cmp(&q.block))
+            let by_id = (p.arrival, p.group).cmp(&(q.arrival, q.group));
+            p_to.cmp(q_to).then(by_max).then(by_id)
         });
-        let mut strength = Strength::default();
-        for fronts in blocks.iter_mut().rev() {
-            strength.add(&fronts.strength);
-            fronts.rest_power = strength.power;
+        self.corners = vec![Arriving::default(); corners];
+        let mut first = 0;
+        for at_corner in blocks.chunk_by_mut(|p, q| p.0 == q.0) {
+            let arriving = &mut self.corners[at_corner[0].0 as usize];
+            for (_, fronts) in at_corner.iter_mut().rev() {
+                arriving.strength.add(&fronts.strength);
+                fronts.rest_power = arriving.strength.power;
+            }
+            arriving.blocks = first..first + at_corner.len() as u32;
+            first = arriving.blocks.end;
         }
-        self.corners.push(Arriving {
-            strength,
-            blocks: first as u32..self.blocks.len() as u32,
-        });
+        self.blocks = blocks.into_iter().map(|(_, fronts)| fronts).collect();
     }
 
     /// Adds waves at one corner and the fronts that continue them.
@@ -230,8 +232,8 @@ impl Fronts {
         of: &Sources<'_>,
         limits: &Limits,
         waves: &[Wave],
-        (counts, blocks): (&mut Counts, &mut [Strength]),
-        places: &mut Places,
+        counts: &mut Counts,
+        memory: &mut Memory,
     ) -> Option<()> {
         let corner = waves[0].corner;
         let leaving = of.between().leaving(corner);
@@ -251,7 +253,14 @@ impl Fronts {
         }
         let first_wave = self.waves.len() as u32;
         let rows = self.table.add(ends.slots.len(), waves.len());
+        let Memory {
+            places,
+            strengths,
+            blocks,
+        } = memory;
         places.clear(ends.slots.len());
+        strengths.clear();
+        strengths.resize(ends.block_count, Strength::default());
         for (kind, wave) in waves.iter().enumerate() {
             let count = count(wave);
             let direction = wedge.direction(self.ray(of, wave.front));
@@ -265,14 +274,29 @@ impl Fronts {
             let amplitudes = self.amplitudes.len() + count;
             self.amplitudes.resize_with(amplitudes, OnceLock::new);
         }
+        let group = self.groups.len() as u32;
         self.groups.push(Group {
             corner,
             waves: first_wave..self.waves.len() as u32,
             rows,
         });
         places.finish(ends, (&mut self.table, rows), |place, strength| {
-            blocks[ends.blocks[place] as usize].add(&strength);
+            strengths[ends.blocks[place] as usize].add(&strength);
         });
+        for (block, &strength) in leaving.blocks.iter().zip(&*strengths) {
+            if strength.max > 0.0 {
+                let fronts = BlockFronts {
+                    arrival: block.arrival,
+                    group,
+                    strength,
+                    rest_power: 0.0,
+                    first_leg: block.legs.start,
+                    first_slot: block.first_slot,
+                    legs: block.legs.len() as u32,
+                };
+                blocks.push((block.to, fronts));
+            }
+        }
         // Waves of equally many reflections at once.
         let diffractions = waves[0].diffractions + 1;
         let mut kinds: SmallVec<[(u32, usize); 8]> = SmallVec::new();
@@ -361,15 +385,10 @@ impl Fronts {
         &self.corners[corner as usize].strength
     }
 
-    /// The same by block, the strongest first.
+    /// The same by block and group, the strongest first.
     pub fn blocks(&self, corner: u32) -> &[BlockFronts] {
         let Range { start, end } = self.corners[corner as usize].blocks;
         &self.blocks[start as usize..end as usize]
-    }
-
-    /// Groups of waves at a corner that go on to further ones, by number.
-    pub fn groups_at(&self, corner: u32) -> Range<u32> {
-        self.first_group[corner as usize]..self.first_group[corner as usize + 1]
     }
 
     /// A group by its number.
@@ -384,11 +403,12 @@ impl Fronts {
         group.waves.clone().zip(&self.waves[range])
     }
 
-    /// Largest and sum of squares of the fronts that continue the waves of a group along each of the legs of a block; all 0 beyond
-    /// the limits.
+    /// Largest and sum of squares of the fronts along each of the legs of a block; all 0 beyond the limits.
     #[inline]
-    pub fn sums(&self, group: &Group, block: &Block) -> &[RowSum] {
-        self.table.sums(group.rows, block.legs.clone())
+    pub fn sums(&self, block: &BlockFronts) -> &[RowSum] {
+        let rows = self.group(block.group).rows;
+        self.table
+            .sums(rows, block.first_leg..block.first_leg + block.legs)
     }
 
     /// Strengths of the fronts that continue the waves of a group along a leg, by wave.

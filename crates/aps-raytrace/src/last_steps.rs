@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::between::{Between, Block};
+use crate::between::Between;
 use crate::bound::Direction;
 use crate::legs::{Corners, Leg, Legs};
 use crate::limits::Limits;
@@ -16,8 +16,8 @@ use crate::strength::{Bound, Places, RowSum, Rows, Strength, Table};
 pub(crate) struct CornerSteps {
     pub corner: u32,
     pub strength: Strength,
-    /// The block that `blocks` begins with for it, and its place there.
-    first_block: [u32; 2],
+    /// Place in `blocks` of the first one that arrives.
+    first_block: u32,
     /// The receiver's own legs to it.
     pub legs: Range<u32>,
     /// By slot of the legs that arrive there, by own leg: |D| times the strength of the own leg, or more; 0 beyond the limits.
@@ -84,18 +84,17 @@ impl LastSteps {
                 let table = (&mut steps.table, rows, kind);
                 places.add(ray, (ends, count(leg)), |_| leg.strength, table);
             }
-            let ids = between.blocks_to(at.corner);
             blocks.clear();
-            blocks.resize(ids.len(), Strength::default());
+            blocks.resize(ends.block_count, Strength::default());
             places.finish(ends, (&mut steps.table, rows), |place, strength| {
-                blocks[(ends.blocks[place] - ids.start) as usize].add(&strength);
+                blocks[ends.blocks[place] as usize].add(&strength);
             });
             let mut strength = Strength::default();
             blocks.iter().for_each(|block| strength.add(block));
             steps.corners.push(CornerSteps {
                 corner: at.corner,
                 strength,
-                first_block: [ids.start, steps.blocks.len() as u32],
+                first_block: steps.blocks.len() as u32,
                 legs: at.legs.clone(),
                 rows,
             });
@@ -116,17 +115,15 @@ impl LastSteps {
         &self.corners
     }
 
-    /// Largest and sum of squares of the steps at a corner along the legs of a block.
+    /// Largest and sum of squares of the steps at a corner along the legs of a block that arrives there.
     #[inline]
-    pub fn block(&self, at: &CornerSteps, block: u32) -> [f64; 2] {
-        let [first, place] = at.first_block;
-        self.blocks[(place + block - first) as usize].map(Bound::get)
+    pub fn block(&self, at: &CornerSteps, arrival: u32) -> [f64; 2] {
+        self.blocks[(at.first_block + arrival) as usize].map(Bound::get)
     }
 
-    /// Largest and sum of squares of the steps at a corner that begin with each of the legs of a block; all 0 beyond the limits.
+    /// Largest and sum of squares of the steps that begin with each of the legs in some slots of a corner; all 0 beyond the limits.
     #[inline]
-    pub fn sums(&self, at: &CornerSteps, block: &Block) -> &[RowSum] {
-        let slots = block.first_slot..block.first_slot + block.legs.len() as u32;
+    pub fn sums(&self, at: &CornerSteps, slots: Range<u32>) -> &[RowSum] {
         self.table.sums(at.rows, slots)
     }
 

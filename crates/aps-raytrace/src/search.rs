@@ -9,7 +9,7 @@ mod assemble;
 
 use num_complex::Complex64;
 
-use crate::fronts::{FrontId, Sources};
+use crate::fronts::{BlockFronts, FrontId, Sources};
 use crate::legs::{AtCorner, Legs};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
@@ -70,8 +70,8 @@ pub(crate) struct Search {
     /// Corners that both ends reach.
     common: Vec<(AtCorner, AtCorner)>,
     candidates: Vec<Candidate>,
-    /// Blocks, with the receiver's corner.
-    blocks: Vec<(u32, u32)>,
+    /// Blocks of fronts, with the corner where they end, by its place among those that the receiver sees.
+    blocks: Vec<(u32, BlockFronts)>,
     crossings: Vec<Crossing>,
     parts: Vec<Part>,
     found: Vec<Found>,
@@ -232,7 +232,7 @@ impl Ends<'_> {
     }
 
     /// Picks the blocks of which some path may reach the floor.
-    fn select_blocks(&mut self, selected: &mut Vec<(u32, u32)>) {
+    fn select_blocks(&mut self, selected: &mut Vec<(u32, BlockFronts)>) {
         selected.clear();
         let of_square = self.of_strengths().powi(2);
         let floor = self.floor / self.of_strengths();
@@ -252,11 +252,11 @@ impl Ends<'_> {
                     omit(fronts.rest_power, leaving.power.into());
                     break;
                 }
-                let [max, power] = steps.block(at, fronts.block);
+                let [max, power] = steps.block(at, fronts.arrival);
                 if most * max < floor {
                     omit(fronts.strength.power, power);
                 } else if max > 0.0 {
-                    selected.push((i, fronts.block));
+                    selected.push((i, *fronts));
                 }
             }
         }
@@ -275,8 +275,8 @@ impl Ends<'_> {
         let all = (0..).zip(steps.corners()).flat_map(|(i, at)| {
             let blocks = fronts.blocks(at.corner).iter();
             blocks.map(move |f| {
-                let [max, _] = steps.block(at, f.block);
-                (f64::from(f.strength.max) * max, i, f.block)
+                let [max, _] = steps.block(at, f.arrival);
+                (f64::from(f.strength.max) * max, i, *f)
             })
         });
         let Some((_, at, best)) = all.max_by(|p, q| p.0.total_cmp(&q.0)) else {
@@ -326,33 +326,29 @@ impl Ends<'_> {
 
     /// Picks the legs of blocks along which some path may reach the floor. Nothing here waits for what was read before, so that
     /// processors read several blocks at a time.
-    fn select_crossings(&mut self, blocks: &[(u32, u32)], selected: &mut Vec<Crossing>) {
+    fn select_crossings(&mut self, blocks: &[(u32, BlockFronts)], selected: &mut Vec<Crossing>) {
         selected.clear();
         let of_square = self.of_strengths().powi(2);
         let floor = self.floor / self.of_strengths();
         let mut power = 0.0;
-        let between = self.sources.between.expect("blocks are of it");
-        let fronts = &self.tx.fronts;
+        let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
         for &(at, block) in blocks {
-            let block = &between.blocks()[block as usize];
-            let steps = &self.rx.steps;
-            let steps = steps.sums(&steps.corners()[at as usize], block);
-            for group in fronts.groups_at(block.from) {
-                let rows = fronts.sums(fronts.group(group), block).iter().zip(steps);
-                for (i, (&before, &after)) in (0..).zip(rows) {
-                    let strength = before.max() * after.max();
-                    if strength < floor {
-                        power += before.power() * after.power() * of_square;
-                    } else if strength > 0.0 {
-                        selected.push(Crossing {
-                            at,
-                            group,
-                            leg: block.legs.start + i,
-                            slot: block.first_slot + i,
-                            before,
-                            after,
-                        });
-                    }
+            let slots = block.first_slot..block.first_slot + block.legs;
+            let after = steps.sums(&steps.corners()[at as usize], slots);
+            let rows = fronts.sums(&block).iter().zip(after);
+            for (i, (&before, &after)) in (0..).zip(rows) {
+                let strength = before.max() * after.max();
+                if strength < floor {
+                    power += before.power() * after.power() * of_square;
+                } else if strength > 0.0 {
+                    selected.push(Crossing {
+                        at,
+                        group: block.group,
+                        leg: block.first_leg + i,
+                        slot: block.first_slot + i,
+                        before,
+                        after,
+                    });
                 }
             }
         }
