@@ -42,14 +42,6 @@ pub(crate) struct LegEnds {
     up_to: Vec<u32>,
 }
 
-/// Legs with as many reflections that leave one corner for another.
-#[derive(Debug, Clone)]
-pub(crate) struct Kind {
-    pub to: u32,
-    pub reflections: u32,
-    pub legs: usize,
-}
-
 /// The legs that leave a corner, sorted by the corner they reach.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Leaving {
@@ -61,7 +53,6 @@ pub(crate) struct Leaving {
     pub places: Vec<u32>,
     /// The blocks that begin here, in the order of the corners that legs reach.
     pub blocks: Vec<Block>,
-    pub kinds: Vec<Kind>,
 }
 
 /// Legs between all corners.
@@ -223,14 +214,7 @@ impl Leaving {
             ends.push(&direction, &all[i], block_of[i], i as u32);
             places[i] = place;
         }
-        let same = |p: &Leg, q: &Leg| (p.corner, p.reflections) == (q.corner, q.reflections);
-        let kind = |legs: &[Leg]| Kind {
-            to: legs[0].corner,
-            reflections: legs[0].reflections,
-            legs: legs.len(),
-        };
         Self {
-            kinds: all.chunk_by(same).map(kind).collect(),
             blocks,
             legs,
             rays,

@@ -306,8 +306,8 @@ impl Fronts {
                 None => kinds.push((wave.reflections, 1)),
             }
         }
-        for kind in &leaving.kinds {
-            let at_corner = counts.at(kind.to);
+        for kind in leaving.legs.kinds() {
+            let at_corner = counts.at(kind.corner);
             for &(reflections, waves) in &kinds {
                 let reflections = reflections + kind.reflections;
                 if limits.allow(reflections, diffractions + 1) {

@@ -95,6 +95,14 @@ pub(crate) struct AtCorner {
     pub strength: Strength,
 }
 
+/// Legs to one corner with as many reflections.
+#[derive(Debug, Clone)]
+pub(crate) struct Kind {
+    pub corner: u32,
+    pub reflections: u32,
+    pub legs: usize,
+}
+
 /// Nearer to each other than this \[m\] two points are one: squares of distances, and powers over
 /// them, must stay numbers.
 pub(crate) const NEAREST_M: f64 = 1e-100;
@@ -107,6 +115,7 @@ pub(crate) struct Legs {
     reflections: Vec<Interaction>,
     /// The corners that there are legs to.
     at: Vec<AtCorner>,
+    kinds: Vec<Kind>,
 }
 
 impl Legs {
@@ -148,6 +157,15 @@ impl Legs {
             }
             let legs = first..found.legs.len() as u32;
             if !legs.is_empty() {
+                let same = |p: &Short, q: &Short| p.reflections == q.reflections;
+                let kinds = found.short[first as usize..]
+                    .chunk_by(same)
+                    .map(|legs| Kind {
+                        corner: c,
+                        reflections: legs[0].reflections,
+                        legs: legs.len(),
+                    });
+                found.kinds.extend(kinds);
                 found.at.push(AtCorner {
                     corner: c,
                     legs,
@@ -219,6 +237,11 @@ impl Legs {
     /// The corners that there are legs to, in order.
     pub fn at_corners(&self) -> &[AtCorner] {
         &self.at
+    }
+
+    /// Numbers of legs by corner and reflections, in order.
+    pub fn kinds(&self) -> &[Kind] {
+        &self.kinds
     }
 
     /// Legs to one corner.

@@ -133,16 +133,11 @@ impl Ends<'_> {
     /// Counts the pairs of a front and a leg of the receiver that make a path within the limits.
     fn paths_within_limits(&self) -> usize {
         let limits = self.map.config.limits();
-        let legs = &self.rx.legs;
         let fronts = &self.tx.fronts;
-        let at_corners = legs.at_corners().iter();
-        let at_corners = at_corners.filter(|at| fronts.paths(at.corner, 0, &limits) > 0);
-        let at_corners = at_corners.map(|at| {
-            let legs = legs.short(at.legs.clone()).iter();
-            let paths = legs.map(|leg| fronts.paths(at.corner, leg.reflections, &limits));
-            paths.sum::<usize>()
-        });
-        at_corners.sum()
+        let kinds = self.rx.legs.kinds().iter();
+        kinds
+            .map(|kind| kind.legs * fronts.paths(kind.corner, kind.reflections, &limits))
+            .sum()
     }
 
     /// Candidates over one corner.

@@ -47,34 +47,46 @@ impl Ends<'_> {
             .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));
         std::mem::swap(&mut search.reflected, &mut link.paths);
         let mut reflected = search.reflected.drain(..).peekable();
-        for found in &search.found {
+        for (i, found) in search.found.iter().enumerate() {
             while let Some(shorter) = reflected.next_if(|p| p.length_m <= found.length_m) {
                 link.paths.push(shorter);
             }
+            // The interactions of paths of one length decide their order.
+            let before = link.paths.last().map(|path| path.length_m);
+            let after = search.found.get(i + 1).map(|found| found.length_m);
+            let is_tied = [before, after].contains(&Some(found.length_m));
+            search.path.clear();
+            if is_tied || !link.leaves_out_interactions() {
+                self.interactions(found, &mut search.path);
+            }
             link.paths
-                .push(self.record(found, &mut search.path, &mut search.spare));
+                .push(self.record(found, &search.path, &mut search.spare));
         }
         link.paths.extend(reflected);
+    }
+
+    /// Appends the interactions of a path.
+    fn interactions(&self, found: &Found, path: &mut Interactions) {
+        let fronts = &self.tx.fronts;
+        fronts.interactions(&self.sources, found.front, path);
+        let legs = &self.rx.legs;
+        let reflections = legs.reflections_of(&legs.all()[found.leg as usize]);
+        path.extend(reflections.iter().rev().copied());
     }
 
     fn record(
         &self,
         found: &Found,
-        path: &mut Interactions,
+        path: &Interactions,
         spare: &mut Vec<Interactions>,
     ) -> PathRecord {
-        let (fronts, last) = (&self.tx.fronts, found.leg as usize);
-        path.clear();
-        fronts.interactions(&self.sources, found.front, path);
-        let reflections = self.rx.legs.reflections_of(&self.rx.legs.all()[last]);
-        path.extend(reflections.iter().rev().copied());
         let is_long = path.len() > path.inline_size();
         let spare = if is_long { spare.pop() } else { None };
         let mut interactions = spare.unwrap_or_default();
         interactions.extend_from_slice(path);
         let azimuths_rad = [
-            self.tx.azimuths_rad[fronts.own_leg(found.front)],
-            self.rx.azimuths_rad[last],
+            self.tx.azimuths_rad[self.tx.fronts.own_leg(found.front)],
+            self.rx.azimuths_rad[found.leg as usize],
         ];
         PathRecord::with_azimuths(azimuths_rad, interactions, found.length_m, found.gain)
     }

@@ -12,7 +12,6 @@ use crate::error::Result;
 use crate::tally::Tally;
 
 /// Makes links one after the other, in buffers that it keeps: one a thread.
-#[derive(Default)]
 pub struct LinkMaker {
     link: Link,
     is_same_point: bool,
@@ -20,6 +19,15 @@ pub struct LinkMaker {
 }
 
 impl LinkMaker {
+    /// A maker; `with_paths`: of links whose paths are stored.
+    pub fn new(with_paths: bool) -> Self {
+        Self {
+            link: new_link(with_paths),
+            is_same_point: false,
+            buffers: Buffers::default(),
+        }
+    }
+
     /// Traces the link between two terminals; returns true when it has a path inside the limits.
     pub fn trace(
         &mut self,
@@ -33,7 +41,9 @@ impl LinkMaker {
         tally.trace += started.elapsed();
         self.is_same_point = matches!(traced, Err(TraceError::Coincident { .. }));
         match traced {
-            Err(TraceError::Coincident { .. }) => self.link = Link::default(),
+            Err(TraceError::Coincident { .. }) => {
+                self.link = new_link(!self.link.leaves_out_interactions());
+            }
             traced => traced?,
         }
         Ok(!self.link.paths.is_empty() && self.link.fallback_diffractions.is_none())
@@ -78,5 +88,13 @@ impl LinkMaker {
             link if link.paths.is_empty() => LinkStatus::NoPath,
             _ => LinkStatus::Unlabelled,
         }
+    }
+}
+
+fn new_link(with_paths: bool) -> Link {
+    if with_paths {
+        Link::default()
+    } else {
+        Link::without_interactions()
     }
 }

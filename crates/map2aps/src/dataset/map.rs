@@ -98,7 +98,7 @@ impl Run<'_> {
             Ok((id, tx, rows))
         };
         let mut parts = tx.iter().map(prepare).collect::<Result<Vec<_>>>()?;
-        let mut maker = LinkMaker::default();
+        let mut maker = LinkMaker::new(self.writer.config().layout.paths);
         for candidate in 0..rx.len() as u32 {
             for (id, tx, rows) in &mut parts {
                 if wanted.is_some_and(|wanted| rows.status.len() >= wanted) {

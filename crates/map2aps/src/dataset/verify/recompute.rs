@@ -131,7 +131,7 @@ impl<'d> Recomputation<'d> {
         }
         let tx = tracer.transmitter(DVec2::from(map.tx_m[tx as usize]))?;
         let rx = tracer.receiver(DVec2::from(map.rx_m[point as usize]))?;
-        LinkMaker::default().trace(tracer, &tx, &rx, &mut Tally::default())
+        LinkMaker::new(false).trace(tracer, &tx, &rx, &mut Tally::default())
     }
 
     /// A link as it is made.
@@ -140,7 +140,7 @@ impl<'d> Recomputation<'d> {
         let (tx, rx) = map.ends_m(link);
         let tx = tracer.transmitter(DVec2::from(tx))?;
         let rx = tracer.receiver(DVec2::from(rx))?;
-        let mut maker = LinkMaker::default();
+        let mut maker = LinkMaker::new(true);
         maker.trace(tracer, &tx, &rx, &mut rows.tally)?;
         maker.label(&self.labeler, map.links[link], &mut rows)?;
         maker.push_paths(&mut rows);
