@@ -76,7 +76,7 @@ impl Run<'_> {
         Ok(tally)
     }
 
-    /// Makes the links of some transmitters, receiver by receiver.
+    /// Makes the links of some transmitters, receiver by receiver. The rows of each are in the order of the receivers.
     fn transmitters(
         &self,
         tracer: &Tracer<'_>,
@@ -99,7 +99,7 @@ impl Run<'_> {
         };
         let mut parts = tx.iter().map(prepare).collect::<Result<Vec<_>>>()?;
         let mut maker = LinkMaker::new(self.writer.config().layout.paths);
-        for candidate in 0..rx.len() as u32 {
+        for candidate in rx.order() {
             for (id, tx, rows) in &mut parts {
                 if wanted.is_some_and(|wanted| rows.status.len() >= wanted) {
                     continue;
@@ -128,6 +128,7 @@ impl Run<'_> {
                 rows.tally.missing_links += missing;
                 self.control.progress.advance(missing);
             }
+            rows.sort_by_receiver();
             rows.count_shapes(self.labeler, &self.writer.config().layout)?;
             Ok(rows)
         };

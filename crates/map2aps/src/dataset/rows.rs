@@ -45,6 +45,19 @@ impl Values {
         }
     }
 
+    /// The values of links, in the order in which they are given, of `count` in all.
+    fn of_links(&self, links: &[usize], count: usize) -> Self {
+        let of = |values: &[f64]| {
+            let bins = values.len() / count;
+            let rows = links.iter().map(|link| &values[link * bins..][..bins]);
+            rows.flatten().copied().collect()
+        };
+        Self {
+            db: of(&self.db),
+            places: of(&self.places),
+        }
+    }
+
     fn append(&mut self, mut other: Self) {
         self.db.append(&mut other.db);
         self.places.append(&mut other.places);
@@ -87,6 +100,24 @@ impl Rows {
         self.pdp.append(other.pdp);
         self.paths.push_table(&other.paths);
         self.tally.add(&other.tally);
+    }
+
+    /// Sorts the rows by their receivers.
+    pub fn sort_by_receiver(&mut self) {
+        let count = self.ends.len();
+        let mut links: Vec<usize> = (0..count).collect();
+        links.sort_by_key(|&link| self.ends[link][1]);
+        if links.is_sorted() {
+            return;
+        }
+        self.ends = links.iter().map(|&link| self.ends[link]).collect();
+        self.status = links.iter().map(|&link| self.status[link]).collect();
+        self.fallback = links.iter().map(|&link| self.fallback[link]).collect();
+        self.aps = self.aps.of_links(&links, count);
+        self.pdp = self.pdp.of_links(&links, count);
+        if self.paths.links() == count {
+            self.paths = self.paths.of_links(links);
+        }
     }
 
     /// Rows of the arrays that a layout stores.
