@@ -36,9 +36,6 @@ struct Rounded {
     limit: f32,
 }
 
-/// Half planes of a region: a leg has six, a view three.
-type Region = SmallVec<[Rounded; 6]>;
-
 /// Part of its two terms that rounding may take from a sum in [`Node::meets`], in halves of a unit in the last place: one each for the
 /// bounds of boxes, the axis and the products, three for taking away a limit of up to twice the terms (beyond that no sign is in
 /// doubt), and one to spare. A sum of two keeps its sign.
@@ -125,11 +122,11 @@ impl WallIndex {
         });
     }
 
-    /// Selects the walls whose boxes have a point in each of the half planes.
-    pub fn select(&self, region: &[HalfPlane], out: &mut Selected) {
+    /// Selects the walls whose boxes have a point in each of the half planes: a leg has six, a view three.
+    pub fn select<const PLANES: usize>(&self, region: &[HalfPlane; PLANES], out: &mut Selected) {
         out.clear();
         if !self.levels.is_empty() {
-            let region: Region = region.iter().map(|half| self.rounded(half)).collect();
+            let region = region.each_ref().map(|half| self.rounded(half));
             select(&self.levels, &region, out);
         }
         for place in out {
@@ -176,7 +173,7 @@ impl Node {
 
     /// A bit for each box that has a point in each of the half planes.
     #[inline(always)]
-    fn meets(&self, region: &[Rounded]) -> u16 {
+    fn meets<const PLANES: usize>(&self, region: &[Rounded; PLANES]) -> u16 {
         let mut least = [f32::INFINITY; LANES];
         for &Rounded { axis, limit } in region {
             // The bounds of a box that lie farthest inside.
@@ -198,7 +195,11 @@ impl Node {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn select(levels: &[Vec<Node>], region: &[Rounded], out: &mut Selected) {
+fn select<const PLANES: usize>(
+    levels: &[Vec<Node>],
+    region: &[Rounded; PLANES],
+    out: &mut Selected,
+) {
     let mut open: SmallVec<[(u32, u32); 64]> = SmallVec::new();
     open.push((levels.len() as u32 - 1, 0));
     while let Some((level, node)) = open.pop() {
