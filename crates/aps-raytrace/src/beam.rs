@@ -9,6 +9,7 @@
 //! candidates, which are decided exactly later.
 
 use glam::DVec2;
+use multiversion::multiversion;
 
 use crate::scene::{Scene, Wall};
 use crate::wall_index::{HalfPlane, Selected};
@@ -124,12 +125,13 @@ pub(crate) struct Sweep {
 ///
 /// A window is the hull of the parts seen. Walls facing away from the apex are neither seen nor
 /// obstruct: a ray that leaves from outdoors meets the front of a building first.
-pub(crate) fn visible_walls(
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+pub(crate) fn visible_walls<F: FnMut(f64, u32)>(
     scene: &Scene,
     beam: &Beam,
     sweep: &mut Sweep,
     out: &mut Vec<Window>,
-    mut nearest_from: impl FnMut(f64, u32),
+    mut nearest_from: F,
 ) {
     sweep.candidates.clear();
     sweep.events.clear();
@@ -194,6 +196,7 @@ pub(crate) fn visible_walls(
 /// Marks walls that begin or end on one ray and are seen along this ray, if nowhere else: a ray
 /// that touches a corner goes on, to another corner perhaps, though the first hides all beside
 /// it. Only walls that neither begin nor end here hide what is behind them.
+#[inline(always)]
 fn glimpse(candidates: &mut [Candidate], active: &[u32], group: &[(f64, u32, bool)]) {
     let &[(k, ..), _, ..] = group else {
         return;
@@ -215,6 +218,7 @@ fn glimpse(candidates: &mut [Candidate], active: &[u32], group: &[(f64, u32, boo
 }
 
 /// Clips a wall to the view: the candidate and its range of k.
+#[inline(always)]
 fn clip(wall: &Wall, id: u32, beam: &Beam) -> Option<(Candidate, f64, f64)> {
     if wall.frame(beam.apex).1 <= 0.0 {
         return None;
