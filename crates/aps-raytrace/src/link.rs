@@ -126,3 +126,72 @@ fn reflect(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, paths: &mut Vec<PathR
         paths.extend(chain.map(record));
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::TraceConfig;
+    use crate::scene::{CityConfig, Footprint, Scene};
+    use crate::tracer::Tracer;
+
+    /// Checks that links of all pairs are the same with and without interactions; returns the number of paths, and of those as long as
+    /// the one before.
+    fn check(scene: &Scene, places: &[DVec2]) -> [usize; 2] {
+        let tracer = Tracer::new(scene, TraceConfig::converged()).unwrap();
+        let tx: Vec<_> = places
+            .iter()
+            .map(|&at| tracer.transmitter(at).unwrap())
+            .collect();
+        let (mut whole, mut short) = (Link::default(), Link::without_interactions());
+        let mut counts = [0; 2];
+        for &at in places {
+            let rx = tracer.receiver(at).unwrap();
+            for tx in tx.iter().filter(|tx| tx.position() != at) {
+                tracer.link(tx, &rx, &mut whole).unwrap();
+                tracer.link(tx, &rx, &mut short).unwrap();
+                counts[0] += whole.paths.len();
+                let ties = whole
+                    .paths
+                    .windows(2)
+                    .filter(|two| two[0].length_m == two[1].length_m);
+                counts[1] += ties.count();
+                let paths = whole.paths.iter().cloned().map(|path| PathRecord {
+                    interactions: Default::default(),
+                    ..path
+                });
+                assert_eq!(short.paths, paths.collect::<Vec<_>>());
+                assert_eq!(short.omitted, whole.omitted);
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn paths_without_interactions_are_the_same_in_the_same_order() {
+        let city = CityConfig {
+            size_m: 128,
+            ..CityConfig::default()
+        };
+        let city = Scene::synthetic(&city).unwrap();
+        let places =
+            (0..).map(|i| DVec2::new(f64::from(i * 37 % 127), f64::from(i * 53 % 125)) + 0.5);
+        let outdoors = places.filter(|&at| city.check_terminal(at).is_ok());
+        let [paths, _] = check(&city, &outdoors.take(8).collect::<Vec<_>>());
+        assert!(paths > 200, "{paths} paths");
+        // Both ways around a house are as long.
+        let house = [(-8.0, -5.0), (8.0, -5.0), (8.0, 5.0), (-8.0, 5.0)].map(DVec2::from);
+        let walls = [20.0, -24.0]
+            .map(|y| [(-30.0, y), (30.0, y), (30.0, y + 4.0), (-30.0, y + 4.0)].map(DVec2::from));
+        let houses: Vec<Footprint> = [house]
+            .into_iter()
+            .chain(walls)
+            .map(Footprint::new)
+            .collect();
+        let street = Scene::new(&houses, None).unwrap();
+        let [_, ties] = check(
+            &street,
+            &[(-20.0, 0.0), (20.0, 0.0), (14.0, 0.0)].map(DVec2::from),
+        );
+        assert!(ties >= 8, "{ties} ties");
+    }
+}
