@@ -105,6 +105,7 @@ pub(crate) struct Fronts {
     own: Vec<Direction>,
     /// Waves that go on to further corners.
     waves: Vec<Wave>,
+    /// By number of diffractions, then by corner.
     groups: Vec<Group>,
     table: Table,
     /// By wave and place.
@@ -223,7 +224,7 @@ impl Fronts {
             arriving.blocks = first..first + at_corner.len() as u32;
             first = arriving.blocks.end;
         }
-        self.blocks = blocks.into_iter().map(|(_, fronts)| fronts).collect();
+        self.blocks = blocks.iter().map(|&(_, fronts)| fronts).collect();
     }
 
     /// Adds waves at one corner and the fronts that continue them.
@@ -247,7 +248,8 @@ impl Fronts {
         let bytes = self.table.bytes()
             + ends.slots.len() * Table::row_bytes(waves.len())
             + (self.amplitudes.len() + fronts) * size_of::<OnceLock<Amplitude>>()
-            + (self.waves.len() + waves.len()) * size_of::<Wave>();
+            + (self.waves.len() + waves.len()) * size_of::<Wave>()
+            + (memory.blocks.len() + leaving.blocks.len()) * size_of::<(u32, BlockFronts)>();
         if bytes > limits.bytes {
             return None;
         }
@@ -306,12 +308,12 @@ impl Fronts {
                 None => kinds.push((wave.reflections, 1)),
             }
         }
-        for kind in leaving.legs.kinds() {
-            let at_corner = counts.at(kind.corner);
+        for at_end in leaving.legs.counts() {
+            let at_corner = counts.at(at_end.corner);
             for &(reflections, waves) in &kinds {
-                let reflections = reflections + kind.reflections;
+                let reflections = reflections + at_end.reflections;
                 if limits.allow(reflections, diffractions + 1) {
-                    at_corner[reflections as usize] += waves * kind.legs;
+                    at_corner[reflections as usize] += waves * at_end.legs;
                 }
             }
         }

@@ -95,9 +95,9 @@ pub(crate) struct AtCorner {
     pub strength: Strength,
 }
 
-/// Legs to one corner with as many reflections.
+/// Number of legs to one corner with so many reflections.
 #[derive(Debug, Clone)]
-pub(crate) struct Kind {
+pub(crate) struct LegCount {
     pub corner: u32,
     pub reflections: u32,
     pub legs: usize,
@@ -115,7 +115,7 @@ pub(crate) struct Legs {
     reflections: Vec<Interaction>,
     /// The corners that there are legs to.
     at: Vec<AtCorner>,
-    kinds: Vec<Kind>,
+    counts: Vec<LegCount>,
 }
 
 impl Legs {
@@ -158,14 +158,14 @@ impl Legs {
             let legs = first..found.legs.len() as u32;
             if !legs.is_empty() {
                 let same = |p: &Short, q: &Short| p.reflections == q.reflections;
-                let kinds = found.short[first as usize..]
+                let counts = found.short[first as usize..]
                     .chunk_by(same)
-                    .map(|legs| Kind {
+                    .map(|legs| LegCount {
                         corner: c,
                         reflections: legs[0].reflections,
                         legs: legs.len(),
                     });
-                found.kinds.extend(kinds);
+                found.counts.extend(counts);
                 found.at.push(AtCorner {
                     corner: c,
                     legs,
@@ -173,6 +173,7 @@ impl Legs {
                 });
             }
         }
+        found.counts.shrink_to_fit();
         Some(found)
     }
 
@@ -181,6 +182,7 @@ impl Legs {
         size_of_val(&*self.legs)
             + size_of_val(&*self.short)
             + size_of_val(&*self.reflections)
+            + size_of_val(&*self.counts)
             + self.legs.len() * size_of::<f64>()
     }
 
@@ -240,8 +242,8 @@ impl Legs {
     }
 
     /// Numbers of legs by corner and reflections, in order.
-    pub fn kinds(&self) -> &[Kind] {
-        &self.kinds
+    pub fn counts(&self) -> &[LegCount] {
+        &self.counts
     }
 
     /// Legs to one corner.

@@ -53,7 +53,8 @@ impl Omitted {
 
 impl Link {
     /// A link whose paths have no [`PathRecord::interactions`], whatever they meet: lengths, azimuths and gains are those of any other
-    /// link, to the bit, and all that a label sees. It takes a tenth less time.
+    /// link, to the bit, and all that a label sees. It takes about a tenth less time. [`PathRecord::is_line_of_sight`] means nothing
+    /// for them.
     #[must_use]
     pub fn without_interactions() -> Self {
         Self {
@@ -136,8 +137,8 @@ mod tests {
 
     /// Checks that links of all pairs are the same with and without interactions; returns the number of paths, and of those as long as
     /// the one before.
-    fn check(scene: &Scene, places: &[DVec2]) -> [usize; 2] {
-        let tracer = Tracer::new(scene, TraceConfig::converged()).unwrap();
+    fn check(scene: &Scene, config: TraceConfig, places: &[DVec2]) -> [usize; 2] {
+        let tracer = Tracer::new(scene, config).unwrap();
         let tx: Vec<_> = places
             .iter()
             .map(|&at| tracer.transmitter(at).unwrap())
@@ -161,6 +162,8 @@ mod tests {
                 });
                 assert_eq!(short.paths, paths.collect::<Vec<_>>());
                 assert_eq!(short.omitted, whole.omitted);
+                assert_eq!(short.fallback_diffractions, whole.fallback_diffractions);
+                assert_eq!(short.is_enclosed, whole.is_enclosed);
             }
         }
         counts
@@ -176,8 +179,24 @@ mod tests {
         let places =
             (0..).map(|i| DVec2::new(f64::from(i * 37 % 127), f64::from(i * 53 % 125)) + 0.5);
         let outdoors = places.filter(|&at| city.check_terminal(at).is_ok());
-        let [paths, _] = check(&city, &outdoors.take(8).collect::<Vec<_>>());
-        assert!(paths > 200, "{paths} paths");
+        let outdoors: Vec<DVec2> = outdoors.take(8).collect();
+        let all_paths = TraceConfig {
+            dynamic_range_db: None,
+            ..TraceConfig::within(2, 1)
+        };
+        let chains = TraceConfig {
+            max_fallback_diffractions: 8,
+            ..TraceConfig::within(1, 0)
+        };
+        for config in [
+            TraceConfig::converged(),
+            TraceConfig::within(1, 3),
+            all_paths,
+            chains,
+        ] {
+            let [paths, _] = check(&city, config, &outdoors);
+            assert!(paths > 50, "{paths} paths");
+        }
         // Both ways around a house are as long.
         let house = [(-8.0, -5.0), (8.0, -5.0), (8.0, 5.0), (-8.0, 5.0)].map(DVec2::from);
         let walls = [20.0, -24.0]
@@ -190,6 +209,7 @@ mod tests {
         let street = Scene::new(&houses, None).unwrap();
         let [_, ties] = check(
             &street,
+            TraceConfig::converged(),
             &[(-20.0, 0.0), (20.0, 0.0), (14.0, 0.0)].map(DVec2::from),
         );
         assert!(ties >= 8, "{ties} ties");

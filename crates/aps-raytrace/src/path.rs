@@ -43,7 +43,8 @@ pub type Interactions = SmallVec<[Interaction; 4]>;
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PathRecord {
-    /// Interactions from transmitter to receiver; none for the line of sight.
+    /// Interactions from transmitter to receiver; none for the line of sight, and none at all of a
+    /// [`Link::without_interactions`](crate::Link::without_interactions).
     pub interactions: Interactions,
     /// Unfolded length \[m\].
     pub length_m: f64,
@@ -102,7 +103,8 @@ impl PathRecord {
         10.0 * self.power().log10()
     }
 
-    /// Returns true when the path has no interactions: nothing lies between the terminals.
+    /// Returns true when the path has no interactions: nothing lies between the terminals. It means nothing for a path of a
+    /// [`Link::without_interactions`](crate::Link::without_interactions).
     #[must_use]
     pub fn is_line_of_sight(&self) -> bool {
         self.interactions.is_empty()

@@ -1,7 +1,7 @@
 //! The search for the diffracted paths of a link.
 //!
 //! Every pair of a front of the transmitter and a leg of the receiver at one corner is a path. Most are too weak to count. A bound of
-//! each one's amplitude costs a few nanoseconds, and of all that go over one block a single product; only those whose bound is within
+//! each one's amplitude costs a few nanoseconds, and of all whose last waves take the legs of one block a single product; only those whose bound is within
 //! the dynamic range of the strongest path known are computed, the most promising first. Nothing is left out but by a bound that is
 //! proven, so the paths that remain are the same as if all were computed.
 
@@ -134,9 +134,9 @@ impl Ends<'_> {
     fn paths_within_limits(&self) -> usize {
         let limits = self.map.config.limits();
         let fronts = &self.tx.fronts;
-        let kinds = self.rx.legs.kinds().iter();
-        kinds
-            .map(|kind| kind.legs * fronts.paths(kind.corner, kind.reflections, &limits))
+        let counts = self.rx.legs.counts().iter();
+        counts
+            .map(|of| of.legs * fronts.paths(of.corner, of.reflections, &limits))
             .sum()
     }
 
@@ -319,8 +319,8 @@ impl Ends<'_> {
         }
     }
 
-    /// Picks the legs of blocks along which some path may reach the floor. Nothing here waits for what was read before, so that
-    /// processors read several blocks at a time.
+    /// Picks the legs of blocks along which some path may reach the floor. No read depends on an earlier one, so that a processor loads
+    /// several blocks at once.
     fn select_crossings(&mut self, blocks: &[(u32, BlockFronts)], selected: &mut Vec<Crossing>) {
         selected.clear();
         let of_square = self.of_strengths().powi(2);
@@ -333,9 +333,12 @@ impl Ends<'_> {
             let rows = fronts.sums(&block).iter().zip(after);
             for (i, (&before, &after)) in (0..).zip(rows) {
                 let strength = before.max() * after.max();
+                if strength == 0.0 {
+                    continue;
+                }
                 if strength < floor {
                     power += before.power() * after.power() * of_square;
-                } else if strength > 0.0 {
+                } else {
                     selected.push(Crossing {
                         at,
                         group: block.group,

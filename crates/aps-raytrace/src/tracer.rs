@@ -83,7 +83,8 @@ impl<'s> Tracer<'s> {
     /// Finds all paths of a link within the limits.
     ///
     /// No path is an empty list, not an error. Costs some microseconds in a city district at the
-    /// default limits.
+    /// default limits; a tenth less with [`Link::without_interactions`], where only lengths, azimuths and gains are of use. Links of
+    /// neighbouring receivers one after the other take an eighth less time than in any order: they read the same waves.
     ///
     /// # Errors
     /// [`TraceError::Foreign`] for a terminal of another tracer that is no copy of this one, [`TraceError::Coincident`] when

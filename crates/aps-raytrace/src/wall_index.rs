@@ -30,7 +30,7 @@ pub(crate) struct HalfPlane {
 }
 
 /// A half plane around the centre of all boxes, in single precision; it holds all of the one that it was made of.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Rounded {
     axis: [f32; 2],
     limit: f32,
@@ -122,7 +122,7 @@ impl WallIndex {
         });
     }
 
-    /// Selects the walls whose boxes have a point in each of the half planes: a leg has six, a view three.
+    /// Selects the walls whose boxes have a point in each of the half planes.
     pub fn select<const PLANES: usize>(&self, region: &[HalfPlane; PLANES], out: &mut Selected) {
         out.clear();
         if !self.levels.is_empty() {

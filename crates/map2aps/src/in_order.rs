@@ -1,61 +1,70 @@
 //! Parts made on all threads and taken in their order.
 
 use std::collections::BTreeMap;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
+
+/// Parts a thread that may wait for a slower part before them.
+const WAITING_A_THREAD: usize = 4;
 
 /// Makes every part on the threads of the current rayon pool, and hands what was made to `take` in the order of the parts.
 ///
-/// A thread that has finished a part begins the next one at once. What is done before a slower part ahead of it waits in memory.
-/// `make` must not use the pool itself.
+/// A thread that has finished a part begins the next one at once, unless too many wait in memory for a slower part before them: four a
+/// thread. `make` and `take` must not use the pool themselves.
 ///
 /// # Errors
-/// The first error of `make` or `take` in the order of the parts, on any number of threads. No part is begun after it.
+/// The first error of `make` or `take` in the order of the parts, on any number of threads. No part is begun once it is known.
 pub fn in_order<T: Sync, R: Send, E: Send>(
     parts: &[T],
     make: impl Fn(&T) -> Result<R, E> + Sync,
     take: impl FnMut(R) -> Result<(), E> + Send,
 ) -> Result<(), E> {
-    let begun = AtomicUsize::new(0);
+    let threads = rayon::current_num_threads();
     let queue = Mutex::new(Queue {
+        left: 0..parts.len(),
         taken: 0,
         waiting: BTreeMap::new(),
         take,
         outcome: Ok(()),
     });
-    let make_the_next = |_: &rayon::Scope<'_>| {
+    let change = Condvar::new();
+    let make_parts = |_: &rayon::Scope<'_>| {
+        let _end = EndAtPanic(&queue, &change);
+        let mut own = queue.lock().expect(PANICKED);
         loop {
-            let part = begun.fetch_add(1, Ordering::Relaxed);
-            let Some(input) = parts.get(part) else {
+            let far = own.taken + WAITING_A_THREAD * threads;
+            if own.left.start >= far && !own.left.is_empty() {
+                own = change.wait(own).expect(PANICKED);
+                continue;
+            }
+            let Some(part) = own.left.next() else {
                 break;
             };
-            let made = make(input);
-            let mut queue = queue.lock().expect("a panic ends the scope");
-            if queue.add(part, made).is_err() {
-                begun.store(parts.len(), Ordering::Relaxed);
-            }
+            drop(own);
+            let made = make(&parts[part]);
+            own = queue.lock().expect(PANICKED);
+            own.add(part, made);
+            change.notify_all();
         }
     };
-    rayon::scope(|scope| {
-        (0..rayon::current_num_threads()).for_each(|_| scope.spawn(make_the_next));
-    });
-    queue.into_inner().expect("a panic ends the scope").outcome
+    rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(make_parts)));
+    queue.into_inner().expect(PANICKED).outcome
 }
 
-/// The parts that are done.
+/// Message of a thread that ends since another panicked.
+const PANICKED: &str = "no other thread panicked";
+
+/// The parts that are left, and those that are done.
 struct Queue<R, E, F> {
+    left: std::ops::Range<usize>,
     taken: usize,
     waiting: BTreeMap<usize, Result<R, E>>,
     take: F,
     outcome: Result<(), E>,
 }
 
-/// No further part is worth a beginning.
-struct Failed;
-
 impl<R, E, F: FnMut(R) -> Result<(), E>> Queue<R, E, F> {
     /// Adds a part, and takes all that wait for no other.
-    fn add(&mut self, part: usize, made: Result<R, E>) -> Result<(), Failed> {
+    fn add(&mut self, part: usize, made: Result<R, E>) {
         let is_sound = made.is_ok();
         self.waiting.insert(part, made);
         while let Some(made) = self.waiting.remove(&self.taken) {
@@ -64,15 +73,28 @@ impl<R, E, F: FnMut(R) -> Result<(), E>> Queue<R, E, F> {
                 self.outcome = made.and_then(&mut self.take);
             }
         }
-        (is_sound && self.outcome.is_ok())
-            .then_some(())
-            .ok_or(Failed)
+        if !is_sound || self.outcome.is_err() {
+            self.left = 0..0;
+        }
+    }
+}
+
+/// Ends the work of all threads where one panics: nobody makes its part, for which others may wait.
+struct EndAtPanic<'q, R, E, F>(&'q Mutex<Queue<R, E, F>>, &'q Condvar);
+
+impl<R, E, F> Drop for EndAtPanic<'_, R, E, F> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).left = 0..0;
+            self.1.notify_all();
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     fn on_threads<R: Send>(threads: usize, run: impl FnOnce() -> R + Send) -> R {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -111,6 +133,24 @@ mod tests {
             assert_eq!(run(&[150, 31, 32], 200), (Err(31), parts[..31].to_vec()));
             assert_eq!(run(&[40], 31), (Err(1031), parts[..32].to_vec()));
         }
+    }
+
+    #[test]
+    fn a_panic_ends_all_threads() {
+        let parts: Vec<usize> = (0..100).collect();
+        let made = AtomicUsize::new(0);
+        let make = |&part: &usize| {
+            // The others go on until they would wait for it.
+            while part == 0 && made.load(Ordering::Relaxed) + 1 < 2 * WAITING_A_THREAD {
+                std::hint::spin_loop();
+            }
+            assert!(part > 0, "the first part panics");
+            made.fetch_add(1, Ordering::Relaxed);
+            Ok::<(), ()>(())
+        };
+        let run = std::panic::AssertUnwindSafe(|| on_threads(2, || in_order(&parts, make, Ok)));
+        assert!(std::panic::catch_unwind(run).is_err());
+        assert!(made.into_inner() < 2 * WAITING_A_THREAD + 1);
     }
 
     #[test]

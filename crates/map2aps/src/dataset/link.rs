@@ -13,6 +13,7 @@ use crate::tally::Tally;
 
 /// Makes links one after the other, in buffers that it keeps: one a thread.
 pub struct LinkMaker {
+    with_paths: bool,
     link: Link,
     is_same_point: bool,
     buffers: Buffers,
@@ -22,6 +23,7 @@ impl LinkMaker {
     /// A maker; `with_paths`: of links whose paths are stored.
     pub fn new(with_paths: bool) -> Self {
         Self {
+            with_paths,
             link: new_link(with_paths),
             is_same_point: false,
             buffers: Buffers::default(),
@@ -42,7 +44,7 @@ impl LinkMaker {
         self.is_same_point = matches!(traced, Err(TraceError::Coincident { .. }));
         match traced {
             Err(TraceError::Coincident { .. }) => {
-                self.link = new_link(!self.link.leaves_out_interactions());
+                self.link = new_link(self.with_paths);
             }
             traced => traced?,
         }

@@ -1,7 +1,7 @@
 //! One map: prepare, trace, label, write.
 //!
 //! Links are independent, so transmitters are spread over the threads; rows go to the writer in
-//! the order of the transmitters as soon as they are there, so that memory does not grow with
+//! the order of the transmitters, and few parts wait for another, so that memory does not grow with
 //! the map and the bytes do not depend on the threads.
 
 use std::time::Instant;

@@ -30,7 +30,7 @@ impl Pool {
     pub fn new(tracer: &Tracer<'_>, points: &[DVec2], sure: usize) -> Result<Self> {
         let pool = Self {
             points: points.to_vec(),
-            sure: side_by_side(&points[..sure.min(points.len())]),
+            sure: neighbour_by_neighbour(&points[..sure.min(points.len())]),
             prepared: points.iter().map(|_| OnceLock::new()).collect(),
         };
         pool.sure
@@ -40,8 +40,7 @@ impl Pool {
     }
 
     /// The points in the order in which a transmitter best looks at them: first those that it is sure to look at, neighbours one after
-    /// the other, since what is read for one is then at hand for the next. Links take an eighth less time than in the order of the
-    /// points.
+    /// the other, since what is read for one is then at hand for the next.
     pub fn order(&self) -> impl Iterator<Item = u32> {
         let rest = self.sure.len() as u32..self.points.len() as u32;
         self.sure.iter().copied().chain(rest)
@@ -65,8 +64,8 @@ impl Pool {
     }
 }
 
-/// Numbers of points, up and down in stripes about as wide as the points are apart.
-fn side_by_side(points: &[DVec2]) -> Vec<u32> {
+/// Returns an order of points: up and down in stripes about as wide as the points are apart.
+fn neighbour_by_neighbour(points: &[DVec2]) -> Vec<u32> {
     let west = points.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
     let east = points.iter().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max);
     let stripes = (points.len() as f64 / 2.0).sqrt().ceil();
@@ -100,7 +99,7 @@ mod tests {
             Vec::new(),
         ] {
             let points: Vec<DVec2> = points;
-            let order = side_by_side(&points);
+            let order = neighbour_by_neighbour(&points);
             let mut sorted = order.clone();
             sorted.sort_unstable();
             assert_eq!(sorted, (0..points.len() as u32).collect::<Vec<_>>());

@@ -148,3 +148,52 @@ fn default_aps(labeler: &Labeler, layout: &Layout) -> ProfileLayout {
     let layout = Layout::of_labels(labeler.config(), layout.raster, Stored::default());
     layout.aps.expect("it is stored by default")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_sorted_with_all_that_belongs_to_them() {
+        let receivers = [7, 2, 9, 4];
+        let sorted = [2, 4, 7, 9];
+        let rows = |receivers: [u32; 4], with_paths: bool| {
+            let mut rows = Rows::default();
+            for rx in receivers {
+                rows.ends.push([3, rx]);
+                let is_odd = rx % 2 == 1;
+                rows.status.push(if is_odd {
+                    LinkStatus::NoPath
+                } else {
+                    LinkStatus::Valid
+                });
+                rows.fallback.push(rx as u8);
+                rows.aps.db.extend([f64::from(rx), f64::from(rx) + 0.5]);
+                rows.pdp.places.push(f64::from(rx));
+                if with_paths {
+                    rows.paths.end_link();
+                }
+            }
+            rows
+        };
+        for with_paths in [false, true] {
+            let (mut found, expected) = (rows(receivers, with_paths), rows(sorted, with_paths));
+            found.sort_by_receiver();
+            assert_eq!(found.ends, expected.ends);
+            assert_eq!(found.status, expected.status);
+            assert_eq!(found.fallback, expected.fallback);
+            assert_eq!(
+                (found.aps.db, found.aps.places),
+                (expected.aps.db, expected.aps.places)
+            );
+            assert_eq!(
+                (found.pdp.db, found.pdp.places),
+                (expected.pdp.db, expected.pdp.places)
+            );
+            assert!(found.paths.is_same(&expected.paths));
+        }
+        let mut none = Rows::default();
+        none.sort_by_receiver();
+        assert!(none.ends.is_empty());
+    }
+}
