@@ -73,7 +73,7 @@ fn neighbour_by_neighbour(points: &[DVec2]) -> Vec<u32> {
         let DVec2 { x, y } = points[id as usize];
         // All points on one line from south to north are one stripe.
         let stripe = ((x - west) / (east - west) * stripes) as u32;
-        (stripe, if stripe % 2 == 0 { y } else { -y })
+        (stripe, if stripe.is_multiple_of(2) { y } else { -y })
     };
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     order.sort_by(|p, q| {
