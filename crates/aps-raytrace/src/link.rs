@@ -156,9 +156,9 @@ mod tests {
                     .windows(2)
                     .filter(|two| two[0].length_m == two[1].length_m);
                 counts[1] += ties.count();
-                let paths = whole.paths.iter().cloned().map(|path| PathRecord {
+                let paths = whole.paths.iter().map(|path| PathRecord {
                     interactions: Default::default(),
-                    ..path
+                    ..path.clone()
                 });
                 assert_eq!(short.paths, paths.collect::<Vec<_>>());
                 assert_eq!(short.omitted, whole.omitted);
