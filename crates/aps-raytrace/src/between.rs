@@ -140,16 +140,12 @@ impl Between {
             .collect();
         let arriving: Vec<LegEnds> = arriving
             .into_par_iter()
-            .zip(arrived)
             .enumerate()
-            .map(|(to, (mut arriving, blocks))| {
+            .map(|(to, mut arriving)| {
                 let leg = |end: &Arriving| &leaving[end.from as usize].legs.all()[end.leg as usize];
                 arriving.sort_by_key(|end| leg(end).reflections);
                 let wedge = &corners.wedges[to];
-                let mut ends = LegEnds {
-                    block_count: blocks as usize,
-                    ..LegEnds::default()
-                };
+                let mut ends = LegEnds::default();
                 for end in &arriving {
                     let leg = leg(end);
                     ends.push(&wedge.direction(&leg.ray), leg, end.block, end.slot);
@@ -201,10 +197,7 @@ impl Leaving {
         let mut places = vec![0; all.len()];
         let mut order: Vec<usize> = (0..all.len()).collect();
         order.sort_by_key(|&i| all[i].reflections);
-        let mut ends = LegEnds {
-            block_count: blocks.len(),
-            ..LegEnds::default()
-        };
+        let mut ends = LegEnds::default();
         let block_of = (0..).zip(&blocks);
         let block_of: Vec<u32> = block_of
             .flat_map(|(number, block)| block.legs.clone().map(move |_| number))
@@ -229,6 +222,7 @@ impl LegEnds {
         self.directions.push(direction);
         self.strengths.push(leg.strength);
         self.blocks.push(block);
+        self.block_count = self.block_count.max(block as usize + 1);
         self.slots.push(slot);
         let before = self.up_to.last().copied().unwrap_or(0);
         self.up_to.resize(leg.reflections as usize + 1, before);

@@ -4,6 +4,8 @@
 //! corners. There are many of those and few links need any one of them: what is kept is an upper bound of each one's strength, and
 //! the largest of each block. Its amplitude is computed when the first link asks.
 
+mod blocks;
+
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -18,6 +20,8 @@ use crate::limits::Limits;
 use crate::path::{Interaction, InteractionKind, Interactions};
 use crate::strength::{Bound, Places, RowSum, Rows, Strength, Table};
 use crate::wedge::Ray;
+
+pub(crate) use blocks::{BlockFronts, Blocks};
 
 /// Instead of a wave: none, as a leg of the transmitter continues none.
 const NO_WAVE: u32 = u32::MAX;
@@ -74,30 +78,6 @@ pub(crate) struct Group {
     rows: Rows,
 }
 
-/// The fronts that continue the waves of one group along the legs of one block.
-///
-/// A search reads thousands of these one after the other: all that it needs of the block is here.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BlockFronts {
-    /// The block's place among those that arrive at the corner.
-    pub arrival: u32,
-    pub group: u32,
-    pub strength: Strength,
-    /// Upper bound of the sum of squares of these and all weaker ones at the corner.
-    pub rest_power: f32,
-    /// First of the legs, its slot at the corner where it arrives, and their number.
-    pub first_leg: u32,
-    pub first_slot: u32,
-    pub legs: u32,
-}
-
-/// The fronts at one corner but for the transmitter's own legs.
-#[derive(Debug, Clone, Default)]
-struct Arriving {
-    strength: Strength,
-    blocks: Range<u32>,
-}
-
 /// Fronts of one transmitter at all corners, with bounds of their strengths.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
@@ -110,9 +90,7 @@ pub(crate) struct Fronts {
     table: Table,
     /// By wave and place.
     amplitudes: Vec<OnceLock<Amplitude>>,
-    /// Blocks of fronts by the corner where they end, the strongest first.
-    blocks: Vec<BlockFronts>,
-    corners: Vec<Arriving>,
+    blocks: Blocks,
     /// By number of diffractions before the corner where they arrive.
     counts: Vec<Counts>,
 }
@@ -202,29 +180,8 @@ impl Fronts {
             next.sort_by_key(|wave: &Wave| wave.corner);
             level = next;
         }
-        fronts.sort_blocks(memory.blocks, corners);
+        fronts.blocks = Blocks::new(memory.blocks, corners);
         Some(fronts)
-    }
-
-    /// Sorts the blocks by the corner where they end, the strongest first.
-    fn sort_blocks(&mut self, mut blocks: Vec<(u32, BlockFronts)>, corners: usize) {
-        blocks.sort_unstable_by(|(p_to, p), (q_to, q)| {
-            let by_max = q.strength.max.total_cmp(&p.strength.max);
-            let by_id = (p.arrival, p.group).cmp(&(q.arrival, q.group));
-            p_to.cmp(q_to).then(by_max).then(by_id)
-        });
-        self.corners = vec![Arriving::default(); corners];
-        let mut first = 0;
-        for at_corner in blocks.chunk_by_mut(|p, q| p.0 == q.0) {
-            let arriving = &mut self.corners[at_corner[0].0 as usize];
-            for (_, fronts) in at_corner.iter_mut().rev() {
-                arriving.strength.add(&fronts.strength);
-                fronts.rest_power = arriving.strength.power;
-            }
-            arriving.blocks = first..first + at_corner.len() as u32;
-            first = arriving.blocks.end;
-        }
-        self.blocks = blocks.iter().map(|&(_, fronts)| fronts).collect();
     }
 
     /// Adds waves at one corner and the fronts that continue them.
@@ -382,15 +339,9 @@ impl Fronts {
         &self.own
     }
 
-    /// Strength of the fronts at a corner but for the transmitter's own legs.
-    pub fn corner(&self, corner: u32) -> &Strength {
-        &self.corners[corner as usize].strength
-    }
-
-    /// The same by block and group, the strongest first.
-    pub fn blocks(&self, corner: u32) -> &[BlockFronts] {
-        let Range { start, end } = self.corners[corner as usize].blocks;
-        &self.blocks[start as usize..end as usize]
+    /// The fronts by block but for the transmitter's own legs.
+    pub fn blocks(&self) -> &Blocks {
+        &self.blocks
     }
 
     /// A group by its number.

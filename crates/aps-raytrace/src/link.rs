@@ -22,7 +22,7 @@ pub struct Link {
     pub fallback_diffractions: Option<usize>,
     /// True when a building closed on all sides lies between the ends: the reason for no path.
     pub is_enclosed: bool,
-    leaves_out_interactions: bool,
+    pub(crate) leaves_out_interactions: bool,
     pub(crate) search: Search,
 }
 
@@ -61,12 +61,6 @@ impl Link {
             leaves_out_interactions: true,
             ..Self::default()
         }
-    }
-
-    /// Returns true for a [`Link::without_interactions`].
-    #[must_use]
-    pub fn leaves_out_interactions(&self) -> bool {
-        self.leaves_out_interactions
     }
 }
 

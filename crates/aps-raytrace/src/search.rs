@@ -1,11 +1,12 @@
 //! The search for the diffracted paths of a link.
 //!
 //! Every pair of a front of the transmitter and a leg of the receiver at one corner is a path. Most are too weak to count. A bound of
-//! each one's amplitude costs a few nanoseconds, and of all whose last waves take the legs of one block a single product; only those whose bound is within
-//! the dynamic range of the strongest path known are computed, the most promising first. Nothing is left out but by a bound that is
-//! proven, so the paths that remain are the same as if all were computed.
+//! each one's amplitude costs a few nanoseconds, and one product bounds all that take the legs of one block; only those whose bound
+//! is within the dynamic range of the strongest path known are computed, the most promising first. Nothing is left out but by a bound
+//! that is proven, so the paths that remain are the same as if all were computed.
 
 mod assemble;
+mod more_corners;
 
 use num_complex::Complex64;
 
@@ -14,8 +15,8 @@ use crate::legs::{AtCorner, Legs};
 use crate::link::{Link, Omitted};
 use crate::map::Map;
 use crate::path::{Interactions, PathRecord};
-use crate::strength::RowSum;
 use crate::terminal::{Receiver, Transmitter};
+use more_corners::{Crossing, Part};
 
 /// Factor that lowers the floor with which bounds are compared: far more than the rounding of bounds and amplitudes.
 const SLACK: f64 = 1.0 - 1e-9;
@@ -37,31 +38,6 @@ struct Found {
     leg: u32,
     length_m: f64,
     gain: Complex64,
-}
-
-/// A leg between corners along which some path may reach the floor.
-#[derive(Debug, Clone, Copy)]
-struct Crossing {
-    /// The corner where it ends, by its place among those that the receiver sees.
-    at: u32,
-    /// The waves at the corner where it begins.
-    group: u32,
-    /// Among the legs that leave there, and its slot where it arrives.
-    leg: u32,
-    slot: u32,
-    /// The fronts along it.
-    before: RowSum,
-    /// The last steps that begin with it.
-    after: RowSum,
-}
-
-/// A leg between corners and a last step.
-#[derive(Debug, Clone, Copy)]
-struct Part {
-    strength: f64,
-    length_m: f64,
-    reflections: u32,
-    leg: u32,
 }
 
 /// Memory of the search, to be used again.
@@ -87,6 +63,8 @@ struct Ends<'t> {
     tx: &'t Transmitter,
     rx: &'t Receiver,
     sources: Sources<'t>,
+    /// Factor that turns the strengths of a front and a last step into an upper bound: no path is shorter than the line.
+    of_strengths: f64,
     /// Amplitude below which a path is out of the dynamic range, as far as known.
     floor: f64,
     /// Pairs computed.
@@ -98,6 +76,7 @@ struct Ends<'t> {
 pub(crate) fn diffract(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
     let mut search = std::mem::take(&mut link.search);
     search.found.clear();
+    let distance_m = tx.place.distance(rx.place);
     let mut ends = Ends {
         map,
         tx,
@@ -107,6 +86,7 @@ pub(crate) fn diffract(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mu
             between: map.between.as_ref(),
             legs: &tx.legs,
         },
+        of_strengths: map.friis.amplitude(1.0) / (distance_m.sqrt() * SLACK),
         floor: 0.0,
         computed: 0,
         omitted: Omitted::default(),
@@ -135,9 +115,8 @@ impl Ends<'_> {
         let limits = self.map.config.limits();
         let fronts = &self.tx.fronts;
         let counts = self.rx.legs.counts().iter();
-        counts
-            .map(|of| of.legs * fronts.paths(of.corner, of.reflections, &limits))
-            .sum()
+        let paths = counts.map(|of| of.legs * fronts.paths(of.corner, of.reflections, &limits));
+        paths.sum()
     }
 
     /// Candidates over one corner.
@@ -214,168 +193,6 @@ impl Ends<'_> {
             self.raise_floor(gain.norm_sqr().sqrt());
         }
         candidates.clear();
-    }
-
-    /// Candidates over several corners.
-    fn over_more_corners(&mut self, search: &mut Search) {
-        search.candidates.clear();
-        if self.floor == 0.0 && self.map.range > 0.0 {
-            self.look_for_a_floor(search);
-        }
-        self.select_blocks(&mut search.blocks);
-        self.over_blocks(search);
-    }
-
-    /// Picks the blocks of which some path may reach the floor.
-    fn select_blocks(&mut self, selected: &mut Vec<(u32, BlockFronts)>) {
-        selected.clear();
-        let of_square = self.of_strengths().powi(2);
-        let floor = self.floor / self.of_strengths();
-        let mut power = 0.0;
-        let mut omit = |p: f32, q: f64| power += f64::from(p) * q * of_square;
-        let steps = &self.rx.steps;
-        let fronts = &self.tx.fronts;
-        for (i, at) in (0..).zip(steps.corners()) {
-            let (arriving, leaving) = (fronts.corner(at.corner), &at.strength);
-            if f64::from(arriving.max) * f64::from(leaving.max) < floor {
-                omit(arriving.power, leaving.power.into());
-                continue;
-            }
-            for fronts in fronts.blocks(at.corner) {
-                let most = f64::from(fronts.strength.max);
-                if most * f64::from(leaving.max) < floor {
-                    omit(fronts.rest_power, leaving.power.into());
-                    break;
-                }
-                let [max, power] = steps.block(at, fronts.arrival);
-                if most * max < floor {
-                    omit(fronts.strength.power, power);
-                } else if max > 0.0 {
-                    selected.push((i, *fronts));
-                }
-            }
-        }
-        self.omitted.power += power;
-    }
-
-    /// Factor that turns the strengths of a front and a last step into an upper bound: no path is shorter than the line.
-    fn of_strengths(&self) -> f64 {
-        let distance_m = self.tx.place.distance(self.rx.place);
-        self.map.friis.amplitude(1.0) / (distance_m.sqrt() * SLACK)
-    }
-
-    /// Computes one promising path, where nothing is known of the link.
-    fn look_for_a_floor(&mut self, search: &mut Search) {
-        let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
-        let all = (0..).zip(steps.corners()).flat_map(|(i, at)| {
-            let blocks = fronts.blocks(at.corner).iter();
-            blocks.map(move |f| {
-                let [max, _] = steps.block(at, f.arrival);
-                (f64::from(f.strength.max) * max, i, *f)
-            })
-        });
-        let Some((_, at, best)) = all.max_by(|p, q| p.0.total_cmp(&q.0)) else {
-            return;
-        };
-        search.blocks.clear();
-        search.blocks.push((at, best));
-        self.over_blocks(search);
-        self.raise_floor_by(&mut search.candidates);
-    }
-
-    /// Candidates along the legs of the selected blocks: those fronts that reach the floor with the best of the steps, with those
-    /// steps that do with the best of the fronts.
-    fn over_blocks(&mut self, search: &mut Search) {
-        self.select_crossings(&search.blocks, &mut search.crossings);
-        let limits = self.map.config.limits();
-        let spread = self.map.friis.amplitude(1.0);
-        let at_most = self.of_strengths();
-        let fronts = &self.tx.fronts;
-        for crossing in &search.crossings {
-            self.last_parts(crossing, &mut search.parts);
-            let enough = self.floor / (at_most * crossing.after.max());
-            let group = fronts.group(crossing.group);
-            let strengths = fronts.along_leg(group, crossing.leg);
-            for ((id, wave), strength) in fronts.waves_of(group).zip(strengths) {
-                let strength = strength.get();
-                if strength < enough {
-                    self.omit(at_most * strength, crossing.after.power());
-                    continue;
-                }
-                for part in &search.parts {
-                    let reflections = wave.reflections + part.reflections;
-                    if !limits.allow(reflections, wave.diffractions + 2) {
-                        continue;
-                    }
-                    let length_m = wave.length_m + part.length_m;
-                    let candidate = Candidate {
-                        bound: spread * strength * part.strength / length_m.sqrt(),
-                        front: FrontId::after(id, crossing.leg),
-                        leg: part.leg,
-                    };
-                    self.consider(candidate, &mut search.candidates);
-                }
-            }
-        }
-    }
-
-    /// Picks the legs of blocks along which some path may reach the floor. No read depends on an earlier one, so that a processor loads
-    /// several blocks at once.
-    fn select_crossings(&mut self, blocks: &[(u32, BlockFronts)], selected: &mut Vec<Crossing>) {
-        selected.clear();
-        let of_square = self.of_strengths().powi(2);
-        let floor = self.floor / self.of_strengths();
-        let mut power = 0.0;
-        let (fronts, steps) = (&self.tx.fronts, &self.rx.steps);
-        for &(at, block) in blocks {
-            let slots = block.first_slot..block.first_slot + block.legs;
-            let after = steps.sums(&steps.corners()[at as usize], slots);
-            let rows = fronts.sums(&block).iter().zip(after);
-            for (i, (&before, &after)) in (0..).zip(rows) {
-                let strength = before.max() * after.max();
-                if strength == 0.0 {
-                    continue;
-                }
-                if strength < floor {
-                    power += before.power() * after.power() * of_square;
-                } else {
-                    selected.push(Crossing {
-                        at,
-                        group: block.group,
-                        leg: block.first_leg + i,
-                        slot: block.first_slot + i,
-                        before,
-                        after,
-                    });
-                }
-            }
-        }
-        self.omitted.power += power;
-    }
-
-    /// The last steps along a leg that reach the floor with the best of fronts.
-    fn last_parts(&mut self, crossing: &Crossing, parts: &mut Vec<Part>) {
-        parts.clear();
-        let at_most = self.of_strengths();
-        let enough = self.floor / (at_most * crossing.before.max());
-        let at = &self.rx.steps.corners()[crossing.at as usize];
-        let group = self.tx.fronts.group(crossing.group);
-        let leg = self.sources.leg_after(group, crossing.leg);
-        let own = self.rx.legs.short(at.legs.clone());
-        let strengths = self.rx.steps.of_leg(at, crossing.slot);
-        for ((i, last), strength) in at.legs.clone().zip(own).zip(strengths) {
-            let strength = strength.get();
-            if strength < enough {
-                self.omit(at_most * strength, crossing.before.power());
-                continue;
-            }
-            parts.push(Part {
-                strength,
-                length_m: leg.length_m + last.length_m,
-                reflections: leg.reflections + last.reflections,
-                leg: i,
-            });
-        }
     }
 
     /// Leaves out paths of so much power over an amplitude squared.

@@ -56,8 +56,7 @@ impl Bound {
 
 /// Upper bounds of the strengths of waves along some legs, each of some kinds of waves: a row a leg.
 ///
-/// The sums of rows lie side by side: of most rows a search reads nothing else, and each look at other memory takes it as long as a
-/// hundred products.
+/// The sums of rows lie side by side: of most rows a search reads nothing else.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Table {
     /// By row.
@@ -74,12 +73,10 @@ pub(crate) struct Rows {
     kinds: usize,
 }
 
-/// All kinds of a row together.
+/// The largest strength of a row and the sum of squares.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct RowSum {
-    /// The largest.
     max: Bound,
-    /// The sum of squares.
     power: Bound,
 }
 

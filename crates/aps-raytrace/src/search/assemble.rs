@@ -56,7 +56,7 @@ impl Ends<'_> {
             let after = search.found.get(i + 1).map(|found| found.length_m);
             let is_tied = [before, after].contains(&Some(found.length_m));
             search.path.clear();
-            if is_tied || !link.leaves_out_interactions() {
+            if is_tied || !link.leaves_out_interactions {
                 self.interactions(found, &mut search.path);
             }
             link.paths

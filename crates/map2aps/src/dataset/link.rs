@@ -13,18 +13,21 @@ use crate::tally::Tally;
 
 /// Makes links one after the other, in buffers that it keeps: one a thread.
 pub struct LinkMaker {
-    with_paths: bool,
     link: Link,
     is_same_point: bool,
     buffers: Buffers,
 }
 
 impl LinkMaker {
-    /// A maker; `with_paths`: of links whose paths are stored.
+    /// A maker of links, `with_paths` of those whose paths are stored.
     pub fn new(with_paths: bool) -> Self {
+        let link = if with_paths {
+            Link::default()
+        } else {
+            Link::without_interactions()
+        };
         Self {
-            with_paths,
-            link: new_link(with_paths),
+            link,
             is_same_point: false,
             buffers: Buffers::default(),
         }
@@ -43,9 +46,8 @@ impl LinkMaker {
         tally.trace += started.elapsed();
         self.is_same_point = matches!(traced, Err(TraceError::Coincident { .. }));
         match traced {
-            Err(TraceError::Coincident { .. }) => {
-                self.link = new_link(self.with_paths);
-            }
+            // The link is empty then.
+            Err(TraceError::Coincident { .. }) => {}
             traced => traced?,
         }
         Ok(!self.link.paths.is_empty() && self.link.fallback_diffractions.is_none())
@@ -90,13 +92,5 @@ impl LinkMaker {
             link if link.paths.is_empty() => LinkStatus::NoPath,
             _ => LinkStatus::Unlabelled,
         }
-    }
-}
-
-fn new_link(with_paths: bool) -> Link {
-    if with_paths {
-        Link::default()
-    } else {
-        Link::without_interactions()
     }
 }

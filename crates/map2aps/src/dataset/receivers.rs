@@ -20,7 +20,7 @@ pub enum Choice {
 /// Points where receivers can stand.
 pub struct Pool {
     points: Vec<DVec2>,
-    /// Those that every transmitter looks at, neighbours one after the other.
+    /// Points that every transmitter looks at, neighbours one after the other.
     sure: Vec<u32>,
     prepared: Vec<OnceLock<Receiver>>,
 }
