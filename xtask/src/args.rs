@@ -12,7 +12,7 @@ use aps_raytrace::{Material, Scene, TraceConfig};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args, ValueEnum};
 use map2aps::maps::{self, NamedMaps, TileSettings};
-use map2aps::{Limits, MapSource, SceneSettings};
+use map2aps::{Domain, Limits, MapError, MapSource, SEED, SceneSettings};
 use serde_json::Value;
 
 use crate::note;
@@ -169,7 +169,7 @@ impl OneMapArgs {
                 self.map_id.is_none(),
                 "--map-id is for a city in GeoJSON; another synthetic one has another --seed"
             );
-            let seed = self.seed.unwrap_or(42);
+            let seed = self.seed.unwrap_or(SEED);
             return Ok(MapSource::Synthetic { count: 1 }.load(0, seed, scene)?);
         }
         ensure!(
@@ -189,11 +189,10 @@ impl OneMapArgs {
 pub struct IdList(pub Vec<u32>);
 
 impl FromStr for IdList {
-    type Err = String;
+    type Err = MapError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let ids = maps::parse_ids(text).map_err(|error| error.to_string())?;
-        Ok(Self(ids))
+    fn from_str(text: &str) -> Result<Self, MapError> {
+        maps::parse_ids(text).map(Self)
     }
 }
 
@@ -204,6 +203,18 @@ pub fn parts() -> impl TypedValueParser<Value = Part> {
             Part::Train => "Maps to fit a model's weights on",
             Part::Develop => "Maps to choose a model by",
             Part::Test => "Maps for the figures that are reported",
+        })
+    }))
+}
+
+/// Parser of the form in which labels are compared.
+pub fn domains() -> impl TypedValueParser<Value = Domain> {
+    named(Domain::ALL.map(|domain| {
+        PossibleValue::new(domain.name()).help(match domain {
+            Domain::Normalised => {
+                "The protocol's learning target, on which the benchmark's metrics are defined"
+            }
+            Domain::Linear => "Linear power relative to the sample's maximum, in [0, 1]",
         })
     }))
 }
@@ -271,7 +282,7 @@ pub struct TraceArgs {
     #[arg(long, default_value_t = TraceConfig::default().max_fallback_diffractions)]
     pub max_fallback_diffractions: usize,
     /// Carrier [Hz].
-    #[arg(long, default_value_t = 3.5e9)]
+    #[arg(long, default_value_t = TraceConfig::default().frequency_hz)]
     pub frequency_hz: f64,
     /// Walls: concrete (ITU-R P.2040), pec (perfect conductor), or EPS,SIGMA
     /// (relative permittivity, conductivity in S/m).

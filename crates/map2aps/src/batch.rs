@@ -9,8 +9,11 @@ use aps_raytrace::{Link, PathRecord, Receiver, TerminalError, Tracer, Transmitte
 use rayon::prelude::*;
 
 use crate::control::{Control, Work};
-use crate::dataset::SIDE_BY_SIDE;
 use crate::error::{At, Place, Result};
+
+/// Most transmitters whose links a thread makes side by side. A receiver's tables, up to a megabyte with two diffractions, are read from
+/// memory once for all of them.
+pub(crate) const SIDE_BY_SIDE: usize = 4;
 
 /// Transmitters that are prepared at a time: each takes up to some megabytes.
 const TX_AT_ONCE: usize = 16;

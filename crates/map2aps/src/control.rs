@@ -25,7 +25,7 @@ pub trait Progress: Sync {
 
     /// Takes the scores of the development links after a step.
     #[cfg(feature = "models")]
-    fn scored(&self, scores: &crate::training::DevelopmentScores) {}
+    fn scored(&self, scores: &DevelopmentScores) {}
 }
 
 /// Ignores the progress.
@@ -42,6 +42,27 @@ pub struct Work {
     pub finished_maps: usize,
     /// Maps of the result.
     pub maps: usize,
+}
+
+/// Scores of the development links after a step.
+#[cfg(feature = "models")]
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct DevelopmentScores {
+    /// Steps made.
+    pub steps: u64,
+    /// Epochs made.
+    pub epochs: f64,
+    /// Time spent on the training before these scores \[s\].
+    pub seconds: f64,
+    /// Mean training loss since the scores before.
+    pub loss: f64,
+    /// The scores.
+    pub group: aps_metrics::GroupReport,
+    /// Metric by which the best weights are chosen.
+    pub chosen_by: aps_metrics::Metric,
+    /// True when these are the best so far.
+    pub is_best: bool,
 }
 
 /// Progress, cancellation and name of an operation. The default reports nothing and cannot be cancelled.

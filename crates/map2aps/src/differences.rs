@@ -5,7 +5,7 @@ use std::fmt;
 use aps_label::Protocol;
 use serde_json::Value;
 
-use crate::settings::has_legs_between_corners;
+use crate::limits::has_legs_between_corners;
 
 /// Settings of the trace that decide which paths a label is made of, and how strong they are.
 const TRACE: [&str; 7] = [

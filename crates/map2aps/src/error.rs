@@ -146,6 +146,13 @@ pub enum Error {
     Train(#[from] aps_model::train::TrainError),
 }
 
+#[cfg(feature = "models")]
+impl From<aps_model::candle_core::Error> for Error {
+    fn from(error: aps_model::candle_core::Error) -> Self {
+        Self::Model(error.into())
+    }
+}
+
 impl Error {
     /// The error behind all places.
     pub fn cause(&self) -> &Error {

@@ -62,6 +62,11 @@ impl FromStr for Limits {
     }
 }
 
+/// Tells if paths may have a leg from corner to corner, which alone takes a slope along.
+pub(crate) fn has_legs_between_corners(max_diffractions: usize, max_interactions: usize) -> bool {
+    max_diffractions.min(max_interactions) > 1
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,7 +9,7 @@ use aps_raytrace::scene::RepairReport;
 use rayon::prelude::*;
 
 use crate::control::Control;
-use crate::dataset::{Choice, Made, Making, Run};
+use crate::dataset::{Choice, DatasetBuilder, Made, Run};
 use crate::error::Result;
 use crate::limits::Limits;
 use crate::maps::{self, MapError, MapSource, SceneSettings};
@@ -83,12 +83,12 @@ impl DatasetPlan {
         access: Access,
         control: &Control<'_>,
     ) -> Result<Made> {
-        let making = self.making(out, &self.with_copies(maps)?, access)?;
+        let builder = self.builder(out, &self.with_copies(maps)?, access)?;
         // Before the work: it is refused where more maps take a copy's map out of the training.
-        let split = maps::split(&making.all(), self.seed, self.scene.orientations)?;
-        let made = self.make_maps(&making, control)?;
+        let split = maps::split(&builder.all(), self.seed, self.scene.orientations)?;
+        let made = self.make_maps(&builder, control)?;
         if access == Access::Whole {
-            making.writer.finish(&split)?;
+            builder.writer.finish(&split)?;
         }
         Ok(made)
     }
@@ -103,9 +103,9 @@ impl DatasetPlan {
         if let Some(twice) = maps.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(MapError::Twice(twice[0]).into());
         }
-        let making = self.making(out, &maps, Access::Whole)?;
-        let made = self.make_maps(&making, control)?;
-        making.writer.finish(split)?;
+        let builder = self.builder(out, &maps, Access::Whole)?;
+        let made = self.make_maps(&builder, control)?;
+        builder.writer.finish(split)?;
         Ok(made)
     }
 
@@ -124,8 +124,8 @@ impl DatasetPlan {
     /// # Errors
     /// Settings out of range, and a folder with a data set of other settings.
     pub fn missing(&self, out: &Path, maps: &[u32]) -> Result<Vec<u32>> {
-        let making = self.making(out, &self.with_copies(maps)?, Access::Whole)?;
-        Ok(making.todo)
+        let builder = self.builder(out, &self.with_copies(maps)?, Access::Whole)?;
+        Ok(builder.todo)
     }
 
     /// Settings of the data set, as its manifest keeps them.
@@ -156,28 +156,28 @@ impl DatasetPlan {
         }
     }
 
-    fn making(&self, out: &Path, maps: &[u32], access: Access) -> Result<Making> {
+    fn builder(&self, out: &Path, maps: &[u32], access: Access) -> Result<DatasetBuilder> {
         self.trace.validate()?;
         let (tx, rx) = (self.tx_per_map, self.rx_per_map);
         if tx == 0 || rx == 0 {
             return Err(MapError::NoLinks { tx, rx }.into());
         }
         let labeler = Labeler::new(&self.label())?;
-        Making::open(out, self.config(), labeler, maps, access)
+        DatasetBuilder::open(out, self.config(), labeler, maps, access)
     }
 
-    fn make_maps(&self, making: &Making, control: &Control<'_>) -> Result<Made> {
-        for there in making.there() {
+    fn make_maps(&self, builder: &DatasetBuilder, control: &Control<'_>) -> Result<Made> {
+        for there in builder.there() {
             control.check()?;
             // One that cannot be read any more cannot be compared.
             if let Ok(scene) = self.maps.load(there.id, self.seed, self.scene) {
-                making.must_be_of(&there, &scene, self.maps.raster())?;
+                builder.must_be_of(&there, &scene, self.maps.raster())?;
             }
         }
         let of_map = self.tx_per_map.saturating_mul(self.rx_per_map);
-        let links = making.todo.len().saturating_mul(of_map) as u64;
+        let links = builder.todo.len().saturating_mul(of_map) as u64;
         let mut repairs = Vec::new();
-        let mut made = making.run(links, control, |run, id| self.map(run, id, &mut repairs))?;
+        let mut made = builder.run(links, control, |run, id| self.map(run, id, &mut repairs))?;
         made.repairs = repairs;
         Ok(made)
     }

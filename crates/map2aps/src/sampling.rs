@@ -52,7 +52,7 @@ pub enum Receivers {
     /// has a path.
     #[default]
     Reached,
-    /// The same points for all transmitters of a map, reached or not.
+    /// Points that all transmitters of a map share, reached or not.
     Outdoor,
 }
 
@@ -61,9 +61,9 @@ impl FromStr for Receivers {
     type Err = MapError;
 
     fn from_str(text: &str) -> Result<Self, MapError> {
-        let all = [Self::Reached, Self::Outdoor].into_iter();
-        let mut found = all.filter(|receivers| receivers.name() == text);
-        found.next().ok_or_else(|| MapError::Receivers(text.into()))
+        let mut all = Self::ALL.into_iter();
+        let found = all.find(|receivers| receivers.name() == text);
+        found.ok_or_else(|| MapError::Receivers(text.into()))
     }
 }
 
@@ -75,6 +75,9 @@ impl fmt::Display for Receivers {
 }
 
 impl Receivers {
+    /// Both, the default first.
+    pub const ALL: [Self; 2] = [Self::Reached, Self::Outdoor];
+
     /// `reached` or `outdoor`.
     pub const fn name(self) -> &'static str {
         match self {
@@ -276,7 +279,7 @@ mod tests {
 
     #[test]
     fn choices_of_receivers_are_read_back() {
-        for receivers in [Receivers::Reached, Receivers::Outdoor] {
+        for receivers in Receivers::ALL {
             assert_eq!(receivers.to_string().parse(), Ok(receivers));
             let text = serde_json::to_string(&receivers).unwrap();
             assert_eq!(text, format!("\"{receivers}\""));

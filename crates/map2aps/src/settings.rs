@@ -3,6 +3,8 @@
 //! Everything a link depends on is there: `maps` (their kind), `scene`, `sampling`, `trace`, `label`, and the seed beside them. So
 //! a stored data set can be labelled anew, and its links computed again and compared.
 
+mod error;
+
 use aps_label::LabelConfig;
 use aps_raytrace::{Material, TraceConfig};
 use serde::de::DeserializeOwned;
@@ -10,47 +12,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::error::Result;
+use crate::limits::has_legs_between_corners;
 use crate::maps::SceneSettings;
 use crate::sampling::Sampling;
 
-/// Fault of the settings in a manifest.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SettingsError {
-    /// Settings that are not there.
-    #[error("its manifest has no {0} settings")]
-    None(&'static str),
-    /// Settings that this version does not know.
-    #[error("its manifest has unknown {name} settings")]
-    Unknown {
-        /// Name of the settings.
-        name: &'static str,
-        /// Fault of the JSON.
-        source: serde_json::Error,
-    },
-    /// A data set without paths.
-    #[error("it stores no paths to be labelled")]
-    NoPaths,
-    /// Neither kind of label is to be stored.
-    #[error(
-        "neither spectra nor delay profiles are to be stored: there is nothing else to make anew"
-    )]
-    NothingToLabel,
-    /// Links are to be computed anew, and the maps are not given.
-    #[error("links can be computed anew only from the maps of the data set")]
-    NoMaps,
-    /// Links are to be computed anew, and the data set was not traced.
-    #[error(
-        "links can be computed anew only in a data set that was traced here; this one was imported"
-    )]
-    NotTraced,
-    /// A material that this version does not know.
-    #[error("its manifest names the unknown material '{0}'")]
-    Material(String),
-    /// A setting of earlier versions that this one does not repeat.
-    #[error("it was traced with --accuracy {0}, which is gone: its links cannot be computed anew")]
-    Accuracy(f64),
-}
+pub use error::SettingsError;
 
 /// The `configuration` of a traced data set; `maps` says what kind they are of.
 pub(crate) fn of_traced(
@@ -144,11 +110,6 @@ struct TraceSettings {
 enum MaterialSetting {
     Named(String),
     Values([f64; 2]),
-}
-
-/// Tells if paths may have a leg from corner to corner, which alone takes a slope along.
-pub(crate) fn has_legs_between_corners(max_diffractions: usize, max_interactions: usize) -> bool {
-    max_diffractions.min(max_interactions) > 1
 }
 
 impl TraceSettings {

@@ -8,42 +8,10 @@ use anyhow::{Context, Result, ensure};
 use aps_data::Part;
 use aps_label::Protocol;
 use aps_metrics::DataRange;
-use clap::ValueEnum;
-use map2aps::{ArrayFile, Prediction, Scoring, Truth};
+use map2aps::{ArrayFile, Domain, Prediction, Scoring, Truth};
 
-use crate::args::parts;
+use crate::args::{domains, parts};
 use crate::note;
-
-/// Form that a data set's labels are turned into before a prediction is compared with them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Domain {
-    /// The protocol's learning target, on which the benchmark's metrics are defined.
-    Normalised,
-    /// Linear power relative to the sample's maximum, in [0, 1].
-    Linear,
-}
-
-impl From<Domain> for map2aps::Domain {
-    fn from(domain: Domain) -> Self {
-        match domain {
-            Domain::Normalised => Self::Normalised,
-            Domain::Linear => Self::Linear,
-        }
-    }
-}
-
-/// Forms of the result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// Means in the paper's columns, aligned.
-    Table,
-    /// Everything: all metrics with mean, deviation and quantiles, overall and a map.
-    Json,
-    /// The same, one line a metric and group of samples.
-    Csv,
-    /// Means in the paper's columns, for a README.
-    Markdown,
-}
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_COMPARED: &str = "\
@@ -81,14 +49,14 @@ pub struct Args {
     #[arg(long)]
     protocol: Option<Protocol>,
     /// Form in which a data set's labels are compared [default: normalised].
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = domains())]
     domain: Option<Domain>,
     /// Range of the truth that PSNR is relative to [default: largest minus smallest true value].
     #[arg(long)]
     data_range: Option<f64>,
     /// Form of the result.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
+    #[arg(long, value_enum, default_value_t = output::Format::Table)]
+    format: output::Format,
 }
 
 impl Args {
@@ -131,7 +99,7 @@ impl Args {
                 "--map-ids is for truth from a file; a data set knows its maps"
             );
             let part = self.split.unwrap_or(Part::Test);
-            let domain = self.domain.map(Into::into).unwrap_or_default();
+            let domain = self.domain.unwrap_or_default();
             Ok(Truth::dataset(&self.truth, part, domain)?)
         } else {
             ensure!(

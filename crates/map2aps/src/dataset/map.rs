@@ -11,9 +11,10 @@ use aps_label::Labeler;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Scene, TraceConfig, Tracer, Transmitter};
 
-use super::LinkMaker;
+use super::link::LinkMaker;
 use super::receivers::{Choice, Pool};
 use super::rows::Rows;
+use crate::batch::SIDE_BY_SIDE;
 use crate::control::Control;
 use crate::error::{At, Place, Result};
 use crate::in_order::in_order;
@@ -21,10 +22,6 @@ use crate::maps;
 use crate::maps::identity::with_outlines;
 use crate::sampling::Terminals;
 use crate::tally::Tally;
-
-/// Most transmitters whose links a thread makes side by side. A receiver's tables, up to a megabyte with two diffractions, are read from
-/// memory once for all of them.
-pub const SIDE_BY_SIDE: usize = 4;
 
 /// Context that all maps of a run share.
 pub struct Run<'a> {

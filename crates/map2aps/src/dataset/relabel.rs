@@ -10,8 +10,9 @@ use aps_data::{
 };
 use aps_label::{LabelConfig, Labeler, Status};
 
+use super::builder::{DatasetBuilder, Made};
+use super::map::Run;
 use super::rows::Rows;
-use super::{Made, Making, Run};
 use crate::batch::Buffers;
 use crate::control::Control;
 use crate::error::{At, Place, Result};
@@ -65,22 +66,22 @@ pub fn relabel(
     };
     let maps: Vec<u32> = manifest.maps.iter().map(|map| map.id).collect();
     let labeler = Labeler::new(&label)?;
-    let making = Making::open(out, config, labeler, &maps, Access::Whole)?;
-    for there in making.there() {
+    let builder = DatasetBuilder::open(out, config, labeler, &maps, Access::Whole)?;
+    for there in builder.there() {
         let own = manifest.map(there.id);
-        making.must_have_outlines(&there, own.and_then(identity::told))?;
+        builder.must_have_outlines(&there, own.and_then(identity::told))?;
         // What a relabelled map takes as it is.
         for name in ["buildings", "tx", "rx", "link_tx", "link_rx"].map(|n| format!("{n}.npy")) {
             let file = own.and_then(|own| own.files.iter().find(|file| file.name == name));
             let sha256 = file.map_or("", |file| &file.sha256);
-            making.must_have(&there, &name, sha256)?;
+            builder.must_have(&there, &name, sha256)?;
         }
     }
-    let is_left = |map: &&MapEntry| making.todo.contains(&map.id);
+    let is_left = |map: &&MapEntry| builder.todo.contains(&map.id);
     let todo = manifest.maps.iter().filter(is_left);
     let links = todo.map(|map| map.links as u64).sum();
-    let made = making.run(links, control, |run, id| run.relabel(source, id))?;
-    making.writer.finish(&manifest.split)?;
+    let made = builder.run(links, control, |run, id| run.relabel(source, id))?;
+    builder.writer.finish(&manifest.split)?;
     Ok(made)
 }
 

@@ -8,7 +8,8 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Coordinates, GeoJsonConfig, Skipped, Tile, Tiling, parse_geojson};
 use serde_json::{Value, json};
 
-use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds, radiomapseer, ranges};
+use super::scene_settings::{MIN_BUILDING_M, SceneSettings, bounds};
+use super::{MapError, radiomapseer, ranges};
 use crate::counted;
 use crate::error::{At, Error, Place, Result, must_be_file};
 

@@ -6,7 +6,7 @@ use aps_data::Part;
 use aps_raytrace::glam::DVec2;
 use serde_json::Value;
 
-use super::ranges;
+use super::ranges::ranges;
 
 /// Fault of a map, or of the choice of maps.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

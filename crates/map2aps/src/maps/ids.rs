@@ -23,16 +23,6 @@ pub fn parse_ids(text: &str) -> Result<Vec<u32>, MapError> {
     Ok(ids)
 }
 
-/// Writes ascending ids as a list that [`parse_ids`] reads, like `0-4,7`.
-pub fn ranges(ids: &[u32]) -> String {
-    let runs = ids.chunk_by(|a, b| a + 1 == *b);
-    let run = |run: &[u32]| match run {
-        [first, .., last] => format!("{first}-{last}"),
-        ids => ids.iter().map(u32::to_string).collect(),
-    };
-    runs.map(run).collect::<Vec<_>>().join(",")
-}
-
 /// Returns the chosen maps ascending, each once; all must be among the available ones, which are ascending.
 ///
 /// # Errors

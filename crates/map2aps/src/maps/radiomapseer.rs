@@ -6,7 +6,8 @@ use aps_raytrace::Scene;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::{Area, Footprint, parse_radiomapseer};
 
-use super::{MIN_BUILDING_M, MapError, SceneSettings, bounds};
+use super::MapError;
+use super::scene_settings::{MIN_BUILDING_M, SceneSettings, bounds};
 use crate::error::{At, Error, Place, Result};
 
 /// Most digits of a map's name.

@@ -1,54 +1,20 @@
 //! Lists of links and their paths as JSON.
 
-use std::io::{self, Read};
+mod error;
+#[cfg(test)]
+mod fuzz;
+
+use std::io::Read;
 
 use aps_data::InteractionKind;
-use aps_label::{Labeler, PathSample, Protocol};
+use aps_label::{Labeler, PathSample};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Interaction, PathRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{At, Place, Result};
 
-#[cfg(test)]
-mod fuzz;
-
-/// Fault of a list of paths.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PathListError {
-    /// A file that cannot be read.
-    #[error("cannot be read")]
-    Io(#[from] io::Error),
-    /// Text of another form; the message names the link, the path and the field.
-    #[error(
-        "{0}; expected {{\"links\": [{{\"paths\": [{{\"delay_s\": 2e-7, \"arrival_azimuth_rad\": 0.5, \
-         \"gain_db\": -90}}]}}]}}, all numbers finite: leave out a path that has no gain, as NaN, null and \
-         -Infinity say"
-    )]
-    Form(String),
-    /// Text after the list.
-    #[error("more text follows the list; give one list a file")]
-    MoreText(#[source] serde_json::Error),
-    /// Links without a path that counts.
-    #[error(
-        "links {links:?} have no path that the {protocol} protocol counts, so no label; remove them"
-    )]
-    NoLabel {
-        /// The links.
-        links: Vec<usize>,
-        /// Protocol of the labels.
-        protocol: Protocol,
-    },
-    /// An azimuth that must be meant in degrees.
-    #[error("{field} = {azimuth_rad} is more than a turn, 2 pi; are the units radians?")]
-    Azimuth {
-        /// Name of the angle.
-        field: &'static str,
-        /// Its value \[rad\].
-        azimuth_rad: f64,
-    },
-}
+pub use error::PathListError;
 
 /// A list of links with their paths.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

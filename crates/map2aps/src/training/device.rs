@@ -45,7 +45,8 @@ impl Device {
             Self::Metal => candle_core::Device::new_metal(0),
         };
         let opened = opened.map_err(|source| TrainingError::Device {
-            device: self,
+            device: self.name(),
+            hardware: self.hardware(),
             source,
         })?;
         open.push((self, opened.clone()));
@@ -70,7 +71,7 @@ impl Device {
     }
 
     /// Hardware that the device needs.
-    pub(super) fn hardware(self) -> &'static str {
+    fn hardware(self) -> &'static str {
         match self {
             Self::Cpu => "a processor",
             Self::Cuda => "an NVIDIA GPU",

@@ -5,16 +5,8 @@ use std::path::PathBuf;
 use aps_model::weights::Label;
 use aps_model::{ModelKind, candle_core};
 
-use super::Device;
 use crate::differences::Difference;
-use crate::error::Error;
 use crate::maps::MapError;
-
-impl From<candle_core::Error> for Error {
-    fn from(error: candle_core::Error) -> Self {
-        Self::Model(error.into())
-    }
-}
 
 /// Fault of a training, of its data, or of trained weights.
 #[derive(Debug, thiserror::Error)]
@@ -48,10 +40,12 @@ pub enum TrainingError {
     )]
     OnlyWeights(PathBuf),
     /// A device that is not there.
-    #[error("the device {device} needs {} and a build with the feature {device}", device.hardware())]
+    #[error("the device {device} needs {hardware} and a build with the feature {device}")]
     Device {
-        /// The device.
-        device: Device,
+        /// Name of the device.
+        device: &'static str,
+        /// Hardware that it needs.
+        hardware: &'static str,
         /// Error of the device's driver.
         source: candle_core::Error,
     },

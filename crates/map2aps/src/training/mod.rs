@@ -47,6 +47,7 @@ use aps_model::{ANGLE_BINS, Preset};
 
 use crate::error::{At, Place, Result};
 
+pub use crate::control::DevelopmentScores;
 pub use device::Device;
 pub use error::TrainingError;
 pub use folder::{RunFolder, Settings};
@@ -55,7 +56,7 @@ pub use maps::DevelopmentMaps;
 pub use network::InitialWeights;
 pub use onnx::OnnxModel;
 pub use plan::Training;
-pub use run::{ClosingScores, DevelopmentScores, Run};
+pub use run::{ClosingScores, Run};
 pub use selection::Selection;
 pub use trained::Trained;
 

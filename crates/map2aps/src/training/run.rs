@@ -12,7 +12,7 @@ use super::log::Log;
 use super::score::Development;
 use super::selection::cost;
 use super::{RunFolder, Settings, TrainingError, rows};
-use crate::control::{Control, Work};
+use crate::control::{Control, DevelopmentScores, Work};
 use crate::error::{At, Error, Place, Result};
 
 /// Steps between two checkpoints within an epoch.
@@ -45,26 +45,6 @@ impl State {
     pub fn has_best(&self) -> bool {
         self.best.is_some()
     }
-}
-
-/// Scores of the development links after a step.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct DevelopmentScores {
-    /// Steps made.
-    pub steps: u64,
-    /// Epochs made.
-    pub epochs: f64,
-    /// Time spent on the training before these scores \[s\].
-    pub seconds: f64,
-    /// Mean training loss since the scores before.
-    pub loss: f64,
-    /// The scores.
-    pub group: GroupReport,
-    /// Metric by which the best weights are chosen.
-    pub chosen_by: Metric,
-    /// True when these are the best so far.
-    pub is_best: bool,
 }
 
 /// Scores of the development links at the end of a run.

@@ -7,10 +7,22 @@ use std::path::Path;
 use anyhow::Result;
 use aps_label::MeanStd;
 use aps_metrics::{GroupReport, Metric};
+use clap::ValueEnum;
 use map2aps::{Scores, Truth};
 use serde_json::json;
 
-use super::Format;
+/// Forms of the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Means in the paper's columns, aligned.
+    Table,
+    /// Everything: all metrics with mean, deviation and quantiles, overall and a map.
+    Json,
+    /// The same, one line a metric and group of samples.
+    Csv,
+    /// Means in the paper's columns, for a README.
+    Markdown,
+}
 
 /// Rejected samples that JSON lists one by one.
 const LISTED: usize = 100;

@@ -6,7 +6,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Location;
 use serde_json::Value;
 
-use super::Findings;
+use super::findings::Findings;
 use crate::dataset::stored_paths;
 use crate::error::Result;
 use crate::maps::identity::{Kept, is_origin_alone};

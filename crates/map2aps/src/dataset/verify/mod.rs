@@ -1,10 +1,12 @@
 //! Checks that a data set is as its manifest says, and as its maps make it.
 
 mod contents;
+mod findings;
 mod recompute;
 
 use aps_data::{Dataset, Layout};
 
+use findings::Findings;
 use recompute::Recomputation;
 
 use crate::control::{Control, Work};
@@ -74,7 +76,7 @@ impl Verify {
         let scene = settings::scene_of(&manifest.configuration)?;
         let counts = manifest.maps.iter().map(|map| (map.id, map.links));
         let mut chosen = draw_links(counts, sample, self.seed);
-        let (mut findings, mut sampled) = (Findings { found, count: 0 }, 0);
+        let (mut findings, mut sampled) = (Findings::new(found), 0);
         control.progress.begin(Work {
             units: manifest.totals.bytes,
             name: "bytes",
@@ -111,22 +113,9 @@ impl Verify {
             control.progress.advance(bytes);
         }
         Ok(Verified {
-            findings: findings.count,
+            findings: findings.count(),
             sampled,
         })
-    }
-}
-
-/// Hands over and counts findings.
-struct Findings<'a> {
-    found: &'a mut dyn FnMut(String),
-    count: usize,
-}
-
-impl Findings<'_> {
-    fn add(&mut self, finding: impl Into<String>) {
-        (self.found)(finding.into().replace('\n', " "));
-        self.count += 1;
     }
 }
 

@@ -6,7 +6,7 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Scene, TraceConfig, Tracer};
 use rayon::prelude::*;
 
-use super::Findings;
+use super::findings::Findings;
 use crate::dataset::{LinkMaker, Rows, stored_paths, stored_pdp};
 use crate::error::Result;
 use crate::sampling::{self, Receivers, Sampling};
@@ -198,15 +198,12 @@ mod tests {
         map.links.drain(..link);
         let mut told = Vec::new();
         let mut found = |finding| told.push(finding);
-        let mut findings = Findings {
-            found: &mut found,
-            count: 0,
-        };
+        let mut findings = Findings::new(&mut found);
         let recomputation = Recomputation::new(&dataset).unwrap().unwrap();
         recomputation
             .check(entry, &map, &scene, &[0], &mut findings)
             .unwrap();
-        assert_eq!(findings.count, 2);
+        assert_eq!(findings.count(), 2);
         assert!(told[1].contains("which cannot be traced"), "{told:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! A data set as the files of the published data.
 
+mod folder;
 mod released;
 pub(super) mod samples;
 #[cfg(feature = "parquet")]
@@ -10,9 +11,7 @@ use std::fs;
 use std::path::Path;
 
 use aps_data::released::LinkName;
-use aps_data::{
-    Dataset, Manifest, MapData, Part, is_partial, lock_folder, replace_unsynced, sha256_of,
-};
+use aps_data::{Dataset, Manifest, MapData, Part, lock_folder, replace_unsynced, sha256_of};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -21,6 +20,9 @@ use crate::control::{Control, Work};
 use crate::error::{At, Place, Result};
 use crate::maps::choose;
 use crate::targets::{labelled_links, maps_of};
+use folder::{create_folder, must_be_empty, remove_partial_files};
+
+pub use folder::Exported;
 
 /// Kept in the folder, so that one export is not continued by another.
 pub(super) const RECORD_FILE: &str = "export.json";
@@ -53,16 +55,6 @@ pub struct Export {
     pub any_protocol: bool,
     /// Places of maxima are 0 where neither they nor the paths are stored.
     pub zero_places: bool,
-}
-
-/// Result of an export.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Exported {
-    /// Links in the folder.
-    pub links: usize,
-    /// Bytes of the links' files written, without those that were there.
-    pub bytes: u64,
 }
 
 impl Export {
@@ -99,7 +91,7 @@ impl Export {
         self.record(dataset, out)?;
         #[cfg(feature = "parquet")]
         if self.layout == ExportLayout::Parquet {
-            return tables::export(self, &ids, dataset, out, control);
+            return tables::export(self.limit, &ids, dataset, out, control);
         }
         control.progress.begin(Work {
             units: self.links(dataset, &ids),
@@ -257,23 +249,6 @@ fn source(manifest: &Manifest) -> Result<BTreeMap<u32, String>> {
     maps.collect()
 }
 
-/// Removes what an export that was killed left half-written in a folder and those below. The folder is locked.
-fn remove_partial_files(folder: &Path) -> Result<()> {
-    for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
-        let entry = entry.at_file(Place::Reading, folder)?;
-        let path = entry.path();
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            remove_partial_files(&path)?;
-        } else if is_partial(entry.file_name()) {
-            match fs::remove_file(&path) {
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
-                removed => removed.at_file(Place::Removing, &path)?,
-            }
-        }
-    }
-    Ok(())
-}
-
 /// Writes the files of some links of a map on all threads, each with buffers of its own; returns the bytes written.
 fn write_links<B: Default>(
     map: u32,
@@ -289,22 +264,6 @@ fn write_links<B: Default>(
         bytes.at(Place::Link(*link)).at(Place::Map(map))
     });
     bytes.try_reduce(|| 0, |a, b| Ok(a + b))
-}
-
-/// Refuses a folder with anything in it that is not hidden, as version control and file managers keep theirs.
-fn must_be_empty(folder: &Path) -> Result<()> {
-    for entry in fs::read_dir(folder).at_file(Place::Reading, folder)? {
-        let name = entry.at_file(Place::Reading, folder)?.file_name();
-        if !name.as_encoded_bytes().starts_with(b".") {
-            return Err(ExchangeError::NotEmpty(folder.into()).into());
-        }
-    }
-    Ok(())
-}
-
-/// Creates a folder and those above it.
-fn create_folder(folder: &Path) -> Result<()> {
-    fs::create_dir_all(folder).at_file(Place::Creating, folder)
 }
 
 /// The links with a label and the names of their files, which must differ.
@@ -328,6 +287,8 @@ fn names_of(map: &MapData) -> Result<Vec<(usize, LinkName)>, ExchangeError> {
 
 #[cfg(test)]
 mod tests {
+    use aps_data::is_partial;
+
     use super::*;
     use crate::synthetic;
 

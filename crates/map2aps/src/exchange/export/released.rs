@@ -9,7 +9,7 @@ use aps_label::{LabelConfig, Labeler, Status};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-use super::create_folder;
+use super::folder::create_folder;
 use crate::batch::Buffers;
 use crate::dataset::stored_pdp;
 use crate::error::{At, Place, Result};

@@ -10,7 +10,7 @@ use aps_data::{
 };
 use aps_label::{MeanStd, Normalization};
 
-use super::create_folder;
+use super::folder::create_folder;
 use crate::error::Result;
 use crate::exchange::ExchangeError;
 use crate::targets::spectra;

@@ -9,8 +9,8 @@ use aps_raytrace::glam::{DVec2, dvec2};
 use aps_raytrace::scene::Location;
 use serde_json::{Value, json};
 
-use super::ExchangeError;
 use crate::error::Result;
+use crate::exchange::ExchangeError;
 use crate::maps::identity::{SOURCE, with_outlines};
 use crate::maps::{self, MapSource, SceneSettings};
 

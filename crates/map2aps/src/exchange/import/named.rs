@@ -1,12 +1,18 @@
-//! Files and folders that are named after maps and links, by the names that they have.
+//! Files and folders that are named after maps and links: found by their names, and written as maps.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use aps_data::released::LinkName;
+use aps_data::{DatasetWriter, Links, MapInput};
+use rayon::prelude::*;
 
-use super::ExchangeError;
+use super::buildings::Buildings;
+use super::dataset::{LINKS_AT_ONCE, source, without_ends};
+use crate::control::Control;
+use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
+use crate::exchange::ExchangeError;
 
 /// A file of a link, with the link that its name tells. Numbers in names may begin with zeros.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,4 +86,69 @@ pub(super) fn map_number(folder: &Path) -> Result<Option<u32>, ExchangeError> {
         .map(|digits| digits.parse())
         .transpose()
         .map_err(|_| ExchangeError::MapNumber(folder.into()))
+}
+
+/// Writes a map of links that are named after their ends, a file each, which `link` reads.
+pub(super) fn write_named(
+    writer: &DatasetWriter,
+    id: u32,
+    files: &[LinkFile],
+    buildings: &Buildings,
+    control: &Control<'_>,
+    link: impl Fn(&LinkFile) -> Result<Rows> + Send + Sync,
+) -> Result<()> {
+    let names: Vec<LinkName> = files.iter().map(|file| file.name).collect();
+    let ends = Ends::of(&names);
+    let layout = writer.config().layout;
+    let input = MapInput {
+        buildings: &buildings.image,
+        tx_m: &ends.tx_m,
+        rx_m: &ends.rx_m,
+        links: Links::List(&ends.links),
+    };
+    let mut map = writer.begin_map(id, &input)?;
+    for files in files.chunks(LINKS_AT_ONCE) {
+        control.check()?;
+        let links: Vec<Result<Rows>> = files.par_iter().map(&link).collect();
+        let mut rows = Rows::default();
+        for link in links {
+            rows.append(link?);
+        }
+        map.push(&without_ends(rows.link_rows(&layout)))?;
+        control.progress.advance(files.len() as u64);
+    }
+    buildings.check_ends(files.len())?;
+    map.set_statistics(buildings.statistics(source(files)?));
+    map.finish()?;
+    Ok(())
+}
+
+/// Positions of the ends of some links, each once and in order, and the links as rows of these.
+struct Ends {
+    tx_m: Vec<[f64; 2]>,
+    rx_m: Vec<[f64; 2]>,
+    links: Vec<[u32; 2]>,
+}
+
+impl Ends {
+    /// Collects the ends of the links with these sorted names.
+    fn of(names: &[LinkName]) -> Self {
+        let unique = |place: fn(&LinkName) -> [i32; 2]| {
+            let mut places: Vec<[i32; 2]> = names.iter().map(place).collect();
+            places.sort_unstable();
+            places.dedup();
+            places
+        };
+        let (tx, rx) = (unique(|n| n.tx_m), unique(|n| n.rx_m));
+        let row = |places: &[[i32; 2]], place| {
+            places.binary_search(&place).expect("it was collected") as u32
+        };
+        let metres = |places: &[[i32; 2]]| places.iter().map(|p| p.map(f64::from)).collect();
+        let link = |n: &LinkName| [row(&tx, n.tx_m), row(&rx, n.rx_m)];
+        Self {
+            links: names.iter().map(link).collect(),
+            tx_m: metres(&tx),
+            rx_m: metres(&rx),
+        }
+    }
 }

@@ -22,14 +22,16 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{
-    Buildings, ExchangeError, Imported, LINKS_AT_ONCE, make, map_number, must_have_maps, source,
-    without_ends,
+use super::buildings::Buildings;
+use super::dataset::{
+    Imported, LINKS_AT_ONCE, LeftOut, make, must_have_maps, source, without_ends,
 };
+use super::named::map_number;
 use crate::batch::Buffers;
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
+use crate::exchange::ExchangeError;
 use crate::maps::MapSource;
 use crate::path_list::check_azimuth;
 
@@ -61,18 +63,6 @@ pub struct ImportPropbin {
 
 /// A place in the plane by the bits of its coordinates \[m\].
 type Point = (u32, u32);
-
-/// Counts of entries that are left out, by the reason.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct LeftOut {
-    /// Paths with a number that is not finite.
-    pub not_finite: usize,
-    /// Paths with an impossible loss or delay.
-    pub impossible: usize,
-    /// Receivers at the place of an earlier one.
-    pub repeated_receivers: usize,
-}
 
 impl ImportPropbin {
     /// Makes a data set in the folder `out`. Maps that it holds already are kept.

@@ -10,12 +10,13 @@ use aps_data::{Axis, DatasetConfig, Layout, LinkStatus, Precision, ProfileLayout
 use aps_label::{ANGLE_BINS, LabelConfig};
 use serde_json::json;
 
-use super::{
-    Buildings, ExchangeError, Imported, LinkFile, make, map_number, must_have_maps, write_named,
-};
+use super::buildings::Buildings;
+use super::dataset::{Imported, make, must_have_maps};
+use super::named::{LinkFile, map_number, write_named};
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
+use crate::exchange::ExchangeError;
 use crate::maps::MapSource;
 
 /// Powers that antennas can receive, relative to isotropic ones or to a milliwatt \[dB\].

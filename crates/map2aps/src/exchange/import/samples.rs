@@ -17,11 +17,13 @@ use aps_data::{
 use aps_label::{ANGLE_BINS, LabelConfig};
 use serde_json::json;
 
-use super::{Buildings, ExchangeError, Imported, LinkFile, make, must_have_maps, write_named};
+use super::buildings::Buildings;
+use super::dataset::{Imported, make, must_have_maps};
+use super::named::{LinkFile, write_named};
 use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
-use crate::exchange::export;
+use crate::exchange::{ExchangeError, export};
 
 /// Power of a bin without power, relative to the maximum \[dB\]: the floor of the label.
 const NO_POWER_DB: f64 = -350.0;

@@ -2,8 +2,8 @@
 
 use aps_data::{Dataset, Part};
 
-use super::Written;
 use super::columns::{Column, folder_of};
+use super::written::Written;
 
 /// Everything that the card and the description tell.
 pub struct About<'a> {

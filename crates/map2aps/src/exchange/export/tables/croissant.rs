@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::Written;
 use super::card::{About, CITATION, LICENCE, split_of};
 use super::columns::{Column, folder_of};
+use super::written::Written;
 
 /// The description, in JSON-LD.
 pub fn description(about: &About<'_>, buildings: &Written) -> Value {

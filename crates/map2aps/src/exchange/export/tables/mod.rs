@@ -11,18 +11,20 @@ mod card;
 mod columns;
 mod croissant;
 mod file;
+mod written;
 
 use std::fs;
 use std::path::Path;
 
-use aps_data::{Dataset, MapData, Part, PathTable, Profile, replace_unsynced, sha256_of};
+use aps_data::{Dataset, MapData, Part, PathTable, Profile};
 
-use super::{Export, Exported, create_folder};
+use super::folder::{Exported, create_folder};
 use crate::control::{Control, Work};
 use crate::dataset::{stored_paths, stored_pdp};
 use crate::error::{At, Place, Result};
 use crate::exchange::ExchangeError;
 use columns::Column;
+use written::{Written, replace};
 
 /// Most bytes of numbers in a file, so that it stays below 500 MB whatever they compress to; further links of the map go to
 /// further files.
@@ -31,31 +33,21 @@ const FILE_BYTES: usize = 400_000_000;
 /// Rows of a group within a file.
 const GROUP_ROWS: usize = 10_000;
 
-/// A file that was written.
-struct Written {
-    /// Place within the export.
-    name: String,
-    part: Option<Part>,
-    rows: usize,
-    bytes: u64,
-    sha256: String,
-}
-
-/// Writes the tables of some maps.
+/// Writes the tables of some maps, of at most `limit` links.
 pub fn export(
-    export: &Export,
+    limit: Option<usize>,
     ids: &[u32],
     dataset: &Dataset,
     out: &Path,
     control: &Control<'_>,
 ) -> Result<Exported> {
-    export_within(FILE_BYTES, export, ids, dataset, out, control)
+    export_within(FILE_BYTES, limit, ids, dataset, out, control)
 }
 
 /// Writes the tables of some maps in files of at most so many bytes of numbers.
 fn export_within(
     file_bytes: usize,
-    export: &Export,
+    limit: Option<usize>,
     ids: &[u32],
     dataset: &Dataset,
     out: &Path,
@@ -67,7 +59,7 @@ fn export_within(
     let maps = dataset.manifest().maps.iter();
     let maps = maps.filter(|map| ids.contains(&map.id));
     let links: usize = maps.map(|map| map.links).sum();
-    let most = export.limit.unwrap_or(usize::MAX);
+    let most = limit.unwrap_or(usize::MAX);
     control.progress.begin(Work {
         units: links.min(most) as u64,
         name: "links",
@@ -158,42 +150,6 @@ fn remove_others(out: &Path, ids: &[u32], written: &[Written]) -> Result<()> {
 fn map_of(file: &str) -> Option<u32> {
     let number = file.strip_prefix("map_")?.strip_suffix(".parquet")?;
     number.split('-').next()?.parse().ok()
-}
-
-fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    Ok(replace_unsynced(path, bytes)?)
-}
-
-impl Written {
-    /// Writes a file of so many rows, or takes the one that is there and whole.
-    fn make(
-        out: &Path,
-        name: String,
-        part: Option<Part>,
-        rows: usize,
-        make: impl FnOnce() -> Result<Vec<u8>>,
-    ) -> Result<Self> {
-        let path = out.join(&name);
-        let bytes = match file::whole(&path, rows) {
-            Some(bytes) => bytes,
-            None => {
-                let bytes = make().at(Place::Writing(path.clone()))?;
-                replace(&path, &bytes)?;
-                bytes
-            }
-        };
-        Ok(Self::of(name, part, rows, &bytes))
-    }
-
-    fn of(name: String, part: Option<Part>, rows: usize, bytes: &[u8]) -> Self {
-        Self {
-            name,
-            part,
-            rows,
-            bytes: bytes.len() as u64,
-            sha256: sha256_of(bytes),
-        }
-    }
 }
 
 /// The links of one map.

@@ -245,8 +245,7 @@ fn a_map_beyond_the_bound_of_a_file_goes_into_several() {
 
     create_folder(&out).unwrap();
     let (ids, control) = ([0, 1, 2, 3], Control::default());
-    let export = Export::new(ExportLayout::Parquet);
-    export_within(3 * largest, &export, &ids, &dataset, &out, &control).unwrap();
+    export_within(3 * largest, None, &ids, &dataset, &out, &control).unwrap();
     let folder = folder_of(&dataset, &out, 0);
     let mut rows = 0;
     for number in 0..table.portions(10, 3 * largest).len() {
@@ -401,9 +400,8 @@ fn the_split_of_the_buildings_is_that_of_the_data_set() {
 #[test]
 fn a_map_whose_number_has_no_room_is_refused() {
     let (_root, dataset, out) = setting();
-    let export = Export::new(ExportLayout::Parquet);
     let control = Control::default();
-    let refused = super::export(&export, &[1 << 31], &dataset, &out, &control).unwrap_err();
+    let refused = super::export(None, &[1 << 31], &dataset, &out, &control).unwrap_err();
     assert!(
         refused
             .to_string()
