@@ -21,7 +21,7 @@ pub struct DrawnExamples {
     examples: Examples,
     /// For each bin the one at the negative of its angle, where there are mirror images.
     negated: Option<Vec<usize>>,
-    /// Finds ways in place of images.
+    /// Finder of ways, which stand in place of images.
     views: Option<Arc<PolarViews>>,
 }
 
@@ -183,19 +183,10 @@ fn turn_over(plane: &mut [f32], columns: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Control, DatasetPlan, MapSource};
+    use crate::synthetic;
 
     fn dataset(root: &tempfile::TempDir) -> Dataset {
-        let plan = DatasetPlan {
-            maps: MapSource::Synthetic { count: 3 },
-            tx_per_map: 2,
-            rx_per_map: 5,
-            label: aps_label::LabelConfig::released(),
-            ..DatasetPlan::default()
-        };
-        plan.make(root.path(), &[0, 1, 2], &Control::default())
-            .unwrap();
-        Dataset::open(root.path()).unwrap()
+        synthetic::made(&synthetic::plan(3, 2, 5), root.path(), &[0, 1, 2])
     }
 
     fn drawn(examples: &DrawnExamples, numbers: &[usize]) -> (Vec<f32>, Vec<f32>) {
@@ -288,34 +279,5 @@ mod tests {
         std::fs::remove_file(root.path().join(format!("map_{map:04}/aps_db.npy"))).unwrap();
         let error = drawn.write_targets(&[0], &mut [0.0; 180]).unwrap_err();
         assert!(error.chain().contains("aps_db.npy"), "{error:?}");
-    }
-
-    #[test]
-    fn a_circular_array_has_no_mirror_images() {
-        let root = tempfile::tempdir().unwrap();
-        let label = aps_label::LabelConfig {
-            array: aps_label::Array::UniformCircular {
-                elements: 8,
-                radius_wavelengths: 1.0,
-            },
-            ..aps_label::LabelConfig::released()
-        };
-        let plan = DatasetPlan {
-            maps: MapSource::Synthetic { count: 1 },
-            tx_per_map: 1,
-            rx_per_map: 2,
-            label,
-            ..DatasetPlan::default()
-        };
-        plan.make(root.path(), &[0], &Control::default()).unwrap();
-        let dataset = Dataset::open(root.path()).unwrap();
-        let open =
-            |mirrored| DrawnExamples::open(&dataset, Part::Train, Domain::Normalised, 8, mirrored);
-        assert!(
-            open(true)
-                .unwrap_err()
-                .to_string()
-                .contains("uniform_circular")
-        );
     }
 }

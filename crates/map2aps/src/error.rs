@@ -325,7 +325,7 @@ impl<T, E: Into<Error>> At<T> for Result<T, E> {
 mod tests {
     use super::*;
 
-    /// As zip's and csv's errors, which repeat their cause.
+    /// Error that repeats its cause, as those of zip and csv do.
     #[derive(Debug, thiserror::Error)]
     #[error("i/o error: {0}")]
     struct Repeats(#[from] io::Error);

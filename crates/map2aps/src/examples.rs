@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::error::{At, Place, Result};
 use crate::maps::identity::Kept;
-use crate::maps::{MapError, MapSource};
+use crate::maps::{MapError, MapSource, ascending};
 use crate::polar::PolarViews;
 use crate::scenes::Scenes;
 use crate::scores::{Domain, ScoreError};
@@ -51,7 +51,7 @@ pub struct Draw {
 #[derive(Debug, Clone)]
 pub struct Examples {
     list: Vec<Example>,
-    /// By ascending id.
+    /// Maps of the examples, by ascending id.
     pub(crate) maps: Vec<ExampleMap>,
     labels: Labels,
     bins: usize,
@@ -66,11 +66,11 @@ pub struct Examples {
 enum Labels {
     /// Held in memory, and the form in which they are learnt.
     Held(Samples, Target),
-    /// On disk.
+    /// Labels left on disk.
     Stored {
         dataset: Box<Dataset>,
         domain: Domain,
-        /// Found when it is first asked for.
+        /// Form in which they are learnt, found when it is first asked for.
         target: OnceLock<Target>,
     },
 }
@@ -123,7 +123,7 @@ impl Examples {
         let labels = Labels::Stored {
             dataset: Box::new(dataset.clone()),
             domain,
-            target: Target::told(dataset, domain).map_or_else(OnceLock::new, OnceLock::from),
+            target: Target::stored(dataset, domain).map_or_else(OnceLock::new, OnceLock::from),
         };
         Self::with_labels(dataset, dataset.manifest().split.maps(part), labels, None)
     }
@@ -135,9 +135,7 @@ impl Examples {
         draw: Option<Draw>,
     ) -> Result<Self> {
         let aps = dataset.aps_layout()?;
-        let mut maps = maps.to_vec();
-        maps.sort_unstable();
-        maps.dedup();
+        let maps = ascending(maps.iter().copied());
         let total = targets::labelled_links(dataset, &maps);
         let drawn = draw.filter(|draw| draw.links < total).map(|draw| {
             let mut generator = ChaCha8Rng::seed_from_u64(draw.seed);

@@ -104,7 +104,7 @@ pub use mirror::MirrorError;
 pub use overview::Overview;
 pub use plan::DatasetPlan;
 pub use polar::{PolarViews, SeenLink, padded};
-pub use sampling::Receivers;
+pub use sampling::{Receivers, SEED};
 pub use scores::{
     ArrayFile, Domain, LINK_COLUMNS, Labels, Prediction, ScoreError, Scores, Scoring, Truth,
     check_links, link_labels, link_line, links_file,

@@ -13,7 +13,7 @@ use crate::dataset::{Choice, DatasetBuilder, Made, Run};
 use crate::error::Result;
 use crate::limits::Limits;
 use crate::maps::{self, MapError, MapSource, SceneSettings};
-use crate::sampling::{self, GRID_M, Receivers, Sampling};
+use crate::sampling::{self, GRID_M, Receivers, SEED, Sampling};
 use crate::settings;
 use crate::tally::Tally;
 
@@ -53,7 +53,7 @@ impl Default for DatasetPlan {
             receivers: Receivers::default(),
             label: LabelConfig::default(),
             stored: Stored::default(),
-            seed: 42,
+            seed: SEED,
             trace: Limits::default().config(),
         }
     }

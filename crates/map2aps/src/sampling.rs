@@ -16,6 +16,9 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::maps::MapError;
 
+/// Seed of data sets and of random choices where no other is given.
+pub const SEED: u64 = 42;
+
 /// Spacing of the grid that terminals stand on \[m\].
 pub const GRID_M: f64 = 1.0;
 

@@ -117,12 +117,12 @@ impl Tally {
     pub(crate) fn link(
         &mut self,
         link: &Link,
+        fallback: u8,
         label: &Label,
         status: LinkStatus,
         protocol: Protocol,
     ) {
-        let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
-        self.stored_link(link.paths.len(), status, beyond as u8);
+        self.stored_link(link.paths.len(), status, fallback);
         self.omitted_by_bound += link.omitted.by_bound as u64;
         self.omitted_by_gain += link.omitted.by_gain as u64;
         if !status.is_valid() {

@@ -75,9 +75,9 @@ impl Target {
         }
     }
 
-    /// The target of a data set's labels as its manifest tells it, without reading them: statistics that it holds of each map make
+    /// The target of a data set's labels as its manifest holds it, without reading them: statistics that it holds of each map make
     /// those of the training maps to the last digits. `None` where it holds none, as of imported labels.
-    pub(crate) fn told(dataset: &Dataset, domain: Domain) -> Option<Self> {
+    pub(crate) fn stored(dataset: &Dataset, domain: Domain) -> Option<Self> {
         if let Domain::Linear = domain {
             return Some(Self::Linear);
         }
@@ -205,7 +205,7 @@ mod tests {
         let dataset = synthetic::made(&plan, folder.path(), &[0, 1, 2]);
         let told = learning_target(&dataset).unwrap_err().chain();
         assert!(told.contains("flat"), "{told}");
-        assert!(Target::told(&dataset, Domain::Normalised).is_none());
+        assert!(Target::stored(&dataset, Domain::Normalised).is_none());
         Target::of(&dataset, Domain::Linear).unwrap();
     }
 }

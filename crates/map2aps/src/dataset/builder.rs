@@ -11,7 +11,7 @@ use aps_raytrace::scene::RepairReport;
 use super::map::Run;
 use crate::control::{Control, Work};
 use crate::error::{At, Error, Place, Result};
-use crate::maps::{MapError, identity};
+use crate::maps::{MapError, ascending, identity};
 use crate::tally::Tally;
 
 /// Result of the making of a data set.
@@ -82,9 +82,7 @@ impl DatasetBuilder {
     ) -> Result<Self> {
         let writer =
             DatasetWriter::open_with(folder, config, access).at_file(Place::Dataset, folder)?;
-        let mut maps = maps.to_vec();
-        maps.sort_unstable();
-        maps.dedup();
+        let maps = ascending(maps.iter().copied());
         let mut todo = maps.clone();
         todo.retain(|&id| access.covers(id));
         let own = todo.clone();
@@ -105,11 +103,12 @@ impl DatasetBuilder {
 
     /// The maps that are there or are to be made, of all shards, ascending.
     pub fn all(&self) -> Vec<u32> {
-        let mut all = self.writer.map_ids();
-        all.extend(&self.maps);
-        all.sort_unstable();
-        all.dedup();
-        all
+        ascending(
+            self.writer
+                .map_ids()
+                .into_iter()
+                .chain(self.maps.iter().copied()),
+        )
     }
 
     /// The maps that are there and can be compared with their source: those of this writer, and the first of all shards.
@@ -139,8 +138,8 @@ impl DatasetBuilder {
 
     /// Refuses a source in which a map that is there has other outlines, where both are known.
     pub fn must_have_outlines(&self, map: &MapEntry, given: Option<&str>) -> Result<(), MapError> {
-        match (identity::told(map), given) {
-            (Some(told), Some(given)) if told != given => {
+        match (identity::stored_outlines(map), given) {
+            (Some(stored), Some(given)) if stored != given => {
                 Err(self.other_source(map.id, identity::OUTLINES))
             }
             _ => Ok(()),

@@ -61,13 +61,13 @@ impl LinkMaker {
         let labelled = self.buffers.label(labeler, samples)?;
         let status = match labelled {
             Status::Labelled if !self.is_same_point => LinkStatus::Valid,
-            _ => self.status_without_label(),
+            Status::Labelled | Status::NoPath => self.status_without_label(),
         };
         rows.tally.label += started.elapsed();
         let (label, protocol) = (&self.buffers.label, labeler.config().protocol);
-        rows.tally.link(link, label, status, protocol);
-        let beyond = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into());
-        rows.push(labeler, ends, status, beyond as u8, label);
+        let fallback = link.fallback_diffractions.unwrap_or(0).min(u8::MAX.into()) as u8;
+        rows.tally.link(link, fallback, label, status, protocol);
+        rows.push(labeler, ends, status, fallback, label);
         Ok(())
     }
 

@@ -9,7 +9,8 @@ use super::builder::or_kept;
 use super::{MergeError, MissingPart};
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result};
-use crate::{maps, settings};
+use crate::maps::{self, ascending};
+use crate::settings;
 
 /// Joins the maps of some folders in the folder `out`, byte for byte as one run would have made them. Maps that it holds
 /// already are kept. With no folders given, the shards are those that worked in `out`.
@@ -33,9 +34,7 @@ pub fn merge(folders: &[PathBuf], out: &Path, control: &Control<'_>) -> Result<T
     let seed = config.seed;
     let orientations = settings::scene_of(&config.configuration)?.orientations;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
-    let mut all: Vec<u32> = sources.keys().copied().chain(writer.map_ids()).collect();
-    all.sort_unstable();
-    all.dedup();
+    let all = ascending(sources.keys().copied().chain(writer.map_ids()));
     let split = maps::split(&all, seed, orientations)?;
     let mut todo: Vec<(&u32, &&Part)> = sources.iter().collect();
     todo.retain(|(id, _)| !writer.has_map(**id));
@@ -147,9 +146,7 @@ fn must_be_all_there(
     out: &Path,
 ) -> Result<(), MergeError> {
     let missing = parts.iter().flat_map(|part| part.survey.missing());
-    let mut maps: Vec<u32> = missing.filter(|id| !there.contains_key(id)).collect();
-    maps.sort_unstable();
-    maps.dedup();
+    let maps = ascending(missing.filter(|id| !there.contains_key(id)));
     if maps.is_empty() {
         return Ok(());
     }

@@ -69,7 +69,7 @@ pub fn relabel(
     let builder = DatasetBuilder::open(out, config, labeler, &maps, Access::Whole)?;
     for there in builder.there() {
         let own = manifest.map(there.id);
-        builder.must_have_outlines(&there, own.and_then(identity::told))?;
+        builder.must_have_outlines(&there, own.and_then(identity::stored_outlines))?;
         // What a relabelled map takes as it is.
         for name in ["buildings", "tx", "rx", "link_tx", "link_rx"].map(|n| format!("{n}.npy")) {
             let file = own.and_then(|own| own.files.iter().find(|file| file.name == name));
@@ -134,8 +134,8 @@ impl Run<'_> {
             let count = paths.paths_of(link).len();
             let status = match labelled.at(Place::Link(link))? {
                 Status::Labelled => LinkStatus::Valid,
-                _ if count == 0 => map.status[link],
-                _ => LinkStatus::Unlabelled,
+                Status::NoPath if count == 0 => map.status[link],
+                Status::NoPath => LinkStatus::Unlabelled,
             };
             rows.tally.label += started.elapsed();
             let (ends, fallback) = (map.links[link], map.fallback[link]);

@@ -41,7 +41,7 @@ pub(crate) fn is_origin_alone(statistics: &Map<String, Value>) -> bool {
 }
 
 /// The checksum of its outlines that a map keeps, if it does.
-pub(crate) fn told(map: &MapEntry) -> Option<&str> {
+pub(crate) fn stored_outlines(map: &MapEntry) -> Option<&str> {
     map.statistics[OUTLINES].as_str()
 }
 
@@ -54,8 +54,8 @@ pub(crate) fn contradicted(
     scene: &Scene,
     grid: RasterGrid,
 ) -> Result<Option<&'static str>> {
-    if let Some(told) = told(map) {
-        return Ok((told != outlines_sha256(scene)).then_some(OUTLINES));
+    if let Some(stored) = stored_outlines(map) {
+        return Ok((stored != outlines_sha256(scene)).then_some(OUTLINES));
     }
     let (image, mut bytes) = (raster(scene, grid)?, Vec::new());
     npy::write_to(&mut bytes, &[grid.height, grid.width], image.pixels())?;
@@ -77,7 +77,7 @@ pub(crate) struct Kept {
 impl Kept {
     /// The buildings of a map with this image.
     pub fn new(dataset: &Dataset, id: u32, image: Raster) -> Self {
-        let outlines = dataset.manifest().map(id).and_then(told);
+        let outlines = dataset.manifest().map(id).and_then(stored_outlines);
         Self {
             image,
             outlines: outlines.map(Into::into),
@@ -90,8 +90,10 @@ impl Kept {
     /// An image that cannot be drawn.
     pub fn is_of(&self, scene: &Scene) -> Result<bool> {
         let outlines = self.outlines.as_ref();
-        Ok(outlines.is_none_or(|told| *told == outlines_sha256(scene))
-            && raster(scene, self.image.grid())? == self.image)
+        Ok(
+            outlines.is_none_or(|stored| *stored == outlines_sha256(scene))
+                && raster(scene, self.image.grid())? == self.image,
+        )
     }
 
     /// Tells if the image shows no building, as that of a data set that came without maps.

@@ -18,9 +18,15 @@ pub fn parse_ids(text: &str) -> Result<Vec<u32>, MapError> {
         }
         ids.extend(from..=to);
     }
-    ids.sort_unstable();
-    ids.dedup();
-    Ok(ids)
+    Ok(ascending(ids))
+}
+
+/// Collects values in ascending order, each once.
+pub(crate) fn ascending<T: Ord>(values: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut values: Vec<T> = values.into_iter().collect();
+    values.sort_unstable();
+    values.dedup();
+    values
 }
 
 /// Returns the chosen maps ascending, each once; all must be among the available ones, which are ascending.
@@ -28,9 +34,7 @@ pub fn parse_ids(text: &str) -> Result<Vec<u32>, MapError> {
 /// # Errors
 /// [`MapError::Missing`].
 pub fn choose(available: &[u32], chosen: &[u32]) -> Result<Vec<u32>, MapError> {
-    let mut chosen = chosen.to_vec();
-    chosen.sort_unstable();
-    chosen.dedup();
+    let chosen = ascending(chosen.iter().copied());
     let missing: Vec<u32> = chosen
         .iter()
         .copied()

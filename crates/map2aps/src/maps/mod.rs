@@ -17,6 +17,7 @@ mod source;
 #[cfg(feature = "geojson")]
 pub use city::{City, TileSettings, load_bytes, load_file};
 pub use error::MapError;
+pub(crate) use ids::ascending;
 pub use ids::{choose, parse_ids};
 #[cfg(feature = "geojson")]
 pub use named::NamedMaps;

@@ -85,7 +85,7 @@ impl MapSource {
         match self {
             #[cfg(feature = "geojson")]
             Self::City(city) => RasterGrid::square(256, city.side_m()),
-            _ => RasterGrid::default(),
+            Self::Folder(_) | Self::Synthetic { .. } => RasterGrid::default(),
         }
     }
 

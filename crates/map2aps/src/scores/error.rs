@@ -72,9 +72,9 @@ pub enum ScoreError {
         path: PathBuf,
         /// `protocol` or `array`.
         what: &'static str,
-        /// That of the prediction.
+        /// Protocol or array of the prediction.
         found: String,
-        /// That of the labels.
+        /// Protocol or array of the labels.
         expected: String,
     },
     /// No sample without NaN and infinities.

@@ -75,7 +75,7 @@ impl Truth {
                 labels.training = Some(train);
                 Ok(())
             }
-            _ => Ok(()),
+            Truth::Dataset(_) | Truth::File(_) => Ok(()),
         }
     }
 
@@ -166,7 +166,7 @@ impl Labels {
         aps.expect("checked when opened").axis.count
     }
 
-    /// From the manifest, so that a prediction of the wrong shape is told before hours of reading.
+    /// Reads the shape from the manifest, so that a prediction of another is refused before hours of reading.
     fn shape(&self) -> Shape {
         Shape {
             samples: targets::labelled_links(&self.dataset, self.maps()),

@@ -13,6 +13,9 @@ use serde_json::Value;
 use super::{Device, TrainingError};
 use crate::error::{At, Place, Result};
 
+/// Name of the file of the settings.
+pub(super) const SETTINGS_FILE: &str = "config.json";
+
 /// Every setting of a run; written for people and for prediction, read by training to tell that a run which is continued is the same.
 ///
 /// Weights that another program trained, as those of `map2aps.torch.models.save`, have what predictions need: what only a run here knows is
@@ -73,7 +76,7 @@ impl Settings {
     /// # Errors
     /// A file that cannot be read, or holds other settings.
     pub fn beside(weights: &Path) -> Result<Option<Self>> {
-        let path = weights.with_file_name("config.json");
+        let path = weights.with_file_name(SETTINGS_FILE);
         if !path.is_file() {
             return Ok(None);
         }
@@ -161,7 +164,7 @@ impl RunFolder {
 
     /// The settings of the run.
     pub fn settings(&self) -> PathBuf {
-        self.0.join("config.json")
+        self.0.join(SETTINGS_FILE)
     }
 
     /// Everything needed to continue.

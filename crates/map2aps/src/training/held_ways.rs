@@ -69,7 +69,7 @@ impl HeldWays {
         Self::in_blocks(views, links, device, MAX_WAYS)
     }
 
-    /// Does the same with so many ways in a block, or those of one link.
+    /// Does what [`HeldWays::new`] does, with at most `max_ways` ways in a block, or those of one link.
     pub(super) fn in_blocks(
         views: &PolarViews,
         links: impl Iterator<Item = Result<SeenLink>>,

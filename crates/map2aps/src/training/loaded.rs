@@ -7,6 +7,7 @@ use aps_model::candle_nn::VarMap;
 use aps_model::weights::{self, Label, LoadReport, Shipped};
 use aps_model::{Error as ModelError, ModelKind, Preset, seeded};
 
+use super::folder::SETTINGS_FILE;
 use super::input::shape_for;
 use super::{Settings, TrainingError};
 use crate::error::{At, Place, Result};
@@ -39,7 +40,7 @@ impl Loaded {
                 stored: format!("{}, preset {}", other.model, other.preset),
                 found: label,
             };
-            return Err(foreign).at_file(Place::File, &path.with_file_name("config.json"));
+            return Err(foreign).at_file(Place::File, &path.with_file_name(SETTINGS_FILE));
         }
         Ok(Self { settings, ..filled })
     }

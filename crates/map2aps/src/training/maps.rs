@@ -5,7 +5,7 @@ use std::str::FromStr;
 use aps_data::Split;
 
 use super::TrainingError;
-use crate::maps::{Orientation, parse_ids};
+use crate::maps::{Orientation, ascending, parse_ids};
 
 /// Choice of the maps by which the best weights are chosen.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -42,7 +42,7 @@ pub fn divide(
 ) -> Result<(Vec<u32>, Vec<u32>), TrainingError> {
     let mut pool = [split.train.as_slice(), &split.develop].concat();
     pool.sort_unstable();
-    let mut develop = match chosen {
+    let develop = match chosen {
         DevelopmentMaps::OfSplit => split.develop.clone(),
         DevelopmentMaps::Ids(ids) => {
             if let Some(&id) = ids.iter().find(|id| !pool.contains(id)) {
@@ -55,8 +55,7 @@ pub fn divide(
             order.copied().take(count).collect()
         }
     };
-    develop.sort_unstable();
-    develop.dedup();
+    let develop = ascending(develop);
     if develop.is_empty() {
         return Err(TrainingError::NoDevelopmentMaps { pool });
     }

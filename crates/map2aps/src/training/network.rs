@@ -64,7 +64,9 @@ impl Networks {
             }
             Ok(match initial {
                 InitialWeights::Model(_) => weights::warm_start(path, &parameters)?,
-                _ => weights::load_pretrained(path, &parameters)?,
+                InitialWeights::Random | InitialWeights::Backbone(_) => {
+                    weights::load_pretrained(path, &parameters)?
+                }
             })
         };
         let loaded = match initial {

@@ -254,7 +254,7 @@ impl Training {
                 let facts = label_facts(&label, angles_deg, protocol, statistics);
                 Ok(Some(facts))
             }
-            _ => Ok(None),
+            (InputKind::Images | InputKind::Polar, _) => Ok(None),
         }
     }
 }

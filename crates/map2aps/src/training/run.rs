@@ -25,9 +25,7 @@ const SCORED_SHARES: [f64; 6] = [1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 3.
 /// State of a run beside the training itself; kept in its checkpoints.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct State {
-    /// Scores that are written.
-    pub scores: u64,
-    /// Steps made before the last of them.
+    /// Steps made before the last score; 0 without any.
     scored_at: u64,
     /// Bits of the sum of the losses since then: JSON would round them.
     loss_bits: u64,
@@ -38,7 +36,7 @@ pub(super) struct State {
 impl State {
     /// Steps made before the last score, if there is one.
     pub fn last_scored(&self) -> Option<u64> {
-        (self.scores > 0).then_some(self.scored_at)
+        (self.scored_at > 0).then_some(self.scored_at)
     }
 
     /// True if there are weights that did best so far.
@@ -221,7 +219,6 @@ impl Run {
         self.scores.flush()?;
         self.times.push(&rows::time_cells(steps, seconds))?;
         self.times.flush()?;
-        self.state.scores += 1;
         self.state.scored_at = steps;
         let best = self.state.best;
         let is_best = best.is_none_or(|(_, best)| cost < f64::from_bits(best));

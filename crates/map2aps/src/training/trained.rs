@@ -203,7 +203,7 @@ impl Trained {
     ) -> Result<()> {
         let take = |_, spectra: &[f32]| match self.target {
             Some([Normalization::Paper(own), wanted]) => take(&converted(spectra, own, wanted)?),
-            _ => take(spectra),
+            Some([Normalization::Released(_), _]) | None => take(spectra),
         };
         predict(self.model(), input, examples.links(), batch, take)
     }

@@ -36,7 +36,7 @@ pub fn check(
     Ok(())
 }
 
-/// Checks beside the map that the data set was made of; whether it is that map at all.
+/// Checks beside the map that the data set was made of; returns false when the map given is another.
 pub fn check_against(
     dataset: &Dataset,
     map: &MapData,
@@ -55,7 +55,7 @@ pub fn check_against(
         Location::Outdoor => None,
         Location::OnWall { .. } => Some("on a wall"),
         Location::OutsideArea => Some("outside the map"),
-        _ => Some("in a building"),
+        Location::Inside { .. } => Some("in a building"),
     };
     check_ends(map, is_wrong, findings);
     Ok(true)

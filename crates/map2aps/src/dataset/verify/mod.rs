@@ -12,7 +12,7 @@ use recompute::Recomputation;
 use crate::control::{Control, Work};
 use crate::error::{At, Place, Result, chain};
 use crate::maps::MapSource;
-use crate::sampling::draw_links;
+use crate::sampling::{SEED, draw_links};
 use crate::settings::{self, SettingsError};
 
 /// Check of a data set: bytes, values, counts, statistics, and a sample of its links computed anew from the maps.
@@ -41,7 +41,7 @@ impl Default for Verify {
         Self {
             maps: None,
             sample: None,
-            seed: 42,
+            seed: SEED,
         }
     }
 }

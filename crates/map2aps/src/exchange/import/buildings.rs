@@ -46,7 +46,9 @@ impl Buildings {
         let scene = maps.load(id, seed, SceneSettings::default())?;
         let file = match maps {
             MapSource::Folder(folder) => maps::file_of(folder, id)?,
-            maps => maps.to_string().into(),
+            #[cfg(feature = "geojson")]
+            MapSource::City(city) => city.file().into(),
+            MapSource::Synthetic { .. } => maps.to_string().into(),
         };
         let image = maps::raster(&scene, maps.raster())?;
         Ok(Self {

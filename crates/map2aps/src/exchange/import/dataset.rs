@@ -14,8 +14,8 @@ use crate::exchange::ExchangeError;
 use crate::maps::identity::{self, SOURCE};
 use crate::maps::{MapError, MapSource, SceneSettings, split_of_imported};
 
-/// Links read between two writes.
-pub const LINKS_AT_ONCE: usize = 2048;
+/// Links that a thread reads at a time.
+pub const LINKS_AT_ONCE: usize = 64;
 
 /// Result of an import.
 #[derive(Debug, Clone)]

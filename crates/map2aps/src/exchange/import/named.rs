@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use aps_data::released::LinkName;
 use aps_data::{DatasetWriter, Links, MapInput};
-use rayon::prelude::*;
 
 use super::buildings::Buildings;
 use super::dataset::{LINKS_AT_ONCE, source, without_ends};
@@ -13,6 +12,8 @@ use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
 use crate::exchange::ExchangeError;
+use crate::in_order::in_order;
+use crate::maps::ascending;
 
 /// A file of a link, with the link that its name tells. Numbers in names may begin with zeros.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -107,16 +108,20 @@ pub(super) fn write_named(
         links: Links::List(&ends.links),
     };
     let mut map = writer.begin_map(id, &input)?;
-    for files in files.chunks(LINKS_AT_ONCE) {
+    let parts: Vec<&[LinkFile]> = files.chunks(LINKS_AT_ONCE).collect();
+    let read = |files: &&[LinkFile]| -> Result<Rows> {
         control.check()?;
-        let links: Vec<Result<Rows>> = files.par_iter().map(&link).collect();
         let mut rows = Rows::default();
-        for link in links {
-            rows.append(link?);
+        for file in *files {
+            rows.append(link(file)?);
         }
+        Ok(rows)
+    };
+    in_order(&parts, read, |rows| {
         map.push(&without_ends(rows.link_rows(&layout)))?;
-        control.progress.advance(files.len() as u64);
-    }
+        control.progress.advance(rows.status.len() as u64);
+        Ok(())
+    })?;
     buildings.check_ends(files.len())?;
     map.set_statistics(buildings.statistics(source(files)?));
     map.finish()?;
@@ -133,12 +138,7 @@ struct Ends {
 impl Ends {
     /// Collects the ends of the links with these sorted names.
     fn of(names: &[LinkName]) -> Self {
-        let unique = |place: fn(&LinkName) -> [i32; 2]| {
-            let mut places: Vec<[i32; 2]> = names.iter().map(place).collect();
-            places.sort_unstable();
-            places.dedup();
-            places
-        };
+        let unique = |place: fn(&LinkName) -> [i32; 2]| ascending(names.iter().map(place));
         let (tx, rx) = (unique(|n| n.tx_m), unique(|n| n.rx_m));
         let row = |places: &[[i32; 2]], place| {
             places.binary_search(&place).expect("it was collected") as u32

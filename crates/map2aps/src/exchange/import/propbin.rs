@@ -32,6 +32,7 @@ use crate::control::Control;
 use crate::dataset::Rows;
 use crate::error::{At, Place, Result};
 use crate::exchange::ExchangeError;
+use crate::in_order::in_order;
 use crate::maps::MapSource;
 use crate::path_list::check_azimuth;
 
@@ -239,20 +240,12 @@ fn write_links(
             receivers.push(receiver);
         }
     }
-    for receivers in receivers.chunks(LINKS_AT_ONCE) {
-        let parts: Vec<Result<(Rows, usize)>> = receivers
-            .par_chunks(64)
-            .map(|receivers| label_links(file, receivers, buildings, labeler))
-            .collect();
-        let mut rows = Rows::default();
-        for part in parts {
-            let (part, impossible) = part?;
-            left_out.impossible += impossible;
-            rows.append(part);
-        }
-        map.push(&without_ends(rows.link_rows(&writer.config().layout)))?;
-    }
-    Ok(())
+    let parts: Vec<&[&Receiver]> = receivers.chunks(LINKS_AT_ONCE).collect();
+    let label = |receivers: &&[&Receiver]| label_links(file, receivers, buildings, labeler);
+    in_order(&parts, label, |(rows, impossible)| {
+        left_out.impossible += impossible;
+        Ok(map.push(&without_ends(rows.link_rows(&writer.config().layout)))?)
+    })
 }
 
 /// The rows of some receivers, and how many paths were impossible.

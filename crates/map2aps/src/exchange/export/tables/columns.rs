@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use aps_data::{MapData, Part, PathTable, Profile};
+use aps_data::{MapData, Part, PathTable, Profile, Raster};
 
 /// A column of a table.
 pub struct Column {
@@ -191,58 +191,52 @@ fn of_paths(paths: &PathTable, rows: Range<usize>) -> Vec<Column> {
         .collect()
 }
 
-/// The images of the maps' buildings.
-#[derive(Default)]
-pub struct Buildings {
-    maps: Vec<i32>,
-    parts: Vec<String>,
-    heights: Vec<i32>,
-    widths: Vec<i32>,
-    spacings_m: Vec<f64>,
-    pixels: Vec<Vec<u8>>,
-}
+/// Number of a map, its part and the image of its buildings.
+pub type MapImage = (u32, Option<Part>, Raster);
 
-impl Buildings {
-    /// Appends a map.
-    pub fn push(&mut self, map: &MapData, part: Option<Part>) {
-        let grid = map.buildings.grid();
-        self.maps.push(map.id as i32);
-        self.parts.push(folder_of(part).into());
-        self.heights.push(grid.height as i32);
-        self.widths.push(grid.width as i32);
-        self.spacings_m.push(grid.metres_per_pixel);
-        self.pixels.push(map.buildings.pixels().to_vec());
-    }
-
-    /// The columns.
-    pub fn columns(self) -> Vec<Column> {
-        vec![
-            column("map", "", "number of the map", Values::Integers(self.maps)),
-            column("split", "", "part of the split", Values::Texts(self.parts)),
-            column(
-                "height",
-                "pixels",
-                "rows of the image",
-                Values::Integers(self.heights),
-            ),
-            column(
-                "width",
-                "pixels",
-                "columns of the image",
-                Values::Integers(self.widths),
-            ),
-            column(
-                "metres_per_pixel",
-                "m",
-                "distance of neighbouring pixels; pixel (x, y) stands for the point (x, y) times it",
-                Values::Doubles(self.spacings_m),
-            ),
-            column(
-                "pixels",
-                "",
-                "a byte a pixel, row by row from y = 0: 1 where it touches a building, else 0",
-                Values::Bytes(self.pixels),
-            ),
-        ]
-    }
+/// The columns of the images of buildings.
+pub fn of_images(maps: &[MapImage]) -> Vec<Column> {
+    let integers =
+        |value: &dyn Fn(&MapImage) -> i32| Values::Integers(maps.iter().map(value).collect());
+    let parts = maps.iter().map(|(_, part, _)| folder_of(*part).into());
+    let spacings_m = maps.iter().map(|(.., image)| image.grid().metres_per_pixel);
+    let pixels = maps.iter().map(|(.., image)| image.pixels().to_vec());
+    vec![
+        column(
+            "map",
+            "",
+            "number of the map",
+            integers(&|(id, ..)| *id as i32),
+        ),
+        column(
+            "split",
+            "",
+            "part of the split",
+            Values::Texts(parts.collect()),
+        ),
+        column(
+            "height",
+            "pixels",
+            "rows of the image",
+            integers(&|(.., image)| image.grid().height as i32),
+        ),
+        column(
+            "width",
+            "pixels",
+            "columns of the image",
+            integers(&|(.., image)| image.grid().width as i32),
+        ),
+        column(
+            "metres_per_pixel",
+            "m",
+            "distance of neighbouring pixels; pixel (x, y) stands for the point (x, y) times it",
+            Values::Doubles(spacings_m.collect()),
+        ),
+        column(
+            "pixels",
+            "",
+            "a byte a pixel, row by row from y = 0: 1 where it touches a building, else 0",
+            Values::Bytes(pixels.collect()),
+        ),
+    ]
 }

@@ -58,10 +58,12 @@ fn schema(name: &str, columns: &[Column]) -> String {
         let [kind, ..] = values.types();
         text += &match values {
             Values::Texts(_) => format!("required {kind} {name} (UTF8);"),
-            _ if values.are_lists() => format!(
+            Values::FloatLists(..) | Values::DoubleLists(..) => format!(
                 "required group {name} (LIST) {{ repeated group list {{ required {kind} element; }} }}"
             ),
-            _ => format!("required {kind} {name};"),
+            Values::Integers(_) | Values::Floats(_) | Values::Doubles(_) | Values::Bytes(_) => {
+                format!("required {kind} {name};")
+            }
         };
         text += "\n";
     }

@@ -67,13 +67,13 @@ fn export_within(
         maps: ids.len(),
     });
     let (mut left, mut written, mut described) = (most, Vec::new(), Vec::new());
-    let mut buildings = columns::Buildings::default();
+    let mut images = Vec::new();
     for &id in ids {
         control.check()?;
         control.progress.map(id);
         let map = dataset.map(id)?;
         let part = dataset.manifest().split.part_of(id);
-        buildings.push(&map, part);
+        images.push((id, part, map.buildings.clone()));
         let rows = left.min(map.links.len());
         left -= rows;
         let table = Table {
@@ -103,14 +103,14 @@ fn export_within(
     remove_others(out, ids, &written)?;
     // Small, and of another split although of as many rows: it is never kept.
     let name = "buildings.parquet";
-    let shown = file::bytes("map", std::iter::once(buildings.columns()))?;
+    let shown = file::bytes("map", std::iter::once(columns::of_images(&images)))?;
     replace(&out.join(name), &shown)?;
     let shown = Written::of(name.into(), None, ids.len(), &shown);
     let about = card::About {
         dataset,
         written: &written,
         columns: &described,
-        buildings: &columns::Buildings::default().columns(),
+        buildings: &columns::of_images(&[]),
         links: links.min(most),
     };
     let bytes = written.iter().map(|file| file.bytes).sum::<u64>() + shown.bytes;
