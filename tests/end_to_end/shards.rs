@@ -36,11 +36,14 @@ fn shards_in_one_folder_are_joined_where_they_are() {
     folder.assert_same("whole", "shared");
 }
 
-/// The commands that an error message ends with, as the runner takes them.
-fn commands(told: &str) -> Vec<&str> {
-    told.lines()
-        .filter_map(|line| line.trim().strip_prefix("cargo xtask "))
-        .collect()
+/// Runs the commands that the error message of a refused merge ends with; returns the message and their number.
+#[track_caller]
+fn refused_and_followed(merge: &str) -> (String, usize) {
+    let told = fail(merge);
+    let lines = told.lines();
+    let commands = lines.filter_map(|line| line.trim().strip_prefix("cargo xtask "));
+    let count = commands.map(succeed).count();
+    (told, count)
 }
 
 #[test]
@@ -49,14 +52,12 @@ fn missing_shards_are_told_with_the_commands_that_make_them() {
     folder.make("whole", &[SETTINGS, &maps]);
     folder.make("part", &[SETTINGS, &maps, "--shard 2/3"]);
     let (part, merged) = (folder.arg("part"), folder.arg("merged"));
-    let told = fail(&format!("dataset merge {part} --out {merged}"));
-    assert!(told.contains("maps [0, 2, 3, 5] are in none of"), "{told}");
+    let merge = format!("dataset merge {part} --out {merged}");
+    fail(&merge);
     assert!(!folder.path("merged/manifest.json").exists());
-    let commands = commands(&told);
-    assert_eq!(commands.len(), 3, "{told}");
-    for command in &commands {
-        succeed(command);
-    }
+    let (told, commands) = refused_and_followed(&merge);
+    assert!(told.contains("maps [0, 2, 3, 5] are in none of"), "{told}");
+    assert_eq!(commands, 3, "{told}");
     folder.assert_same("whole", "merged");
 }
 
@@ -65,10 +66,7 @@ fn a_shard_missing_in_the_folder_of_the_result_is_made_there() {
     let (folder, maps) = Folder::with_maps(4);
     folder.make("whole", &[SETTINGS, &maps]);
     folder.make("shared", &[SETTINGS, &maps, "--shard 1/2"]);
-    let told = fail(&format!("dataset merge --out {}", folder.arg("shared")));
-    for command in commands(&told) {
-        succeed(command);
-    }
+    refused_and_followed(&format!("dataset merge --out {}", folder.arg("shared")));
     folder.assert_same("whole", "shared");
 }
 
@@ -79,11 +77,8 @@ fn a_whole_run_that_has_not_finished_is_told_with_its_command() {
     folder.make("part", &[SETTINGS, &maps, "--shard 1/1"]);
     fs::remove_dir_all(folder.path("part/map_0001")).unwrap();
     let part = folder.arg("part");
-    let told = fail(&format!("dataset merge --out {part}"));
+    let (told, _) = refused_and_followed(&format!("dataset merge --out {part}"));
     assert!(told.contains("maps [1]"), "{told}");
-    for command in commands(&told) {
-        succeed(command);
-    }
     folder.assert_same("whole", "part");
 }
 

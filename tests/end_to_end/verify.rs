@@ -1,5 +1,8 @@
 //! `verify`: whatever is changed in a data set is found, also when the checksums were made to fit.
 
+#[path = "../src/maps.rs"]
+mod maps;
+
 use std::fs;
 
 use aps_data::{Dataset, Raster, RasterGrid, sha256_of};
@@ -144,8 +147,8 @@ fn other_maps_are_found() {
     );
 }
 
-/// Points where a terminal may stand are never taken for indoor ones, on synthetic cities and on any map of the paper that
-/// is there.
+/// Points where a terminal may stand are never taken for indoor ones, on synthetic cities, Helsinki and any map of the paper
+/// that is there.
 #[test]
 fn no_outdoor_point_is_deep_inside_a_raster() {
     let synthetic = |seed| {
@@ -155,13 +158,9 @@ fn no_outdoor_point_is_deep_inside_a_raster() {
         };
         Scene::synthetic(&config).unwrap()
     };
-    let real = |id| {
-        let path = format!("{}/../../shared/maps/{id}.json", env!("CARGO_MANIFEST_DIR"));
-        let text = fs::read_to_string(path).ok()?;
-        Some(Scene::from_radiomapseer(&text).unwrap())
-    };
+    let real = maps::real_cities(&Vec::from_iter(0..51)).into_iter();
     let (mut outdoor, mut deep) = (0, 0);
-    for scene in (0..5).map(synthetic).chain((0..51).filter_map(real)) {
+    for scene in (0..5).map(synthetic).chain(real.map(|(_, scene)| scene)) {
         let in_numbers = |ring: &Vec<DVec2>| ring.iter().map(|p| p.to_array()).collect();
         let outlines: Vec<Vec<[f64; 2]>> = scene.outlines().iter().map(in_numbers).collect();
         let raster = Raster::of_outlines(&outlines, RasterGrid::default()).unwrap();

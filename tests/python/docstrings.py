@@ -1,4 +1,4 @@
-"""What docstrings in NumPy's style lack."""
+"""Checks docstrings in NumPy's style."""
 
 import inspect
 import re
@@ -39,7 +39,7 @@ def wanted(of: Any) -> set[str]:
 
 
 def lacks(of: Any, doc: str, *titles: str) -> set[str]:
-    """What a callable takes that none of the sections describes; the settings of a trace may stand for themselves."""
+    """Lists the parameters that no section describes; the settings of a trace may stand for themselves."""
     described = names(doc, *titles)
     if set(Limits.__annotations__) <= described:
         described.add("**limits")
@@ -93,7 +93,7 @@ def of_class(name: str, of: type) -> Iterator[str]:
 
 
 def gaps(module: ModuleType) -> list[str]:
-    """What the docstrings of a module's public names lack."""
+    """Lists the faults in the docstrings of a module's public names."""
     found: list[str] = []
     for name in module.__all__:
         of, full = getattr(module, name), f"{module.__name__}.{name}"

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use anyhow::{Result, ensure};
 use aps_data::{Access, Part, Stored};
-use aps_label::{ArrayForm, HEADINGS_DEG, LabelConfig, Protocol};
+use aps_label::{ArrayForm, DelayAxis, HEADINGS_DEG, LabelConfig, Protocol};
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Material, Scene, TraceConfig};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -68,7 +68,7 @@ impl TileArgs {
         };
         let tiles = match maps {
             NamedMaps::City(_) => self.over(TileSettings::of_dataset(configuration)),
-            _ => self.settings(),
+            NamedMaps::Folder(_) | NamedMaps::Synthetic { .. } => self.settings(),
         };
         let source = described(maps.open(tiles, 0)?)?;
         // Maps of other sources are compared by their buildings, map by map.
@@ -384,6 +384,27 @@ impl ArrayArgs {
             sampling_rate_hz: self.fs_hz.unwrap_or(own.sampling_rate_hz),
             array: if is_asked { asked } else { own.array },
             ..own.clone()
+        }
+    }
+}
+
+/// Delay axis of labels; what is not given stays as it is.
+#[derive(Debug, Clone, Args)]
+pub struct DelayArgs {
+    /// Points of the delay axis [default: those of the data set, or 401 paper, 128 released].
+    #[arg(long)]
+    delay_points: Option<usize>,
+    /// Last delay of the axis [s; default: that of the data set, or 1e-6].
+    #[arg(long)]
+    last_delay_s: Option<f64>,
+}
+
+impl DelayArgs {
+    /// The axis given, and another where none is.
+    pub fn over(&self, own: DelayAxis) -> DelayAxis {
+        DelayAxis {
+            points: self.delay_points.unwrap_or(own.points),
+            last_s: self.last_delay_s.unwrap_or(own.last_s),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 pub use aps_report::command_line::{quoted, shown, words};
 
-/// This process's command without the named options and their values, and without what ran it.
+/// Returns this process's command without the named options and their values, and without the program that runs it.
 pub fn own_without(options: &[&str]) -> Vec<String> {
     let args = std::env::args_os().skip(1);
     without(args.map(|arg| arg.to_string_lossy().into_owned()), options)

@@ -6,7 +6,7 @@ use anyhow::Result;
 use aps_data::Access;
 use clap::{Subcommand, ValueEnum};
 use map2aps::maps::{MAX_ORIENTATIONS, NamedMaps, choose};
-use map2aps::{DatasetPlan, Receivers, SceneSettings};
+use map2aps::{DatasetPlan, Receivers, SEED, SceneSettings};
 
 use crate::args::{self, IdList, LabelArgs, SceneArgs, Store, TileArgs, TraceArgs, parse_shard};
 use crate::cautions;
@@ -76,7 +76,7 @@ pub struct Order {
     #[arg(long, value_enum, value_delimiter = ',', default_value = "aps")]
     store: Vec<Store>,
     /// Seed of terminals, synthetic cities and split.
-    #[arg(long, default_value_t = 42)]
+    #[arg(long, default_value_t = SEED)]
     seed: u64,
     /// Folder of the data set; an unfinished one is continued.
     #[arg(long, default_value = "data/dataset")]

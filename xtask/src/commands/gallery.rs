@@ -10,7 +10,7 @@ use aps_report::document::{Block, Document, Section};
 use aps_report::gallery::{Exhibit, Statistics, legend};
 use aps_report::link::{LinkView, Spectrum, dominant_peaks};
 use map2aps::maps::NamedMaps;
-use map2aps::sampling::draw_links;
+use map2aps::sampling::{SEED, draw_links};
 
 use crate::args::TileArgs;
 use crate::output;
@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(long)]
     maps: Option<NamedMaps>,
     /// Seed of the random choices.
-    #[arg(long, default_value_t = 42)]
+    #[arg(long, default_value_t = SEED)]
     seed: u64,
     #[command(flatten)]
     tiles: TileArgs,

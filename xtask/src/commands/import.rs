@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Subcommand;
 use map2aps::maps::NamedMaps;
-use map2aps::{ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource, counted};
+use map2aps::{ImportPropbin, ImportReleased, ImportSamples, Imported, MapSource, SEED, counted};
 
 use crate::args::{self, LabelArgs, Store, TileArgs};
 use crate::command_line;
@@ -36,7 +36,7 @@ struct Target {
     #[arg(long)]
     out: PathBuf,
     /// Seed of the split, of receivers that are drawn, and of synthetic maps.
-    #[arg(long, default_value_t = 42)]
+    #[arg(long, default_value_t = SEED)]
     seed: u64,
 }
 

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use aps_data::{PartialFile, npy};
-use aps_label::{DelayAxis, LabelConfig, Labeler};
+use aps_label::{LabelConfig, Labeler};
 
 use map2aps::path_list::LinkList;
 
-use crate::args::LabelArgs;
+use crate::args::{DelayArgs, LabelArgs};
 use crate::note;
 use crate::output;
 
@@ -23,12 +23,8 @@ pub struct Args {
     paths: PathBuf,
     #[command(flatten)]
     label: LabelArgs,
-    /// Points of the delay axis [default: 401 paper, 128 released].
-    #[arg(long)]
-    delay_points: Option<usize>,
-    /// Last delay of the axis [s].
-    #[arg(long, default_value_t = 1e-6)]
-    last_delay_s: f64,
+    #[command(flatten)]
+    delays: DelayArgs,
     /// APS file to write: .npy, (links, 180), dB.
     #[arg(long)]
     out: PathBuf,
@@ -80,10 +76,7 @@ impl Args {
     fn config(&self) -> LabelConfig {
         let own = self.label.config(self.pdp.is_some());
         LabelConfig {
-            delay_axis: DelayAxis {
-                points: self.delay_points.unwrap_or(own.delay_axis.points),
-                last_s: self.last_delay_s,
-            },
+            delay_axis: self.delays.over(own.delay_axis),
             ..own
         }
     }

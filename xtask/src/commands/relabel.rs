@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use aps_data::Dataset;
-use aps_label::{DelayAxis, LabelConfig, Protocol};
+use aps_label::{LabelConfig, Protocol};
 use map2aps::{relabel, settings};
 
-use crate::args::{self, ArrayArgs, Store};
+use crate::args::{self, ArrayArgs, DelayArgs, Store};
 use crate::command_line;
 use crate::progress::{self, Bar};
 use crate::say;
@@ -28,12 +28,8 @@ pub struct Args {
     protocol: Option<Protocol>,
     #[command(flatten)]
     array: ArrayArgs,
-    /// Points of the delay axis.
-    #[arg(long)]
-    delay_points: Option<usize>,
-    /// Last delay of the axis [s].
-    #[arg(long)]
-    last_delay_s: Option<f64>,
+    #[command(flatten)]
+    delays: DelayArgs,
     /// Data to store: any of aps,pdp,paths [default: as the data set does].
     #[arg(long, value_enum, value_delimiter = ',')]
     store: Option<Vec<Store>>,
@@ -65,12 +61,8 @@ impl Args {
 
     fn label(&self, own: &LabelConfig) -> LabelConfig {
         let own = own.under(self.protocol.unwrap_or(own.protocol));
-        let axis = own.delay_axis;
         LabelConfig {
-            delay_axis: DelayAxis {
-                points: self.delay_points.unwrap_or(axis.points),
-                last_s: self.last_delay_s.unwrap_or(axis.last_s),
-            },
+            delay_axis: self.delays.over(own.delay_axis),
             ..self.array.over(&own)
         }
     }

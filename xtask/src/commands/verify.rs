@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use aps_data::Dataset;
 use map2aps::maps::NamedMaps;
-use map2aps::{MapSource, SettingsError, Verify, counted};
+use map2aps::{MapSource, SEED, SettingsError, Verify, counted};
 
 use crate::args::TileArgs;
 use crate::progress::{self, Bar};
@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(long)]
     sample: Option<usize>,
     /// Seed of the choice of links.
-    #[arg(long, default_value_t = 42)]
+    #[arg(long, default_value_t = SEED)]
     seed: u64,
     /// Threads [default: all cores].
     #[arg(long)]

@@ -51,10 +51,11 @@ pub fn study(
     config.data.test_links = Some(profile.choose(40, 1000));
     config.latency.batches = vec![profile.choose(8, 64)];
 
-    let printer = Printer::new(interrupt_flag()?);
+    let cancel = interrupt_flag()?;
+    let printer = Printer::new(cancel);
     let watch = Watch {
         observer: &printer,
-        cancel: interrupt_flag()?,
+        cancel,
     };
     let bed = TestBed::open(&config, work.join("data"), watch)?;
     let mut rows = Vec::new();
