@@ -41,7 +41,7 @@ impl Folder {
         self.path(name).to_str().unwrap().to_owned()
     }
 
-    /// So many maps of a few houses each, as a folder of RadioMapSeer files.
+    /// Makes a folder of RadioMapSeer files, `count` maps of a few houses each.
     pub fn maps(&self, count: u32) -> String {
         fs::create_dir_all(self.path("maps")).unwrap();
         for id in 0..count {

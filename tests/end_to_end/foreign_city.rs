@@ -31,12 +31,12 @@ fn houses(place: impl Fn(f64, f64) -> [f64; 2]) -> Vec<String> {
     houses.map(|&h| house(h, YES, &place)).collect()
 }
 
-/// At 60 degrees north, 20 degrees east, near enough for a test.
+/// Longitude and latitude about 60 degrees north, 20 degrees east, near enough for a test.
 fn degrees(x: f64, y: f64) -> [f64; 2] {
     [20.0 + x / 55_800.0, 60.0 + y / 111_412.0]
 }
 
-/// The same in Web Mercator.
+/// Web Mercator coordinates of the same place.
 fn web_mercator(x: f64, y: f64) -> [f64; 2] {
     let [longitude, latitude] = degrees(x, y).map(f64::to_radians);
     [longitude, latitude.tan().asinh()].map(|angle| angle * 6_378_137.0)

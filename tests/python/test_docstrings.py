@@ -1,4 +1,4 @@
-"""That `help` answers."""
+"""Checks that `help` answers."""
 
 import pydoc
 from types import ModuleType

@@ -209,14 +209,16 @@ pub fn parts() -> impl TypedValueParser<Value = Part> {
 
 /// Parser of the form in which labels are compared.
 pub fn domains() -> impl TypedValueParser<Value = Domain> {
-    named(Domain::ALL.map(|domain| {
+    let names = Domain::ALL.map(|domain| {
         PossibleValue::new(domain.name()).help(match domain {
             Domain::Normalised => {
                 "The protocol's learning target, on which the benchmark's metrics are defined"
             }
             Domain::Linear => "Linear power relative to the sample's maximum, in [0, 1]",
         })
-    }))
+    });
+    let domain = |name| Domain::ALL.into_iter().find(|domain| domain.name() == name);
+    PossibleValuesParser::new(names).map(move |name| domain(name).expect("one of the names"))
 }
 
 /// Parser of named limits.

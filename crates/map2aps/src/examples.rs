@@ -201,7 +201,7 @@ impl Examples {
         });
     }
 
-    /// The same examples with condition images of so many rows and columns, which show the whole map.
+    /// Sets the rows and columns of condition images, which show the whole map.
     pub fn with_image_size(mut self, size: usize) -> Self {
         self.images.image_size = Some(size);
         for map in &mut self.maps {

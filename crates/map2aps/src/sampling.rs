@@ -78,7 +78,7 @@ impl fmt::Display for Receivers {
 }
 
 impl Receivers {
-    /// Both, the default first.
+    /// All choices, the default first.
     pub const ALL: [Self; 2] = [Self::Reached, Self::Outdoor];
 
     /// `reached` or `outdoor`.

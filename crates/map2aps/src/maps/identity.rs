@@ -68,9 +68,9 @@ pub(crate) fn contradicted(
 /// Buildings of a map as a data set keeps them.
 #[derive(Debug, Clone)]
 pub(crate) struct Kept {
-    /// Their image.
+    /// Image of the buildings.
     pub image: Raster,
-    /// The checksum of their outlines; `None` in maps of earlier versions, and in those that came without outlines.
+    /// Checksum of their outlines; `None` in maps of earlier versions, and in those that came without outlines.
     pub outlines: Option<String>,
 }
 

@@ -97,18 +97,7 @@ impl LinkList {
         })?;
         Ok(list)
     }
-}
 
-/// Labels of the links of a list, row by row.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ListLabels {
-    /// Angle power spectra \[dB\], of shape (links, bins).
-    pub aps_db: Vec<f64>,
-    /// Power delay profiles \[dB\], of shape (links, delays), if the labeler makes them.
-    pub pdp_db: Vec<f64>,
-}
-
-impl LinkList {
     /// Labels every link.
     ///
     /// # Errors
@@ -138,6 +127,15 @@ impl LinkList {
             .into()),
         }
     }
+}
+
+/// Labels of the links of a list, row by row.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ListLabels {
+    /// Angle power spectra \[dB\], of shape (links, bins).
+    pub aps_db: Vec<f64>,
+    /// Power delay profiles \[dB\], of shape (links, delays), if the labeler makes them.
+    pub pdp_db: Vec<f64>,
 }
 
 impl LinkEntry {

@@ -1,9 +1,5 @@
 //! Forms of labels that predictions are compared with.
 
-use std::str::FromStr;
-
-use super::ScoreError;
-
 /// Form that a data set's labels are turned into before a prediction is compared with them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Domain {
@@ -15,7 +11,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Both, the default first.
+    /// All forms, the default first.
     pub const ALL: [Self; 2] = [Self::Normalised, Self::Linear];
 
     /// `normalised` or `linear`.
@@ -24,15 +20,5 @@ impl Domain {
             Self::Normalised => "normalised",
             Self::Linear => "linear",
         }
-    }
-}
-
-/// Reads `normalised` or `linear`.
-impl FromStr for Domain {
-    type Err = ScoreError;
-
-    fn from_str(text: &str) -> Result<Self, ScoreError> {
-        let found = Self::ALL.into_iter().find(|domain| domain.name() == text);
-        found.ok_or_else(|| ScoreError::Domain(text.into()))
     }
 }

@@ -27,9 +27,6 @@ pub enum ScoreError {
         /// The number.
         value: f64,
     },
-    /// A text that names no form of labels.
-    #[error("'{0}' is neither 'normalised' nor 'linear'")]
-    Domain(String),
     /// A data set that has nothing to normalise labels by.
     #[error("the data set has no label in its training maps to normalise by")]
     NoTrainingLabel,

@@ -15,7 +15,7 @@ pub enum DevelopmentMaps {
     OfSplit,
     /// These, out of the training and development maps; in text `0-4,7`.
     Ids(Vec<u32>),
-    /// So many: the data set's own first, then training maps from the end; in text `count:N`.
+    /// Number of maps: the data set's own first, then training maps from the end; in text `count:N`.
     Count(usize),
 }
 

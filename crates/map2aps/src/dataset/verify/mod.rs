@@ -76,7 +76,7 @@ impl Verify {
         let scene = settings::scene_of(&manifest.configuration)?;
         let counts = manifest.maps.iter().map(|map| (map.id, map.links));
         let mut chosen = draw_links(counts, sample, self.seed);
-        let (mut findings, mut sampled) = (Findings::new(found), 0);
+        let (mut findings, mut sampled) = (Findings { found, count: 0 }, 0);
         control.progress.begin(Work {
             units: manifest.totals.bytes,
             name: "bytes",
@@ -113,7 +113,7 @@ impl Verify {
             control.progress.advance(bytes);
         }
         Ok(Verified {
-            findings: findings.count(),
+            findings: findings.count,
             sampled,
         })
     }

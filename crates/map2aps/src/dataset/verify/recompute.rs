@@ -198,12 +198,15 @@ mod tests {
         map.links.drain(..link);
         let mut told = Vec::new();
         let mut found = |finding| told.push(finding);
-        let mut findings = Findings::new(&mut found);
+        let mut findings = Findings {
+            found: &mut found,
+            count: 0,
+        };
         let recomputation = Recomputation::new(&dataset).unwrap().unwrap();
         recomputation
             .check(entry, &map, &scene, &[0], &mut findings)
             .unwrap();
-        assert_eq!(findings.count(), 2);
+        assert_eq!(findings.count, 2);
         assert!(told[1].contains("which cannot be traced"), "{told:?}");
     }
 }

@@ -23,7 +23,7 @@ pub struct Released<'a> {
     lengths: [Option<u64>; 2],
 }
 
-/// Their origin: made anew from the paths, to be rounded once, or as they are stored.
+/// Origin of labels: made anew from the paths, to be rounded once, or as they are stored.
 enum Source<'a> {
     Paths {
         table: PathTable,

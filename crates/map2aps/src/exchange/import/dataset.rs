@@ -40,17 +40,14 @@ pub struct LeftOut {
 }
 
 /// Makes those of the maps that are not there, and finishes the data set.
-pub fn make<T>(
+pub fn make<T: AsRef<Path>>(
     out: &Path,
     config: DatasetConfig,
     maps: &BTreeMap<u32, Vec<T>>,
     given: Option<&MapSource>,
     control: &Control<'_>,
     mut map: impl FnMut(&DatasetWriter, u32, &[T]) -> Result<()>,
-) -> Result<Imported>
-where
-    T: AsRef<Path>,
-{
+) -> Result<Imported> {
     let seed = config.seed;
     let writer = DatasetWriter::open(out, config).at_file(Place::Dataset, out)?;
     for (&id, files) in maps {
