@@ -1,6 +1,9 @@
 //! Trainings by the library: cancelled and continued, and what they refuse.
 #![cfg(feature = "models")]
 
+#[path = "../src/synthetic.rs"]
+mod synthetic;
+
 use std::fs;
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
@@ -27,21 +30,7 @@ impl Progress for Stop {
 }
 
 fn dataset(folder: &Path) -> Dataset {
-    let plan = DatasetPlan {
-        maps: MapSource::Synthetic { count: 3 },
-        tx_per_map: 1,
-        rx_per_map: 12,
-        label: LabelConfig::released(),
-        ..DatasetPlan::default()
-    };
-    let split = Split {
-        train: vec![0],
-        develop: vec![1],
-        test: vec![2],
-    };
-    let made = plan.make_split(folder, &split, &Control::default());
-    made.unwrap();
-    Dataset::open(folder).unwrap()
+    synthetic::made(&synthetic::plan(3, 1, 12), folder, &[0, 1, 2])
 }
 
 fn training() -> Training {

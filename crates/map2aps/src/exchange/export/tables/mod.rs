@@ -16,7 +16,7 @@ mod written;
 use std::fs;
 use std::path::Path;
 
-use aps_data::{Dataset, MapData, Part, PathTable, Profile};
+use aps_data::{Dataset, MapData, Part, PathTable, Profile, replace_unsynced};
 
 use super::folder::{Exported, create_folder};
 use crate::control::{Control, Work};
@@ -24,7 +24,7 @@ use crate::dataset::{stored_paths, stored_pdp};
 use crate::error::{At, Place, Result};
 use crate::exchange::ExchangeError;
 use columns::Column;
-use written::{Written, replace};
+use written::Written;
 
 /// Most bytes of numbers in a file, so that it stays below 500 MB whatever they compress to; further links of the map go to
 /// further files.
@@ -104,7 +104,7 @@ fn export_within(
     // Small, and of another split although of as many rows: it is never kept.
     let name = "buildings.parquet";
     let shown = file::bytes("map", std::iter::once(columns::of_images(&images)))?;
-    replace(&out.join(name), &shown)?;
+    replace_unsynced(&out.join(name), &shown)?;
     let shown = Written::of(name.into(), None, ids.len(), &shown);
     let about = card::About {
         dataset,
@@ -114,9 +114,9 @@ fn export_within(
         links: links.min(most),
     };
     let bytes = written.iter().map(|file| file.bytes).sum::<u64>() + shown.bytes;
-    replace(&out.join("README.md"), about.card().as_bytes())?;
+    replace_unsynced(&out.join("README.md"), about.card().as_bytes())?;
     let croissant = serde_json::to_vec_pretty(&croissant::description(&about, &shown))?;
-    replace(&out.join("croissant.json"), &croissant)?;
+    replace_unsynced(&out.join("croissant.json"), &croissant)?;
     Ok(Exported {
         links: links.min(most),
         bytes,

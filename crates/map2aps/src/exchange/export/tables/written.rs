@@ -17,11 +17,6 @@ pub struct Written {
     pub sha256: String,
 }
 
-/// Writes a file whole.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<()> {
-    Ok(replace_unsynced(path, bytes)?)
-}
-
 impl Written {
     /// Writes a file of so many rows, or takes the one that is there and whole.
     pub fn make(
@@ -36,7 +31,7 @@ impl Written {
             Some(bytes) => bytes,
             None => {
                 let bytes = make().at(Place::Writing(path.clone()))?;
-                replace(&path, &bytes)?;
+                replace_unsynced(&path, &bytes)?;
                 bytes
             }
         };
