@@ -16,24 +16,6 @@ pub struct Choice {
     pub error: f64,
 }
 
-/// The settings that a chart names besides those on the front.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Marked<'n> {
-    /// Every setting.
-    All,
-    /// The settings with these names.
-    Only(&'n [&'n str]),
-}
-
-impl Marked<'_> {
-    fn holds(self, choice: &Choice) -> bool {
-        match self {
-            Self::All => true,
-            Self::Only(names) => names.contains(&&*choice.name),
-        }
-    }
-}
-
 /// Settings that are compared.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trade {
@@ -71,8 +53,14 @@ impl Trade {
     }
 
     /// Both axes logarithmic, the front as steps; errors below `least` are drawn there. Settings on the
-    /// front, and those `marked`, are named.
-    pub fn chart(&self, time: &str, error: &str, least: f64, marked: Marked<'_>) -> Chart {
+    /// front, and those that `is_named` chooses, are named.
+    pub fn chart(
+        &self,
+        time: &str,
+        error: &str,
+        least: f64,
+        is_named: impl Fn(&Choice) -> bool,
+    ) -> Chart {
         let at = |choice: &Choice| [choice.time, choice.error.max(least)];
         let front = self.front();
         let mut steps: Vec<[f64; 2]> = front.iter().map(|choice| at(choice)).collect();
@@ -91,7 +79,7 @@ impl Trade {
         for (i, group) in groups.into_iter().enumerate() {
             let spot = |choice: &Choice| Spot {
                 at: at(choice),
-                label: match front.contains(&choice) || marked.holds(choice) {
+                label: match front.contains(&choice) || is_named(choice) {
                     true => choice.name.clone(),
                     false => String::new(),
                 },
@@ -132,7 +120,7 @@ mod tests {
 
     #[test]
     fn an_error_of_zero_is_drawn() {
-        let chart = trade().chart("time", "error", 1e-3, Marked::Only(&[]));
+        let chart = trade().chart("time", "error", 1e-3, |_| false);
         let text = chart.draw().to_file_text();
         assert!(text.contains(">e<"), "{text}");
     }

@@ -9,7 +9,8 @@ use map2aps::maps::{NamedMaps, ranges};
 use xtask::{IdList, command_line, machine, say};
 use xtask_launch::{child, hand_over};
 
-use crate::{Conditions, MapChoice, Profile, Setup, StudyName, publish, studies_folder};
+use crate::{Conditions, MapChoice, Profile, Setup, Study, StudyName, publish, studies_folder};
+use crate::{diffraction, fullwave, label, pruning, rounding, tracer};
 
 /// The files, which the options' one line each leaves open.
 const WHAT_IS_WRITTEN: &str = "\
@@ -113,5 +114,24 @@ impl Args {
         words.extend(["--profile".into(), self.profile.name()]);
         words.extend(["--seed".into(), self.seed.to_string()]);
         command_line::shown(words)
+    }
+}
+
+impl StudyName {
+    /// Measures a study, with a progress bar; returns none for that of models, which another program measures, as it links candle.
+    ///
+    /// # Errors
+    /// Maps that cannot be read or hold too few outdoor points.
+    pub fn run(self, setup: &Setup) -> Result<Option<Study>> {
+        let study = match self {
+            Self::Tracer => tracer::run(setup),
+            Self::Label => label::run(setup),
+            Self::Diffraction => diffraction::run(setup),
+            Self::Fullwave => fullwave::run(setup),
+            Self::Pruning => pruning::run(setup),
+            Self::Rounding => rounding::run(),
+            Self::Models => return Ok(None),
+        };
+        study.map(Some)
     }
 }

@@ -6,7 +6,7 @@ use aps_report::benchmark::Machine;
 use serde::{Deserialize, Serialize};
 use xtask::machine;
 
-use crate::Profile;
+use crate::profile::Profile;
 
 /// Conditions of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -25,12 +25,12 @@ pub struct Scores {
 }
 
 /// Scores spectra against reference ones, by the paper's definitions.
-pub struct Judge {
+pub struct ReferenceScorer {
     target: Normalization,
     truth: Vec<Option<Vec<f64>>>,
 }
 
-impl Judge {
+impl ReferenceScorer {
     /// The reference: none for a link that is not to count.
     pub fn new(truth: Vec<Option<Vec<f64>>>) -> Result<Self> {
         let mut moments = Moments::default();
@@ -95,14 +95,14 @@ mod tests {
     #[test]
     fn the_reference_itself_has_no_error_and_a_missing_link_has_all_of_it() {
         let spectrum: Vec<f64> = (0..180).map(|i| -f64::from(i % 37)).collect();
-        let judge = Judge::new(vec![Some(spectrum.clone()), None]).unwrap();
-        let same = judge.score(&[Some(spectrum), None]).unwrap();
+        let scorer = ReferenceScorer::new(vec![Some(spectrum.clone()), None]).unwrap();
+        let same = scorer.score(&[Some(spectrum), None]).unwrap();
         assert_eq!(
             (same.links, same.missing, same.mean_db, same.ple_deg),
             (1, 0, 0.0, 0.0)
         );
         assert!(same.one_minus_cosine.abs() < 1e-12);
-        let missing = judge.score(&[None, None]).unwrap();
+        let missing = scorer.score(&[None, None]).unwrap();
         assert_eq!(
             (missing.missing, missing.one_minus_cosine, missing.ple_deg),
             (1, 1.0, 180.0)

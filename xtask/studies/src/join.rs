@@ -8,7 +8,8 @@ use aps_data::replace_unsynced;
 use aps_report::document::{Document, Section, Table};
 use aps_report::numbers::duration;
 
-use crate::{Profile, Study};
+use crate::profile::Profile;
+use crate::study::Study;
 
 const LEAD: &str = "\
 Times are medians on one thread after a warm-up. On the front is what nothing else in the comparison beats in both time and \

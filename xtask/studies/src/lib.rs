@@ -37,109 +37,19 @@ mod fullwave;
 mod join;
 mod label;
 mod links;
+mod profile;
 mod pruning;
 mod rounding;
 mod scenes;
+mod setup;
 mod stopwatch;
 mod study;
 mod tracer;
 
-use anyhow::Result;
-use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
-
 pub use conditions::Conditions;
 pub use join::{join, publish, studies_folder};
+pub use profile::Profile;
 pub use scenes::{MapChoice, NamedScene};
+pub use setup::{Setup, StudyName};
 pub use stopwatch::{Stopwatch, on_one_thread};
 pub use study::{Column, FORMAT, Study};
-
-/// The amount of measurement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Profile {
-    /// Seconds: everything once, to see that it works. Its times mean nothing.
-    Smoke,
-    /// Minutes: what a report is made of.
-    Full,
-}
-
-impl Profile {
-    /// As the command line has it.
-    pub fn name(self) -> String {
-        name(&self)
-    }
-
-    /// The value for this profile.
-    pub fn choose<T>(self, smoke: T, full: T) -> T {
-        match self {
-            Self::Smoke => smoke,
-            Self::Full => full,
-        }
-    }
-}
-
-/// The name of a value on the command line.
-fn name(value: &impl ValueEnum) -> String {
-    let shown = value.to_possible_value().expect("no value is hidden");
-    shown.get_name().into()
-}
-
-/// The studies, in the order in which they run and, but for that of models, stand in the report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum StudyName {
-    /// Limits of the tracer: label error against time a link.
-    Tracer,
-    /// Delay axis of the label: error against time a label.
-    Label,
-    /// The diffraction coefficient against exact solutions.
-    Diffraction,
-    /// The tracer against the solution of the wave equation in small scenes.
-    Fullwave,
-    /// Savings by leaving out, and their costs.
-    Pruning,
-    /// Worst errors of the kernels in ulps.
-    Rounding,
-    /// Precision, batch and image size of models: error against time an answer.
-    Models,
-}
-
-/// Settings of all studies.
-#[derive(Debug, Clone)]
-pub struct Setup {
-    /// Amount of measurement.
-    pub profile: Profile,
-    /// Seed of terminals, synthetic cities and drawn numbers.
-    pub seed: u64,
-    /// The maps of the study of the tracer.
-    pub maps: MapChoice,
-}
-
-impl StudyName {
-    /// As the command line and the files have it.
-    pub fn name(self) -> String {
-        name(&self)
-    }
-
-    /// The study without anything in it, in the place of its name.
-    fn study(self, title: &str) -> Study {
-        Study::new(&self.name(), title).at(1 + self as u32)
-    }
-
-    /// Measures. A bar tells how far it is. The study of models is another program's, which links candle: none comes back.
-    ///
-    /// # Errors
-    /// Maps that cannot be read or hold too few outdoor points.
-    pub fn run(self, setup: &Setup) -> Result<Option<Study>> {
-        let study = match self {
-            Self::Tracer => tracer::run(setup),
-            Self::Label => label::run(setup),
-            Self::Diffraction => diffraction::run(setup),
-            Self::Fullwave => fullwave::run(setup),
-            Self::Pruning => pruning::run(setup),
-            Self::Rounding => rounding::run(),
-            Self::Models => return Ok(None),
-        };
-        study.map(Some)
-    }
-}

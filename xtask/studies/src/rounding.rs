@@ -36,7 +36,9 @@ pub fn run() -> Result<Study> {
             .filter(|row| (row.kernel == name) == is_searched);
         let ulps = rows.map(|row| row.absolute_ulps).reduce(f64::max);
         let worst = ulps.unwrap_or(f64::INFINITY) * f64::EPSILON;
-        study.verdict(Verdict::bound(claim, worst, most, ""));
+        study
+            .section
+            .verdict(Verdict::bound(claim, worst, most, ""));
     }
     study.columns(
         "Kernels against the same formula in double-double (32 digits), the worst first; 1 ulp is 2.2e\u{2212}16",

@@ -9,7 +9,7 @@ use map2aps::SceneSettings;
 use map2aps::maps::{NamedMaps, TileSettings, choose};
 use xtask::IdList;
 
-use crate::Profile;
+use crate::profile::Profile;
 
 /// A scene and its name.
 #[derive(Debug, Clone)]
@@ -20,6 +20,14 @@ pub struct NamedScene {
     pub id: u32,
     /// The scene.
     pub scene: Scene,
+}
+
+impl NamedScene {
+    /// Number of corners around which something could bend.
+    pub(crate) fn convex_corners(&self) -> usize {
+        let count = self.scene.walls().len() as u32;
+        (0..count).filter(|&id| self.scene.is_convex(id)).count()
+    }
 }
 
 /// Synthetic cities by mean side of a block and mean street width \[m\], the open first.
@@ -68,7 +76,7 @@ impl MapChoice {
     pub fn scenes(&self, profile: Profile, seed: u64) -> Result<Vec<NamedScene>> {
         let mut scenes = match self.source {
             NamedMaps::Synthetic { .. } => cities(profile, seed)?,
-            _ => self.maps(profile, seed)?,
+            NamedMaps::Folder(_) | NamedMaps::City(_) => self.maps(profile, seed)?,
         };
         scenes.sort_by_key(|s| (s.scene.walls().len(), s.id));
         Ok(scenes)

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use crate::Profile;
+use crate::profile::Profile;
 
 /// Measures how long something takes, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,14 +30,26 @@ impl Stopwatch {
 
     /// Times `work`, which runs once for warming up and is then repeated.
     pub fn time(&self, mut work: impl FnMut()) -> f64 {
-        let started = Instant::now();
-        work();
-        self.time_again(&[started.elapsed()], &mut [&mut work])[0]
+        self.compare(&[()], |()| work())[0]
+    }
+
+    /// Times a unit of work, of which `work` does `count`, for several settings as [`Self::compare`] does, on one thread.
+    ///
+    /// # Errors
+    /// A system that gives no thread.
+    pub fn each<A: Sync>(
+        &self,
+        settings: &[A],
+        count: usize,
+        work: impl Fn(&A) + Send,
+    ) -> Result<Vec<f64>> {
+        let times = on_one_thread(|| self.compare(settings, work))?;
+        Ok(times.into_iter().map(|time| time / count as f64).collect())
     }
 
     /// Times the same work for several settings that are to be compared: their samples take turns, so that a machine that slows
     /// down for a while slows all of them.
-    pub fn compare<A>(&self, settings: &[A], work: impl Fn(&A)) -> Vec<f64> {
+    pub fn compare<A>(&self, settings: &[A], mut work: impl FnMut(&A)) -> Vec<f64> {
         let once = |setting: &A| {
             let started = Instant::now();
             work(setting);
@@ -47,7 +59,7 @@ impl Stopwatch {
         self.compare_again(&warm_up, settings, work)
     }
 
-    /// The same for work that ran already and took `once`.
+    /// Times work as [`Self::compare`] does that ran already and took `once`.
     ///
     /// # Panics
     /// If there are not as many times as settings.
@@ -55,24 +67,13 @@ impl Stopwatch {
         &self,
         once: &[Duration],
         settings: &[A],
-        work: impl Fn(&A),
+        mut work: impl FnMut(&A),
     ) -> Vec<f64> {
-        let work = &work;
-        let mut works: Vec<_> = settings
-            .iter()
-            .map(|setting| move || work(setting))
-            .collect();
-        let mut works: Vec<&mut dyn FnMut()> =
-            works.iter_mut().map(|w| w as &mut dyn FnMut()).collect();
-        self.time_again(once, &mut works)
-    }
-
-    fn time_again(&self, once: &[Duration], works: &mut [&mut dyn FnMut()]) -> Vec<f64> {
-        assert_eq!(once.len(), works.len(), "a time for every piece of work");
+        assert_eq!(once.len(), settings.len(), "a time for every setting");
         let mut samples: Vec<Vec<f64>> = once.iter().map(|_| Vec::new()).collect();
         let mut spent = vec![Duration::ZERO; once.len()];
         for _ in 0..self.samples.max(1) {
-            for (i, work) in works.iter_mut().enumerate() {
+            for (i, setting) in settings.iter().enumerate() {
                 let first = once[i].as_secs_f64().max(1e-9);
                 if once[i] >= self.most {
                     samples[i] = vec![first];
@@ -80,7 +81,7 @@ impl Stopwatch {
                     let repeats = (self.least_sample.as_secs_f64() / first).ceil().max(1.0);
                     let started = Instant::now();
                     for _ in 0..repeats as u32 {
-                        work();
+                        work(setting);
                     }
                     let took = started.elapsed();
                     spent[i] += took;
@@ -117,7 +118,7 @@ mod tests {
             most: Duration::from_secs(60),
         };
         let mut runs = 0;
-        assert!(stopwatch.time(|| runs += 1) >= 0.0);
+        assert!(stopwatch.time(|| runs += 1).is_finite());
         assert_eq!(runs, 6);
     }
 
@@ -129,7 +130,8 @@ mod tests {
             most: Duration::ZERO,
         };
         let mut runs = 0;
-        stopwatch.time(|| runs += 1);
+        // No time is below a nanosecond, whatever the steps of the clock.
+        assert!(stopwatch.time(|| runs += 1) >= 1e-9);
         assert_eq!(runs, 1);
     }
 

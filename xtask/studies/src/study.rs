@@ -6,11 +6,11 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use aps_data::replace_unsynced;
-use aps_report::document::{Block, Data, Figure, Section, Table, Verdict};
+use aps_report::document::{Block, Data, Figure, Section, Table};
 use aps_report::drawing::Drawing;
 use serde::{Deserialize, Serialize};
 
-use crate::Conditions;
+use crate::conditions::Conditions;
 
 /// Version of `NAME.json`. Fields that a reader does not know are passed over; a change that it must
 /// know of counts this up. 2 brought verdicts.
@@ -54,12 +54,6 @@ impl Study {
         }
     }
 
-    /// Sets its place in the document.
-    #[must_use]
-    pub fn at(self, place: u32) -> Self {
-        Self { place, ..self }
-    }
-
     /// Adds a figure; its file is `NAME-STEM.svg`.
     pub fn figure(&mut self, stem: &str, caption: impl Into<String>, drawing: Drawing) {
         let figure = Figure::new(self.file(stem, "svg"), caption, drawing);
@@ -90,11 +84,6 @@ impl Study {
         let head: Vec<&str> = columns.iter().map(|(head, _)| *head).collect();
         let row = |item: &T| columns.iter().map(|(_, cell)| cell(item)).collect();
         self.table(caption, &head, items.into_iter().map(row));
-    }
-
-    /// Adds a verdict.
-    pub fn verdict(&mut self, verdict: Verdict) {
-        self.section.verdict(verdict);
     }
 
     /// Adds all that was measured as `NAME-STEM.csv`, headed by the rows' field names.

@@ -43,8 +43,11 @@ fn files(folder: &Path) -> BTreeSet<String> {
 
 /// Writes a study of another program, with a figure.
 fn write_foreign(folder: &Path, stem: &str) {
-    let mut study = Study::new("models", "From | elsewhere").at(4);
-    study.verdict(Verdict::decided(true, "A <b>bold</b> claim", ""));
+    let mut study = Study::new("models", "From | elsewhere");
+    study.place = 4;
+    study
+        .section
+        .verdict(Verdict::decided(true, "A <b>bold</b> claim", ""));
     let chart =
         Chart::new(Axis::log("time [ms]"), Axis::log("error")).line("a", [[1.0, 0.5], [2.0, 0.25]]);
     study.figure(stem, "Error.", chart.draw());

@@ -42,7 +42,8 @@ impl Args {
         let usual = self.profile.choose("data/report-smoke", "docs/reports");
         let out = self.out.clone().unwrap_or_else(|| usual.into());
         let conditions = Conditions::now(self.profile, self.seed, self.command());
-        let mut study = Study::new("models", "Models: precision, batches, images").at(PLACE);
+        let mut study = Study::new("models", "Models: precision, batches, images");
+        study.place = PLACE;
         let threads = rayon::current_num_threads();
         study.section.text(format!(
             "Times of a pass on {threads} threads, images ready."

@@ -8,7 +8,7 @@ use aps_model::condition::{
 };
 use aps_model::{Model, ModelKind, Preset, frozen, seeded};
 use aps_report::numbers::{small, three_digits};
-use aps_report::trade::{Marked, Trade};
+use aps_report::trade::Trade;
 use serde::Serialize;
 use xtask_studies::{Profile, Stopwatch, Study};
 
@@ -84,7 +84,7 @@ fn describe(
         let name = format!("{} {}", row.model, row.precision);
         trade.add(row.precision, name, row.ms_per_link, row.relative_error);
     }
-    let chart = trade.chart("time a link [ms]", "relative error", 1e-9, Marked::All);
+    let chart = trade.chart("time a link [ms]", "relative error", 1e-9, |_| true);
     let caption = format!(
         "Error of the output against time a link, {largest} links at once. Grey: the front."
     );
@@ -103,7 +103,7 @@ fn describe(
     let of_smallest_batch = |row: &Row| time_over(row, find(row, row.precision, batches[0]));
     let of_f32 = |row: &Row| time_over(row, find(row, "f32", row.batch));
     let caption = format!(
-        "Small preset with its first weights, {PIXELS} x {PIXELS} images; errors against double precision, relative to the \
+        "Small preset with its initial weights, {PIXELS} x {PIXELS} images; errors against double precision, relative to the \
          deviation of its outputs"
     );
     study.columns(
@@ -142,17 +142,15 @@ impl Network {
             dtype,
         })
     }
-
-    fn answer(&self, images: &Tensor) -> Result<Tensor> {
-        Ok(self.model.forward_t(images, false)?)
-    }
 }
 
 /// Time a link \[ms\], relative and largest error.
 fn measure(profile: Profile, exact: &Network, network: &Network, batch: usize) -> Result<[f64; 3]> {
     let images = images(batch)?;
     let values = |network: &Network| -> Result<Vec<f64>> {
-        let y = network.answer(&images.to_dtype(network.dtype)?)?;
+        let y = network
+            .model
+            .forward_t(&images.to_dtype(network.dtype)?, false)?;
         Ok(y.to_dtype(DType::F64)?.flatten_all()?.to_vec1()?)
     };
     let (expected, found) = (values(exact)?, values(network)?);
@@ -165,7 +163,7 @@ fn measure(profile: Profile, exact: &Network, network: &Network, batch: usize) -
     let images = images.to_dtype(network.dtype)?;
     let seconds = Stopwatch::of(profile).time(|| {
         // It ran above.
-        let _ = std::hint::black_box(network.answer(&images));
+        let _ = std::hint::black_box(network.model.forward_t(&images, false));
     });
     Ok([1e3 * seconds / batch as f64, relative, largest])
 }

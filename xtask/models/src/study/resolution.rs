@@ -7,7 +7,7 @@ use aps_bench::{Config, Profile as Sizes, TestBed, Watch};
 use aps_metrics::Metric;
 use aps_model::ModelKind;
 use aps_report::numbers::three_digits;
-use aps_report::trade::{Marked, Trade};
+use aps_report::trade::Trade;
 use serde::Serialize;
 use xtask::interrupt::interrupt_flag;
 use xtask::note;
@@ -87,7 +87,7 @@ fn describe(config: &Config, tested: usize, rows: &[Row], study: &mut Study) -> 
     for row in rows {
         trade.add(MODEL.name(), name(row), row.ms_per_link, 1.0 - row.cosine);
     }
-    let chart = trade.chart("time a link [ms]", "1 \u{2212} CosSim", 1e-4, Marked::All);
+    let chart = trade.chart("time a link [ms]", "1 \u{2212} CosSim", 1e-4, |_| true);
     study.figure(
         "images-time",
         "Error of the prediction against time a link. Grey: the front.",

@@ -4,12 +4,12 @@ use anyhow::Result;
 use aps_report::chart::{Axis, Chart};
 use aps_report::document::Verdict;
 use aps_report::numbers::{small, three_digits};
-use aps_report::trade::{Marked, Trade};
+use aps_report::trade::Trade;
 use aps_tests::utd::transition_table;
 use serde::Serialize;
 
 use super::methods::{TRANSITIONS, Transition};
-use crate::{Setup, Stopwatch, Study, on_one_thread};
+use crate::{Setup, Stopwatch, Study};
 
 #[derive(Debug, Clone, Serialize)]
 struct Row {
@@ -26,9 +26,9 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
             std::hint::black_box(f(std::hint::black_box(x)));
         }
     };
-    let timings = on_one_thread(|| Stopwatch::of(setup.profile).compare(&TRANSITIONS, work))?;
+    let times = Stopwatch::of(setup.profile).each(&TRANSITIONS, table.len(), work)?;
     let (mut trade, mut cells) = (Trade::default(), Vec::new());
-    for ((way, f), seconds) in TRANSITIONS.into_iter().zip(timings) {
+    for ((way, f), seconds) in TRANSITIONS.into_iter().zip(times) {
         let errors = table.iter().map(|&(x, exact)| Row {
             way,
             x,
@@ -39,7 +39,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
             .iter()
             .max_by(|p, q| p.relative_error.total_cmp(&q.relative_error));
         let Some(worst) = worst else { continue };
-        let ns = 1e9 * seconds / table.len() as f64;
+        let ns = 1e9 * seconds;
         trade.add(way, way, ns, worst.relative_error);
         cells.push(vec![
             way.into(),
@@ -68,7 +68,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
         "time of F [ns]",
         "largest relative error of F",
         1e-17,
-        Marked::All,
+        |_| true,
     );
     study.figure(
         "transition-time",
@@ -83,7 +83,9 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     );
     if let Some(own) = trade.named("aps-raytrace") {
         let claim = "relative error of F in aps-raytrace";
-        study.verdict(Verdict::bound(claim, own.error, 3e-11, ""));
+        study
+            .section
+            .verdict(Verdict::bound(claim, own.error, 3e-11, ""));
     }
     study.data("transition", "Errors of the transition function", &rows)
 }

@@ -6,13 +6,13 @@ use anyhow::Result;
 use aps_report::chart::{Axis, Chart};
 use aps_report::document::Verdict;
 use aps_report::numbers::{small, three_digits};
-use aps_report::trade::{Marked, Trade};
+use aps_report::trade::Trade;
 use aps_tests::wedge::ExactWedge;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::methods::Method;
-use crate::{Setup, Stopwatch, Study, on_one_thread};
+use crate::{Setup, Stopwatch, Study};
 
 const INTERIOR_DEG: [u32; 6] = [0, 30, 60, 90, 120, 150];
 /// Parts of the open angle from which the wave comes.
@@ -104,7 +104,8 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
     let times = times(setup, count)?;
     let mut trade = Trade::default();
     let mut table = Vec::new();
-    for (method, ns) in Method::ALL.into_iter().zip(times) {
+    for (method, seconds) in Method::ALL.into_iter().zip(times) {
+        let ns = 1e9 * seconds;
         let is_own = |r: &&Row| r.method == method.name() && r.k_rho == COMPARED_AT;
         let worst = |of: fn(&Row) -> Option<f64>| {
             let own = rows.iter().filter(is_own);
@@ -128,7 +129,7 @@ pub fn study(setup: &Setup, study: &mut Study) -> Result<()> {
         "time a field [ns]",
         "largest error far from the boundary [dB]",
         1e-5,
-        Marked::All,
+        |_| true,
     );
     let caption = "Largest error of the level in the shadow, far from its boundary, against time. Grey: the front.";
     study.figure("methods-time", caption, chart.draw());
@@ -185,9 +186,8 @@ fn compare(interior_deg: u32, k_rho: f64, count: usize) -> Vec<Row> {
     Method::ALL.into_iter().map(of_method).collect()
 }
 
-/// Time of a field by each method [ns].
+/// Time of a field by each method [s].
 fn times(setup: &Setup, count: usize) -> Result<Vec<f64>> {
-    let stopwatch = Stopwatch::of(setup.profile);
     let places = directions(1.5, count);
     let work = |method: &Method| {
         for &(incident, phi) in &places {
@@ -195,11 +195,7 @@ fn times(setup: &Setup, count: usize) -> Result<Vec<f64>> {
             std::hint::black_box(method.field(n, k_rho, incident, phi));
         }
     };
-    let timings = on_one_thread(|| stopwatch.compare(&Method::ALL, work))?;
-    Ok(timings
-        .into_iter()
-        .map(|seconds| 1e9 * seconds / places.len() as f64)
-        .collect())
+    Stopwatch::of(setup.profile).each(&Method::ALL, places.len(), work)
 }
 
 /// The bounds that the documentation states.
@@ -229,6 +225,8 @@ fn verdicts(rows: &[Row], study: &mut Study) {
             "dB",
         ),
     ] {
-        study.verdict(Verdict::bound(claim, value, most, unit));
+        study
+            .section
+            .verdict(Verdict::bound(claim, value, most, unit));
     }
 }

@@ -8,8 +8,8 @@ use aps_raytrace::glam::DVec2;
 use aps_raytrace::{Complex64, InteractionKind, Link, PathRecord, Scene, TraceConfig, Tracer};
 use aps_tests::fullwave::{FullWave, WAVENUMBER_PER_M, Walls, line_source_field};
 
-use super::Setting;
-use crate::{Stopwatch, on_one_thread};
+use super::setting::Setting;
+use crate::Stopwatch;
 
 /// Errors beyond this, and links without a path, count as this.
 const MOST_DB: f64 = 40.0;
@@ -48,7 +48,7 @@ pub struct Comparison {
     pub directions: Vec<(usize, f64)>,
     /// Over all links.
     pub paths: usize,
-    /// Time of a link in one run \[us\].
+    /// Time of a link \[us\]: of one run, unless it was taken more often.
     pub time_us: f64,
 }
 
@@ -148,7 +148,7 @@ impl<'f> Reference<'f> {
         Some((found.acos() - truth.acos()).abs().to_degrees())
     }
 
-    /// Time a link [us] at each of the settings.
+    /// Time a link [s] at each of the settings.
     pub fn times(&self, settings: &[Setting], stopwatch: Stopwatch) -> Result<Vec<f64>> {
         let trace = |setting: &Setting| -> Result<usize> {
             let tracer = self.tracer(&setting.config)?;
@@ -166,11 +166,7 @@ impl<'f> Reference<'f> {
         };
         // No error comes here: `compare` traced the same before.
         let time = |setting: &Setting| drop(std::hint::black_box(trace(setting)));
-        let timings = on_one_thread(|| stopwatch.compare(settings, time))?;
-        Ok(timings
-            .into_iter()
-            .map(|seconds| 1e6 * seconds / self.link_count() as f64)
-            .collect())
+        stopwatch.each(settings, self.link_count(), time)
     }
 }
 

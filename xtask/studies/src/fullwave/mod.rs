@@ -2,139 +2,17 @@
 
 mod compare;
 mod reading;
+mod rows;
+mod setting;
 
 use anyhow::Result;
-use aps_raytrace::TraceConfig;
 use aps_tests::fullwave::{FullWave, Walls};
-use serde::Serialize;
 use xtask::progress;
 
 use crate::{Setup, Stopwatch, Study};
 use compare::{Comparison, Reference};
-
-/// A setting of the tracer.
-#[derive(Debug, Clone)]
-struct Setting {
-    name: String,
-    config: TraceConfig,
-}
-
-impl Setting {
-    fn new(r: usize, d: usize, range_db: f64, slope_diffraction: bool) -> Self {
-        let slopes = if slope_diffraction { ", slopes" } else { "" };
-        Self {
-            name: format!("R{r} D{d}, {range_db} dB{slopes}"),
-            config: TraceConfig {
-                dynamic_range_db: Some(range_db),
-                slope_diffraction,
-                ..TraceConfig::within(r, d)
-            },
-        }
-    }
-
-    fn all() -> Vec<Self> {
-        let mut all = vec![
-            Self::new(2, 1, 60.0, false),
-            Self::new(5, 2, 30.0, false),
-            Self::new(5, 2, 30.0, true),
-            Self::new(8, 3, 40.0, false),
-            Self::new(8, 3, 40.0, true),
-        ];
-        for (r, d, range_db) in [
-            (0, 1, 60.0),
-            (1, 1, 60.0),
-            (3, 1, 60.0),
-            (5, 1, 60.0),
-            (8, 1, 60.0),
-            (2, 2, 30.0),
-            (5, 2, 20.0),
-            (5, 2, 40.0),
-            (8, 2, 30.0),
-            (5, 3, 30.0),
-        ] {
-            all.push(Self::new(r, d, range_db, false));
-            if d > 1 {
-                all.push(Self::new(r, d, range_db, true));
-            }
-        }
-        all
-    }
-
-    /// Limits beyond those, without and with slopes.
-    fn beyond() -> impl Iterator<Item = Self> {
-        let limits = [(12, 3), (16, 3), (24, 3), (8, 4), (12, 4), (16, 4)];
-        let both = |(r, d)| [false, true].map(|slopes| Self::new(r, d, 40.0, slopes));
-        limits.into_iter().flat_map(both)
-    }
-}
-
-/// The scene in which limits are raised further, for no order is the last between walls that reflect all.
-const CANYON: &str = "canyon";
-
-/// The settings that are named in tables: places in [`Setting::all`].
-const R2_D1: usize = 0;
-const CASCADE: usize = 1;
-const SLOPES: usize = 2;
-const FAR_CASCADE: usize = 3;
-const FAR: usize = 4;
-
-/// A setting in a scene.
-#[derive(Debug, Clone, Serialize)]
-struct Row {
-    scene: &'static str,
-    walls: &'static str,
-    /// In wavelengths.
-    longest_wall: f64,
-    setting: String,
-    max_reflections: usize,
-    max_diffractions: usize,
-    dynamic_range_db: Option<f64>,
-    slopes: bool,
-    links: usize,
-    /// Links without a path; each counts as an error of 40 dB.
-    missing: usize,
-    mean_error_db: f64,
-    median_error_db: f64,
-    p90_error_db: f64,
-    /// The same with the reference's reflection coefficients.
-    mean_error_of_its_material_db: f64,
-    /// Mean of the level found over the level there.
-    bias_db: f64,
-    /// Links whose strongest path has two corners or more, after R5 D2 with slopes.
-    two_corners: usize,
-    two_corners_missing: usize,
-    two_corners_mean_error_db: f64,
-    two_corners_median_error_db: f64,
-    arrays: usize,
-    mean_direction_error_deg: f64,
-    /// Part of the arrays with an error below 5 deg.
-    directions_within_5_deg: f64,
-    paths_per_link: f64,
-    /// Per link, with its share of map and terminals: of one run, but at R5 D2 and 30 dB the median of several.
-    time_us: f64,
-}
-
-/// A link, at the settings of the tables.
-#[derive(Debug, Clone, Serialize)]
-struct LinkRow {
-    scene: &'static str,
-    walls: &'static str,
-    source: usize,
-    x: f64,
-    y: f64,
-    /// Level of the reference over free space \[dB\].
-    level_db: f64,
-    /// Corners on the strongest path of R5 D2 with slopes.
-    corners: usize,
-    /// Nearest to its boundary that any of them is: sqrt(2 k L) sin(delta / 2).
-    boundary: Option<f64>,
-    r2_d1_db: f64,
-    cascade_db: f64,
-    slopes_db: f64,
-    far_db: f64,
-    /// Error of the strongest direction of the array about the receiver, if it has one, at R5 D2 with slopes.
-    direction_deg: Option<f64>,
-}
+use rows::{CANYON, LinkRow, Row, mean, quantile};
+use setting::{CASCADE, FAR, R2_D1, SLOPES, Setting};
 
 /// Measures.
 pub fn run(setup: &Setup) -> Result<Study> {
@@ -148,39 +26,33 @@ pub fn run(setup: &Setup) -> Result<Study> {
     for full in &scenes {
         for walls in Walls::ALL {
             let reference = Reference::new(full, walls)?;
-            let all: Vec<Comparison> = settings
+            let mut all: Vec<Comparison> = settings
                 .iter()
                 .map(|setting| reference.compare(&setting.config))
                 .collect::<Result<_>>()?;
-            let mut times: Vec<f64> = all.iter().map(|found| found.time_us).collect();
             let compared = &settings[CASCADE..=SLOPES];
-            let measured = reference.times(compared, Stopwatch::of(setup.profile))?;
-            times[CASCADE..=SLOPES].copy_from_slice(&measured);
-            for ((setting, found), time_us) in settings.iter().zip(&all).zip(times) {
-                rows.push(row(&reference, setting, found, &all[SLOPES], time_us));
+            let times = reference.times(compared, Stopwatch::of(setup.profile))?;
+            for (found, seconds) in all[CASCADE..=SLOPES].iter_mut().zip(times) {
+                found.time_us = 1e6 * seconds;
+            }
+            for (setting, found) in settings.iter().zip(&all) {
+                rows.push(row(&reference, setting, found, &all[SLOPES]));
             }
             links.extend(link_rows(&reference, &all));
             if full.name == CANYON {
                 for setting in Setting::beyond() {
                     let found = reference.compare(&setting.config)?;
-                    let time_us = found.time_us;
-                    beyond.push(row(&reference, &setting, &found, &all[SLOPES], time_us));
+                    beyond.push(row(&reference, &setting, &found, &all[SLOPES]));
                 }
             }
             bar.inc(1);
         }
     }
     bar.finish_and_clear();
-    reading::study(&rows, &beyond, &links)
+    reading::study(settings, &rows, &beyond, &links)
 }
 
-fn row(
-    reference: &Reference<'_>,
-    setting: &Setting,
-    found: &Comparison,
-    by: &Comparison,
-    time_us: f64,
-) -> Row {
+fn row(reference: &Reference<'_>, setting: &Setting, found: &Comparison, by: &Comparison) -> Row {
     let full = reference.full;
     let compared = || reference.compared();
     let error = |i: usize| found.error_db(i).abs();
@@ -218,7 +90,7 @@ fn row(
         mean_direction_error_deg: mean(&directions),
         directions_within_5_deg: within as f64 / directions.len().max(1) as f64,
         paths_per_link: found.paths as f64 / reference.link_count() as f64,
-        time_us,
+        time_us: found.time_us,
     }
 }
 
@@ -242,15 +114,4 @@ fn link_rows(reference: &Reference<'_>, all: &[Comparison]) -> Vec<LinkRow> {
         }
     };
     reference.compared().map(row).collect()
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-fn quantile(values: &[f64], part: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let at = (part * sorted.len() as f64) as usize;
-    sorted.get(at).or(sorted.last()).copied().unwrap_or(0.0)
 }

@@ -5,10 +5,11 @@ use aps_report::chart::{Axis, Chart, Mark, Series};
 use aps_report::document::Verdict;
 use aps_report::numbers::{fixed, three_digits};
 use aps_report::theme::Colour;
-use aps_report::trade::{Marked, Trade};
+use aps_report::trade::Trade;
 use aps_tests::fullwave::Walls;
 
-use super::{CANYON, CASCADE, FAR, FAR_CASCADE, LinkRow, R2_D1, Row, SLOPES, Setting, mean};
+use super::rows::{CANYON, LinkRow, Row, mean};
+use super::setting::{CASCADE, FAR, FAR_CASCADE, R2_D1, SLOPES, Setting};
 use crate::{Study, StudyName};
 
 /// The scenes of one house in several sizes.
@@ -16,14 +17,22 @@ const SIZES: &str = "block";
 /// Ends of the ranges of distances to a boundary.
 const BOUNDARIES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, f64::INFINITY];
 
+/// Names of the settings in tables, [`R2_D1`] to [`FAR`].
+type Named<'s> = [&'s str; 5];
+
 /// The measure of a row that a table shows.
 type Value = fn(&Row) -> f64;
 
-pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
+pub fn study(
+    settings: &[Setting],
+    rows: &[Row],
+    beyond: &[Row],
+    links: &[LinkRow],
+) -> Result<Study> {
     let mut study =
         StudyName::Fullwave.study("The whole field: the tracer against the wave equation");
-    let settings = Setting::all();
-    let named = [R2_D1, CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| settings[i].name.as_str());
+    let named: Named<'_> =
+        [R2_D1, CASCADE, SLOPES, FAR_CASCADE, FAR].map(|i| settings[i].name.as_str());
     let of = |row: &Row, setting: &str| {
         let same = |r: &&Row| (r.scene, r.walls) == (row.scene, row.walls);
         let found = rows.iter().filter(same).find(|r| r.setting == setting);
@@ -62,18 +71,18 @@ pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
         "Mean error of the strongest direction of an array of 16 [deg], where there is a path",
         |r| r.mean_direction_error_deg,
     );
-    shadow(&mut study, &scenes, &of);
+    shadow(&mut study, &named, &scenes, &of);
     if !beyond.is_empty() {
         orders(&mut study, rows, beyond);
     }
-    parts(&mut study, &scenes, &of);
-    boundaries(&mut study, links);
+    parts(&mut study, &named, &scenes, &of);
+    boundaries(&mut study, &named, links);
     study.section.heading("Error against time");
     for walls in Walls::ALL {
-        trade(&mut study, rows, walls.name());
+        trade(&mut study, settings, rows, walls.name());
     }
-    figures(&mut study, rows, links);
-    verdict(&mut study, rows);
+    figures(&mut study, &named, rows, links);
+    verdict(&mut study, &named, rows);
     study.data("scenes", "Every setting in every scene", rows)?;
     if !beyond.is_empty() {
         study.data("orders", "Higher limits in the canyon", beyond)?;
@@ -84,21 +93,26 @@ pub fn study(rows: &[Row], beyond: &[Row], links: &[LinkRow]) -> Result<Study> {
 /// The rows of each scene at four settings, where all of them are there.
 fn at_settings(
     settings: [usize; 4],
+    named: &Named<'_>,
     scenes: &[&Row],
     of: &impl Fn(&Row, &str) -> Option<Row>,
 ) -> Vec<[Row; 4]> {
-    let all = Setting::all();
     let rows = |row: &&Row| {
-        let [p, q, r, s] = settings.map(|i| of(row, &all[i].name));
+        let [p, q, r, s] = settings.map(|i| of(row, named[i]));
         Some([p?, q?, r?, s?])
     };
     scenes.iter().filter_map(rows).collect()
 }
 
-fn shadow(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<Row>) {
+fn shadow(
+    study: &mut Study,
+    named: &Named<'_>,
+    scenes: &[&Row],
+    of: &impl Fn(&Row, &str) -> Option<Row>,
+) {
     study.section.heading("In the shadow of two corners");
     // Without and with slopes, then the same of far limits.
-    let all = at_settings([CASCADE, SLOPES, FAR_CASCADE, FAR], scenes, of);
+    let all = at_settings([CASCADE, SLOPES, FAR_CASCADE, FAR], named, scenes, of);
     let missing = |row: &Row| row.two_corners_missing.to_string();
     let mean = |row: &Row| fixed(row.two_corners_mean_error_db, 2);
     let median = |row: &Row| fixed(row.two_corners_median_error_db, 2);
@@ -159,7 +173,12 @@ fn orders(study: &mut Study, rows: &[Row], beyond: &[Row]) {
     );
 }
 
-fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<Row>) {
+fn parts(
+    study: &mut Study,
+    named: &Named<'_>,
+    scenes: &[&Row],
+    of: &impl Fn(&Row, &str) -> Option<Row>,
+) {
     study.section.heading("Parts of the error");
     let step = |r: &[Row; 4], i: usize| fixed(r[i].mean_error_db - r[i + 1].mean_error_db, 2);
     let rest = |r: &[Row; 4]| r[3].mean_error_of_its_material_db;
@@ -167,7 +186,7 @@ fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<
     let of_rest = |r: &[Row; 4]| fixed(rest(r), 2);
     study.columns(
         "Mean error of the level [dB], and what of it goes with each step; negative where it grows",
-        &at_settings([R2_D1, CASCADE, SLOPES, FAR], scenes, of),
+        &at_settings([R2_D1, CASCADE, SLOPES, FAR], named, scenes, of),
         &[
             ("scene", &|r| r[0].scene.into()),
             ("walls", &|r| r[0].walls.into()),
@@ -181,7 +200,7 @@ fn parts(study: &mut Study, scenes: &[&Row], of: &impl Fn(&Row, &str) -> Option<
     );
 }
 
-fn boundaries(study: &mut Study, links: &[LinkRow]) {
+fn boundaries(study: &mut Study, named: &Named<'_>, links: &[LinkRow]) {
     study.section.heading("Distance to the boundaries");
     let mut rows = Vec::new();
     for walls in Walls::ALL {
@@ -221,15 +240,14 @@ fn boundaries(study: &mut Study, links: &[LinkRow]) {
             }
         }
     }
-    let settings = Setting::all();
     let head = [
         "walls",
         "corners of the strongest path",
         "sqrt(2 k L) sin(delta / 2)",
         "links",
-        settings[CASCADE].name.as_str(),
-        settings[SLOPES].name.as_str(),
-        settings[FAR].name.as_str(),
+        named[CASCADE],
+        named[SLOPES],
+        named[FAR],
         "arrays",
         "their direction with slopes [deg]",
     ];
@@ -247,10 +265,10 @@ fn over_scenes(rows: &[Row], walls: &str, setting: &str, value: Value) -> Option
     (!own.is_empty()).then(|| mean(&own))
 }
 
-fn trade(study: &mut Study, rows: &[Row], walls: &str) {
+fn trade(study: &mut Study, settings: &[Setting], rows: &[Row], walls: &str) {
     let mut trade = Trade::default();
     let mut lines = Vec::new();
-    for setting in Setting::all() {
+    for setting in settings {
         let at = |value: Value| over_scenes(rows, walls, &setting.name, value);
         let (Some(time), Some(error), Some(direction), Some(paths)) = (
             at(|r| r.time_us),
@@ -266,7 +284,7 @@ fn trade(study: &mut Study, rows: &[Row], walls: &str) {
         };
         trade.add(group, &setting.name, time, error);
         lines.push(vec![
-            setting.name,
+            setting.name.clone(),
             three_digits(time),
             three_digits(paths),
             fixed(error, 2),
@@ -285,7 +303,7 @@ fn trade(study: &mut Study, rows: &[Row], walls: &str) {
         &head,
         lines,
     );
-    let chart = trade.chart("time a link [us]", "mean error [dB]", 0.1, Marked::All);
+    let chart = trade.chart("time a link [us]", "mean error [dB]", 0.1, |_| true);
     study.figure(
         &format!("time-{walls}"),
         format!("Mean error of the level against time a link, walls of {walls}. Grey: the front."),
@@ -293,16 +311,13 @@ fn trade(study: &mut Study, rows: &[Row], walls: &str) {
     );
 }
 
-fn figures(study: &mut Study, rows: &[Row], links: &[LinkRow]) {
+fn figures(study: &mut Study, named: &Named<'_>, rows: &[Row], links: &[LinkRow]) {
     study
         .section
         .heading("Size of the house, and a line behind two");
-    let settings = Setting::all();
     let size = |walls: Walls| -> Vec<[f64; 2]> {
         let is_own = |r: &&Row| {
-            r.walls == walls.name()
-                && r.scene.starts_with(SIZES)
-                && r.setting == settings[R2_D1].name
+            r.walls == walls.name() && r.scene.starts_with(SIZES) && r.setting == named[R2_D1]
         };
         let own = rows.iter().filter(is_own);
         own.map(|r| [r.longest_wall, r.mean_error_db]).collect()
@@ -337,18 +352,8 @@ fn figures(study: &mut Study, rows: &[Row], links: &[LinkRow]) {
         )
         .sized(640.0, 380.0)
         .with(series(0, "the field", line(|_| 0.0), false))
-        .with(series(
-            1,
-            &settings[CASCADE].name,
-            line(|r| r.cascade_db),
-            true,
-        ))
-        .with(series(
-            2,
-            &settings[SLOPES].name,
-            line(|r| r.slopes_db),
-            false,
-        ));
+        .with(series(1, named[CASCADE], line(|r| r.cascade_db), true))
+        .with(series(2, named[SLOPES], line(|r| r.slopes_db), false));
         study.figure(
             &format!("behind-{}", walls.name()),
             format!(
@@ -360,12 +365,11 @@ fn figures(study: &mut Study, rows: &[Row], links: &[LinkRow]) {
     }
 }
 
-fn verdict(study: &mut Study, rows: &[Row]) {
-    let settings = Setting::all();
+fn verdict(study: &mut Study, named: &Named<'_>, rows: &[Row]) {
     let sums = |setting: usize| {
         let own = rows
             .iter()
-            .filter(|r| r.setting == settings[setting].name && r.two_corners > 0);
+            .filter(|r| r.setting == named[setting] && r.two_corners > 0);
         own.fold((0.0, 0.0), |(error, time), r| {
             (
                 error + r.two_corners_mean_error_db * r.two_corners as f64,
@@ -375,13 +379,13 @@ fn verdict(study: &mut Study, rows: &[Row]) {
     };
     let links: usize = rows
         .iter()
-        .filter(|r| r.setting == settings[SLOPES].name)
+        .filter(|r| r.setting == named[SLOPES])
         .map(|r| r.two_corners)
         .sum();
     let (without, with) = (sums(CASCADE), sums(SLOPES));
     let gain_db = (without.0 - with.0) / links.max(1) as f64;
     let ratio = with.1 / without.1;
-    study.verdict(Verdict::decided(
+    study.section.verdict(Verdict::decided(
         gain_db >= 3.0 && ratio < 1.3,
         "Slopes bring the mean error in the shadow of two corners down by 3 dB or more at less than 1.3 times the time",
         format!("{} dB over {links} links, {} times the time", fixed(gain_db, 2), fixed(ratio, 2)),

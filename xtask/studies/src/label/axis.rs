@@ -4,12 +4,13 @@ use anyhow::Result;
 use aps_label::{Array, DelayAxis, Label, LabelConfig, Labeler, PathSample, Scratch};
 use aps_metrics::LevelDistance;
 use aps_report::document::Verdict;
+use aps_report::link::turn_deg;
 use aps_report::numbers::{small, three_digits};
-use aps_report::trade::{Marked, Trade};
+use aps_report::trade::Trade;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::{Setup, Stopwatch, Study, on_one_thread};
+use crate::{Setup, Stopwatch, Study};
 
 /// Points of the axis from 0 to 1000 ns; the first is the published one.
 const POINTS: [usize; 8] = [128, 64, 256, 401, 512, 1024, 2048, 4096];
@@ -43,20 +44,20 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     // The reference depends on the protocol, not on the axis.
     let released = references(&labelers[0], links);
     let mut rows = Vec::new();
-    for ((labeler, &points), &us_per_label) in labelers.iter().zip(&POINTS).zip(&times) {
+    for ((labeler, &points), &seconds) in labelers.iter().zip(&POINTS).zip(&times) {
         let last_s = labeler.config().delay_axis.last_s;
         rows.push(Row {
             axis: format!("{points} points"),
             points: Some(points),
             spacing_ns: Some(1e9 * last_s / (points - 1) as f64),
-            us_per_label,
+            us_per_label: 1e6 * seconds,
             ..errors(labeler, links, &released)?
         });
     }
-    let (continuous, us_per_label) = (&labelers[POINTS.len()], times[POINTS.len()]);
+    let (continuous, seconds) = (&labelers[POINTS.len()], times[POINTS.len()]);
     rows.push(Row {
         axis: "continuous".into(),
-        us_per_label,
+        us_per_label: 1e6 * seconds,
         ..errors(continuous, links, &references(continuous, links))?
     });
     let mut trade = Trade::default();
@@ -68,12 +69,14 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
         trade.add(group, &row.axis, row.us_per_label, row.mean_error_db);
     }
     study.section.heading("The maximum over delay");
-    let chart = trade.chart("time a label [us]", "mean error [dB]", 1e-12, Marked::All);
+    let chart = trade.chart("time a label [us]", "mean error [dB]", 1e-12, |_| true);
     let caption = "Error of the maximum over delay against time a label. Grey: the front.";
     study.figure("axis-time", caption, chart.draw());
     let worst_db = rows.last().map_or(0.0, |row| row.worst_error_db);
     let claim = "error of the continuous maximum, against one refined by golden section";
-    study.verdict(Verdict::bound(claim, worst_db, 1e-6, "dB"));
+    study
+        .section
+        .verdict(Verdict::bound(claim, worst_db, 1e-6, "dB"));
     let spacing = |row: &Row| row.spacing_ns.map_or(String::new(), three_digits);
     study.columns(
         "Delay axes",
@@ -90,7 +93,7 @@ pub fn study(setup: &Setup, links: &[Vec<PathSample>], study: &mut Study) -> Res
     study.data("axis", "Every delay axis", &rows)
 }
 
-/// Time of a label by each of the labelers [us].
+/// Time of a label by each of the labelers [s].
 fn times(setup: &Setup, labelers: &[Labeler], links: &[Vec<PathSample>]) -> Result<Vec<f64>> {
     let work = |labeler: &Labeler| {
         let (mut scratch, mut label) = (Scratch::default(), Label::default());
@@ -99,11 +102,7 @@ fn times(setup: &Setup, labelers: &[Labeler], links: &[Vec<PathSample>]) -> Resu
             let _ = std::hint::black_box(status);
         }
     };
-    let timings = on_one_thread(|| Stopwatch::of(setup.profile).compare(labelers, work))?;
-    Ok(timings
-        .into_iter()
-        .map(|seconds| 1e6 * seconds / links.len() as f64)
-        .collect())
+    Stopwatch::of(setup.profile).each(labelers, links.len(), work)
 }
 
 fn errors(labeler: &Labeler, links: &[Vec<PathSample>], truth: &[Vec<f64>]) -> Result<Row> {
@@ -132,10 +131,7 @@ fn references(labeler: &Labeler, links: &[Vec<PathSample>]) -> Vec<Vec<f64>> {
 fn reference(labeler: &Labeler, paths: &[PathSample]) -> Vec<f64> {
     let config = labeler.config();
     let rate = config.sampling_rate_hz;
-    let sense = match config.protocol {
-        aps_label::Protocol::Released => std::f64::consts::PI,
-        aps_label::Protocol::Paper => 0.0,
-    };
+    let turn_rad = turn_deg(config.protocol).to_radians();
     let ends = paths.iter().map(|p| rate * p.delay_s);
     let first = ends.clone().fold(f64::INFINITY, f64::min) - 1.0;
     let last = ends.fold(0.0, f64::max) + 1.0;
@@ -150,7 +146,7 @@ fn reference(labeler: &Labeler, paths: &[PathSample]) -> Vec<f64> {
         .map(|i| paths.iter().map(|path| pulse(place(i), path)).collect())
         .collect();
     let maximum = |theta_deg: &f64| {
-        let theta = theta_deg.to_radians() - sense;
+        let theta = theta_deg.to_radians() - turn_rad;
         let weights: Vec<f64> = paths
             .iter()
             .map(|path| weight(&config.array, theta, path))

@@ -6,7 +6,7 @@ mod omissions;
 use anyhow::Result;
 use xtask::progress;
 
-use super::scenes::{NamedScene, typical};
+use super::scenes::typical;
 use super::{Setup, Study, StudyName};
 
 /// Measures.
@@ -15,19 +15,10 @@ pub fn run(setup: &Setup) -> Result<Study> {
     let mut study = StudyName::Pruning.study("Pruning: what leaving out saves");
     let bar = progress::bar(2 * scenes.len() as u64, "scenes");
     bar.set_message("pruning");
-    omissions::study(setup, &scenes, &bar, &mut study)?;
-    needless::study(setup, &scenes, &bar, &mut study)?;
+    // Transmitters and receivers of a scene.
+    let ends = setup.profile.choose((1, 4), (4, 40));
+    omissions::study(setup, ends, &scenes, &bar, &mut study)?;
+    needless::study(setup, ends, &scenes, &bar, &mut study)?;
     bar.finish_and_clear();
     Ok(study)
-}
-
-/// Transmitters and receivers of a scene.
-fn ends(setup: &Setup) -> (usize, usize) {
-    setup.profile.choose((1, 4), (4, 40))
-}
-
-/// Corners of a scene around which something could bend.
-fn convex_corners(place: &NamedScene) -> usize {
-    let count = place.scene.walls().len() as u32;
-    (0..count).filter(|&id| place.scene.is_convex(id)).count()
 }

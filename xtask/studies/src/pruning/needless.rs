@@ -7,7 +7,6 @@ use aps_report::numbers::three_digits;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
-use super::{convex_corners, ends};
 use crate::links::Links;
 use crate::scenes::NamedScene;
 use crate::{Setup, Stopwatch, Study};
@@ -37,11 +36,11 @@ struct Row {
 
 pub fn study(
     setup: &Setup,
+    (tx, rx): (usize, usize),
     scenes: &[NamedScene],
     bar: &ProgressBar,
     study: &mut Study,
 ) -> Result<()> {
-    let (tx, rx) = ends(setup);
     let mut rows = Vec::new();
     for place in scenes {
         let links = Links::draw(place, setup.seed, tx, rx)?;
@@ -52,7 +51,7 @@ pub fn study(
             rows.push(Row {
                 scene: place.name.clone(),
                 walls: place.scene.walls().len(),
-                convex_corners: convex_corners(place),
+                convex_corners: place.convex_corners(),
                 mechanisms,
                 paths_per_link: traced.paths as f64 / links.len() as f64,
                 corners: traced.corners,
@@ -75,7 +74,7 @@ pub fn study(
         let mut cells = vec![
             place.name.clone(),
             place.scene.walls().len().to_string(),
-            convex_corners(place).to_string(),
+            place.convex_corners().to_string(),
         ];
         for mechanisms in MECHANISMS {
             let row = find(&place.name, mechanisms);
@@ -102,7 +101,7 @@ pub fn study(
         ],
     );
     for verdict in verdicts(scenes, &find) {
-        study.verdict(verdict);
+        study.section.verdict(verdict);
     }
     study.data("needless", "Every scene by what is allowed", &rows)
 }

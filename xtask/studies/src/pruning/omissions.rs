@@ -9,8 +9,7 @@ use aps_report::numbers::{fixed, small, three_digits};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
-use super::{convex_corners, ends};
-use crate::errors::Judge;
+use crate::errors::ReferenceScorer;
 use crate::links::Links;
 use crate::scenes::NamedScene;
 use crate::{Setup, Stopwatch, Study};
@@ -61,13 +60,14 @@ fn omissions() -> [Omissions; 2] {
 
 pub fn study(
     setup: &Setup,
+    ends: (usize, usize),
     scenes: &[NamedScene],
     bar: &ProgressBar,
     study: &mut Study,
 ) -> Result<()> {
     let mut rows = Vec::new();
     for place in scenes {
-        rows.extend(of_scene(setup, place)?);
+        rows.extend(of_scene(setup, ends, place)?);
         bar.inc(1);
     }
     study.section.heading("Omissions that can be turned off");
@@ -111,8 +111,7 @@ fn chart(rows: &[Row]) -> Chart {
     })
 }
 
-fn of_scene(setup: &Setup, place: &NamedScene) -> Result<Vec<Row>> {
-    let (tx, rx) = ends(setup);
+fn of_scene(setup: &Setup, (tx, rx): (usize, usize), place: &NamedScene) -> Result<Vec<Row>> {
     let links = Links::draw(place, setup.seed, tx, rx)?;
     let stopwatch = Stopwatch::of(setup.profile);
     let per_link = |count: usize| count as f64 / links.len() as f64;
@@ -126,13 +125,13 @@ fn of_scene(setup: &Setup, place: &NamedScene) -> Result<Vec<Row>> {
         let configs: Vec<&TraceConfig> = iter::once(&all).chain(&with).collect();
         let mut measured = links.measure(&configs, stopwatch)?.into_iter();
         let without = measured.next().context("every setting is measured")?;
-        let judge = Judge::new(without.spectra)?;
+        let scorer = ReferenceScorer::new(without.spectra)?;
         for ((omission, _), with) in ranges.into_iter().zip(measured) {
-            let scores = judge.score(&with.spectra)?;
+            let scores = scorer.score(&with.spectra)?;
             rows.push(Row {
                 scene: place.name.clone(),
                 walls: place.scene.walls().len(),
-                convex_corners: convex_corners(place),
+                convex_corners: place.convex_corners(),
                 omission,
                 links: links.len(),
                 compared: scores.links,

@@ -1,61 +1,18 @@
 //! The tracer's limits and dynamic range: error of the label against time a link.
 
 mod reading;
+mod rows;
 mod settings;
 
 use anyhow::Result;
 use aps_raytrace::TraceConfig;
-use serde::Serialize;
 use xtask::progress;
 
-use super::errors::{Judge, Scores};
-use super::links::{LinkTime, Links};
+use super::errors::ReferenceScorer;
+use super::links::Links;
 use super::{Setup, Stopwatch, Study};
+use rows::{ReferenceRow, Row};
 use settings::Setting;
-
-/// Cost and errors of a setting on one map.
-#[derive(Debug, Clone, Serialize)]
-struct Row {
-    map: String,
-    walls: usize,
-    setting: String,
-    group: &'static str,
-    max_reflections: usize,
-    max_diffractions: usize,
-    dynamic_range_db: Option<f64>,
-    links: usize,
-    missing_links: usize,
-    paths_per_link: f64,
-    /// Links with more paths than a label takes: the strongest are labelled.
-    cut_links: usize,
-    trace_us: f64,
-    label_us: f64,
-    total_us: f64,
-    map_s: f64,
-    transmitter_us: f64,
-    receiver_us: f64,
-    join_us: f64,
-    mean_error_db: f64,
-    p95_error_db: f64,
-    one_minus_cosine: f64,
-    ple_deg: f64,
-}
-
-/// Costs of the reference on one map.
-#[derive(Debug, Clone, Serialize)]
-struct ReferenceRow {
-    map: String,
-    buildings: usize,
-    walls: usize,
-    /// Links drawn.
-    links: usize,
-    /// Links that are compared.
-    compared: usize,
-    /// Links without a path.
-    without_path: usize,
-    paths_per_link: f64,
-    seconds: f64,
-}
 
 /// Measures.
 pub fn run(setup: &Setup) -> Result<Study> {
@@ -81,7 +38,7 @@ pub fn run(setup: &Setup) -> Result<Study> {
             paths_per_link: truth.paths as f64 / links.len() as f64,
             seconds: began.elapsed().as_secs_f64(),
         });
-        let judge = Judge::new(truth.spectra)?;
+        let scorer = ReferenceScorer::new(truth.spectra)?;
         bar.inc(1);
         // Waves of two diffractions take much memory: one setting at a time.
         for together in
@@ -90,12 +47,30 @@ pub fn run(setup: &Setup) -> Result<Study> {
             let configs: Vec<&TraceConfig> = together.iter().map(|s| &s.config).collect();
             let measured = links.measure(&configs, Stopwatch::of(setup.profile))?;
             for (setting, traced) in together.iter().zip(measured) {
-                let scores = judge.score(&traced.spectra)?;
-                let last = references.last().expect("one was pushed");
+                let (time, scores) = (traced.time, scorer.score(&traced.spectra)?);
                 rows.push(Row {
+                    map: place.name.clone(),
+                    walls: place.scene.walls().len(),
+                    setting: setting.name.clone(),
+                    group: setting.group,
+                    max_reflections: setting.config.max_reflections,
+                    max_diffractions: setting.config.max_diffractions,
+                    dynamic_range_db: setting.config.dynamic_range_db,
+                    links: scores.links,
+                    missing_links: scores.missing,
                     paths_per_link: traced.paths as f64 / links.len() as f64,
                     cut_links: traced.cut_links,
-                    ..Row::new(last, setting, &traced.time, &scores)
+                    trace_us: time.trace_us(),
+                    label_us: time.label_us,
+                    total_us: time.total_us(),
+                    map_s: time.map_s,
+                    transmitter_us: time.transmitter_us,
+                    receiver_us: time.receiver_us,
+                    join_us: time.join_us,
+                    mean_error_db: scores.mean_db,
+                    p95_error_db: scores.p95_db,
+                    one_minus_cosine: scores.one_minus_cosine,
+                    ple_deg: scores.ple_deg,
                 });
                 bar.inc(1);
             }
@@ -103,33 +78,4 @@ pub fn run(setup: &Setup) -> Result<Study> {
     }
     bar.finish_and_clear();
     reading::study(setup, &references, &rows)
-}
-
-impl Row {
-    fn new(map: &ReferenceRow, setting: &Setting, t: &LinkTime, s: &Scores) -> Self {
-        Self {
-            map: map.map.clone(),
-            walls: map.walls,
-            setting: setting.name.clone(),
-            group: setting.group,
-            max_reflections: setting.config.max_reflections,
-            max_diffractions: setting.config.max_diffractions,
-            dynamic_range_db: setting.config.dynamic_range_db,
-            links: s.links,
-            missing_links: s.missing,
-            paths_per_link: 0.0,
-            cut_links: 0,
-            trace_us: t.trace_us(),
-            label_us: t.label_us,
-            total_us: t.total_us(),
-            map_s: t.map_s,
-            transmitter_us: t.transmitter_us,
-            receiver_us: t.receiver_us,
-            join_us: t.join_us,
-            mean_error_db: s.mean_db,
-            p95_error_db: s.p95_db,
-            one_minus_cosine: s.one_minus_cosine,
-            ple_deg: s.ple_deg,
-        }
-    }
 }

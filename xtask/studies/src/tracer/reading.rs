@@ -4,10 +4,10 @@ use anyhow::Result;
 use aps_metrics::LEVEL_FLOOR_DB;
 use aps_report::document::Verdict;
 use aps_report::numbers::{count, duration, small, three_digits};
-use aps_report::trade::{Marked, Trade};
+use aps_report::trade::{Choice, Trade};
 
+use super::rows::{ReferenceRow, Row};
 use super::settings::{self, DEFAULT};
-use super::{ReferenceRow, Row};
 use crate::links::REST_DB;
 use crate::{Setup, Study, StudyName};
 
@@ -69,33 +69,38 @@ pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result
         limits.max_reflections, limits.max_diffractions,
     ));
     maps(&mut study, references);
-    let trades = [
+    let by_db = trade(&all, |o| o.mean_db);
+    let by_cosine = trade(&all, |o| o.one_minus_cosine.max(0.0));
+    let by_ple = trade(&all, |o| o.ple_deg);
+    let error_db = "mean error above \u{2212}40 dB [dB]";
+    let cosine = "1 \u{2212} CosSim";
+    for (stem, trade, axis, least, what) in [
         (
             "db",
-            "mean error above \u{2212}40 dB [dB]",
+            &by_db,
+            error_db,
             LEAST_DB,
             "Mean error of the spectrum",
         ),
         (
             "cosine",
-            "1 \u{2212} CosSim",
+            &by_cosine,
+            cosine,
             1e-6,
             "1 \u{2212} CosSim of the targets",
         ),
-        ("ple", "PLE [deg]", 1e-3, "Peak location error"),
-    ]
-    .map(|(stem, axis, least, what)| (stem, axis, least, what, trade(&all, stem)));
-    for (stem, axis, least, what, trade) in &trades {
+        ("ple", &by_ple, "PLE [deg]", 1e-3, "Peak location error"),
+    ] {
+        let is_named = |choice: &Choice| choice.name == DEFAULT;
         let chart = trade.chart(
             "tracing and labelling of a link [us]",
             axis,
-            *least,
-            Marked::Only(&[DEFAULT]),
+            least,
+            is_named,
         );
         let caption = format!("{what} against time a link, over all maps. Grey: the front.");
         study.figure(&format!("{stem}-time"), caption, chart.draw());
     }
-    let by_db = &trades[0].4;
     if let Some(default) = by_db.named(DEFAULT) {
         let claim = format!("the default, {DEFAULT}, is on the front");
         let numbers = format!(
@@ -104,9 +109,11 @@ pub fn study(setup: &Setup, references: &[ReferenceRow], rows: &[Row]) -> Result
             small(default.error)
         );
         let is_there = by_db.front().contains(&default);
-        study.verdict(Verdict::decided(is_there, claim, numbers));
+        study
+            .section
+            .verdict(Verdict::decided(is_there, claim, numbers));
     }
-    overall_table(&mut study, &all, by_db);
+    overall_table(&mut study, &all, &by_db);
     study.data("settings", "Every setting on every map", rows)?;
     study.data("references", "The references", references)?;
     Ok(study)
@@ -130,15 +137,10 @@ fn maps(study: &mut Study, references: &[ReferenceRow]) {
     );
 }
 
-fn trade(all: &[Overall<'_>], error: &str) -> Trade {
+fn trade(all: &[Overall<'_>], error: fn(&Overall<'_>) -> f64) -> Trade {
     let mut trade = Trade::default();
     for o in all {
-        let error = match error {
-            "cosine" => o.one_minus_cosine.max(0.0),
-            "ple" => o.ple_deg,
-            _ => o.mean_db,
-        };
-        trade.add(o.first.group, &o.first.setting, o.total_us, error);
+        trade.add(o.first.group, &o.first.setting, o.total_us, error(o));
     }
     trade
 }

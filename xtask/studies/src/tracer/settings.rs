@@ -2,7 +2,7 @@
 
 use aps_raytrace::TraceConfig;
 
-use crate::Profile;
+use crate::profile::Profile;
 
 /// One setting of the tracer.
 #[derive(Debug, Clone)]
@@ -17,9 +17,9 @@ pub struct Setting {
 /// Name of the setting that the commands take by default.
 pub const DEFAULT: &str = "R5 D2, 20 dB";
 
-pub const LIMITS: [&str; 3] = ["D0", "D1", "D2"];
-pub const RANGES: &str = "dynamic range";
-pub const FAR: &str = "far limits";
+const LIMITS: [&str; 3] = ["D0", "D1", "D2"];
+const RANGES: &str = "dynamic range";
+const FAR: &str = "far limits";
 
 impl Setting {
     /// The sweep: limits, then the dynamic range at R2 D1, then at R5 D2.
@@ -68,7 +68,7 @@ impl Setting {
     }
 }
 
-/// Nothing left out, as far as it can be paid.
+/// Returns the reference: the highest limits that the profile can afford, without omissions.
 pub fn reference(profile: Profile) -> TraceConfig {
     TraceConfig {
         dynamic_range_db: None,
