@@ -27,7 +27,7 @@ pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result
     let (mut scratch, mut label) = (Scratch::default(), Label::default());
     let mut times = Vec::with_capacity(test.len());
     let mut answers = Vec::with_capacity(test.len());
-    for link in test.examples().list() {
+    for link in test.examples.list() {
         let started = Instant::now();
         let [dx, dy] = [0, 1].map(|axis| link.tx_m[axis] - link.rx_m[axis]);
         let distance_m = dx.hypot(dy);
@@ -39,7 +39,7 @@ pub fn line_of_sight(test: &TestSet, plan: &DatasetPlan, mean: &[f64]) -> Result
         let status = labeler.label_into(&[path], &mut scratch, &mut label)?;
         let mut values = None;
         if status == Status::Labelled {
-            test.normalization().apply(&mut label.aps_db)?;
+            test.normalization.apply(&mut label.aps_db)?;
             values = Some(std::mem::take(&mut label.aps_db));
         }
         times.push(ms_per_link(started.elapsed(), 1));

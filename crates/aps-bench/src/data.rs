@@ -63,11 +63,11 @@ pub fn open(
     });
     let part = Part::new(folder.into(), settings);
     if part.is_of_others() {
-        watch.tell(Event::DataReplaced(part.folder()));
+        watch.tell(Event::DataReplaced(&part.folder));
     }
     let state = part.open(fresh, watch)?;
     // Maps of an unfinished data set are kept in a folder of their own, beside the stamp.
-    let folder = part.folder().join("dataset");
+    let folder = part.folder.join("dataset");
     if state != State::Finished {
         plan.make_split(&folder, split, &watch.control())?;
         watch.tell(Event::DataReady);
@@ -98,12 +98,11 @@ fn split(available: &[u32], data: &DataConfig) -> Result<Split> {
         ("test_maps", data.test_maps, test.len()),
     ] {
         if needed > there {
-            return Err(Error::TooFewMaps {
-                keys,
-                maps: data.maps.clone(),
-                needed,
-                there,
-            });
+            let told = format!(
+                "data.{keys} ask for {needed} maps, '{}' has {there} for them; ask for fewer or give more",
+                data.maps
+            );
+            return Err(Error::Setting(told));
         }
     }
     Ok(Split {

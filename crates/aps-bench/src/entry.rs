@@ -18,7 +18,8 @@ use crate::error::{Error, Result};
 use crate::job::{Job, stem};
 use crate::part::{Part, State};
 use crate::test_bed::TestBed;
-use crate::tracer::{self, Found};
+use crate::test_set::no_links;
+use crate::tracer::{self, PathSubset};
 use crate::watch::{Event, Watch};
 
 /// Data that all entries of a benchmark share.
@@ -39,15 +40,11 @@ impl<'a> Context<'a> {
         let bed = TestBed::with_links(config, device, &folder, test, bench.fresh, watch)?;
         let (limit, seed) = (config.training.links, config.seed);
         let draw = limit.map(|links| Draw { links, seed });
-        let target = Target::Normalised(bed.test.normalization());
+        let target = Target::Normalised(bed.test.normalization);
         let maps = &bed.dataset.manifest().split.train;
         let train = Examples::of_maps(&bed.dataset, maps, target, draw)?;
         if train.list().is_empty() {
-            let maps = maps.clone();
-            return Err(Error::NoLinks {
-                part: "training",
-                maps,
-            });
+            return Err(no_links("training", maps));
         }
         Ok(Self {
             bench,
@@ -68,23 +65,32 @@ impl<'a> Context<'a> {
                 let folder = self.bench.out.join("models").join(kind.name());
                 Some(bed.training(config, kind, &folder)?)
             }
-            _ => None,
+            Job::Mean
+            | Job::LineOfSight
+            | Job::StrongestPath
+            | Job::Tracer(_)
+            | Job::Shipped(_)
+            | Job::Weights(..)
+            | Job::External(..) => None,
         };
         let made_of = match (job, &training) {
-            (_, Some((_, part))) => json!(part.hash()),
+            (_, Some((_, part))) => json!(part.hash),
             (Job::External(_, file), _) => sums([file, &links_file(file)])?,
             (Job::Weights(_, file), _) => sums([file, &file.with_file_name("config.json")])?,
             (&Job::Shipped(kind), _) => {
                 let bytes = Shipped::of(kind).map_or(&[][..], |shipped| shipped.bytes);
                 json!(sha256_of(bytes))
             }
-            _ => json!([config.training.links, config.seed]),
+            (
+                Job::Mean | Job::LineOfSight | Job::StrongestPath | Job::Tracer(_) | Job::Model(_),
+                None,
+            ) => json!([config.training.links, config.seed]),
         };
         let part = Part::new(
             self.bench.out.join(&folder),
             json!({
                 "name": name,
-                "data": bed.data.hash(),
+                "data": bed.data.hash,
                 "test_links": config.data.test_links,
                 "seed": config.seed,
                 "latency": config.latency,
@@ -96,14 +102,14 @@ impl<'a> Context<'a> {
         let state = part.open(bed.fresh, self.watch)?;
         // Scores outlive their model's weights, unless these are to be made anew.
         if state == State::Finished {
-            return answer::entry(part.folder());
+            return answer::entry(&part.folder);
         }
         let (test, mean) = (&bed.test, &self.mean);
         let answer = match (job, &training) {
             (Job::Mean, _) => baselines::mean(test, mean),
             (Job::LineOfSight, _) => baselines::line_of_sight(test, &bed.plan, mean)?,
-            (&Job::Tracer(interactions), _) => self.trace(Found::Within(interactions))?,
-            (Job::StrongestPath, _) => self.trace(Found::Strongest)?,
+            (&Job::Tracer(interactions), _) => self.trace(PathSubset::Within(interactions))?,
+            (Job::StrongestPath, _) => self.trace(PathSubset::Strongest)?,
             (Job::External(_, file), _) => {
                 check_links(&bed.dataset, SplitPart::Test, file)?;
                 Answer {
@@ -129,10 +135,10 @@ impl<'a> Context<'a> {
         Ok(entry)
     }
 
-    fn trace(&self, found: Found) -> Result<Answer> {
+    fn trace(&self, subset: PathSubset) -> Result<Answer> {
         let batches = &self.bench.config.latency.batches;
         let batch = batches.iter().copied().max().unwrap_or(1);
-        tracer::answer(&self.bed.test, &self.bed.plan, found, &self.mean, batch)
+        tracer::answer(&self.bed.test, &self.bed.plan, subset, &self.mean, batch)
     }
 
     /// Asks a model that was trained elsewhere, perhaps on data with other statistics.
@@ -146,7 +152,7 @@ impl<'a> Context<'a> {
         }
         let trained = trained
             .with_maps(Some(bed.plan.maps.clone()))
-            .for_targets(Target::Normalised(bed.test.normalization()));
+            .for_targets(Target::Normalised(bed.test.normalization));
         bed.ask(&trained, &self.bench.config.latency, self.watch)
     }
 }

@@ -24,57 +24,16 @@ pub enum Error {
         /// The reason.
         source: Box<dyn StdError + Send + Sync>,
     },
-    /// A setting with a value that it cannot have, or a key that is none; both are named.
+    /// A setting with a value that it cannot have, or a key that is none; both are named. Also settings that ask for more maps than
+    /// there are, for maps without a labelled link, or for a name twice.
     #[error("{0}")]
     Setting(String),
     /// A folder with other files than a benchmark's: nothing in it was touched.
     #[error("'{}' holds other files than a benchmark's", .0.display())]
     ForeignFolder(PathBuf),
-    /// Weights or predictions from elsewhere with the name of another entry.
-    #[error("'{0}' is the name of another entry; choose another")]
-    TakenName(String),
-    /// Fewer maps than the settings ask for.
-    #[error(
-        "data.{keys} ask for {needed} maps, '{maps}' has {there} for them; ask for fewer or give more"
-    )]
-    TooFewMaps {
-        /// The settings.
-        keys: &'static str,
-        /// The maps as they are named.
-        maps: String,
-        /// Maps asked for.
-        needed: usize,
-        /// Maps that are there.
-        there: usize,
-    },
-    /// Maps without a link to learn from or to score.
-    #[error(
-        "the {part} maps {maps:?} have no link with a label; raise data.tx_per_map or data.rx_per_map, or take other maps"
-    )]
-    NoLinks {
-        /// `training`, or `chosen` for those that are scored.
-        part: &'static str,
-        /// The maps.
-        maps: Vec<u32>,
-    },
-    /// Predictions of other links than the test maps'.
-    #[error("it holds {rows} spectra; the test maps {maps:?} have {links} links with a label")]
-    OtherLinks {
-        /// Spectra in the file.
-        rows: usize,
-        /// The test maps.
-        maps: Vec<u32>,
-        /// Their links with a label.
-        links: usize,
-    },
-    /// A prediction that cannot be scored.
-    #[error("the prediction of link {link} cannot be scored: {defect}")]
-    Rejected {
-        /// The link, by its place among the scored ones.
-        link: usize,
-        /// The reason.
-        defect: aps_metrics::Defect,
-    },
+    /// Predictions that are of other links than the test maps', or cannot be scored.
+    #[error("{0}")]
+    Scores(String),
     /// Nothing was left to be reported.
     #[error("nothing could be scored")]
     NothingScored,

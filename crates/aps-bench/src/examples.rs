@@ -43,12 +43,12 @@ pub fn choose(
     let predictions = answer::predictions(&folder_of(&entry.name), test.len())?;
     let example = |(rank, share): (&str, f64)| {
         let link = order[(share * (order.len() - 1) as f64).round() as usize];
-        let example = test.examples().list()[link];
+        let example = test.examples.list()[link];
         let spectrum = &predictions[link * ANGLE_BINS..][..ANGLE_BINS];
         Ok(Example {
             rank: rank.into(),
             link,
-            truth: test.examples().target(link).to_vec(),
+            truth: test.examples.target(link).to_vec(),
             predictions: vec![Prediction {
                 entry: entry.name.clone(),
                 spectrum: spectrum.iter().copied().map(f64::from).collect(),

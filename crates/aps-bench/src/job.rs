@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 /// Interactions of the tracer whose paths are the lines of sight.
 pub const SIGHT: usize = 0;
 
-/// Something to be scored.
+/// Entry to score.
 #[derive(Debug, Clone)]
 pub enum Job {
     /// The mean of the training targets.
@@ -34,7 +34,7 @@ pub enum Job {
 }
 
 impl Job {
-    /// The name in tables, and what it is.
+    /// Name in tables, and kind.
     pub fn title(&self) -> (String, EntryKind) {
         match self {
             Self::Mean => (MEAN.into(), EntryKind::Baseline),
@@ -73,7 +73,8 @@ pub fn of(config: &Config) -> Result<Vec<Job>> {
         let (name, _) = job.title();
         let is_taken = unique.iter().any(|one| stem(&one.title().0) == stem(&name));
         if let (true, Job::External(..) | Job::Weights(..)) = (is_taken, &job) {
-            return Err(Error::TakenName(name));
+            let told = format!("'{name}' is the name of another entry; choose another");
+            return Err(Error::Setting(told));
         }
         if !is_taken {
             unique.push(job);

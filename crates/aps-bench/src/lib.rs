@@ -35,6 +35,7 @@ mod job;
 mod latency;
 mod model;
 mod part;
+mod run;
 mod summary;
 mod test_bed;
 mod test_set;

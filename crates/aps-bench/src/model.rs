@@ -33,7 +33,15 @@ fn plan(config: &Config, kind: ModelKind, maps: &MapSource) -> Result<Plan> {
         // Weights of full width do not fit narrower models.
         (_, Preset::Small) | (ModelKind::RadioUnet, _) => None,
         (ModelKind::VitReg, _) => config.pretrained.vit_b_16.clone(),
-        _ => config.pretrained.resnet18.clone(),
+        (
+            ModelKind::MsAreg
+            | ModelKind::MsMlp
+            | ModelKind::AdvMlp
+            | ModelKind::ResnetMlp
+            | ModelKind::ResnetConv1d
+            | ModelKind::PolarReg,
+            Preset::Paper,
+        ) => config.pretrained.resnet18.clone(),
     };
     Ok(Plan {
         model: kind,
@@ -75,18 +83,18 @@ impl TestBed {
         folder: &Path,
     ) -> Result<(Plan, Part)> {
         let plan = plan(config, kind, &self.plan.maps)?;
-        let settings = settings(&plan, self.data.hash());
+        let settings = settings(&plan, &self.data.hash);
         Ok((plan, Part::new(folder.into(), settings)))
     }
 
     /// Makes all steps of a training, or those that are left; a finished one is read.
     pub fn train(&self, plan: &Plan, part: &Part, watch: Watch<'_>) -> Result<Training> {
-        let result = part.folder().join("training.json");
+        let result = part.folder.join("training.json");
         let state = part.open(self.fresh, watch)?;
         if state == State::Finished {
             return read_json(&result);
         }
-        let folder = RunFolder::create(part.folder())?;
+        let folder = RunFolder::create(&part.folder)?;
         let is_begun = state == State::Begun && folder.checkpoint().is_file();
         let mut run = plan.prepare(&self.dataset, folder.clone(), is_begun)?;
         watch.tell(Event::TrainingBegins(plan, &run));
@@ -112,7 +120,7 @@ impl TestBed {
 
     /// Reads the best weights of a training.
     pub fn trained(&self, plan: &Plan, part: &Part) -> Result<Trained> {
-        let weights = RunFolder::create(part.folder())?.best();
+        let weights = RunFolder::create(&part.folder)?.best();
         let (kind, preset) = (Some(plan.model), Some(plan.preset));
         let trained = Trained::load(&weights, kind, preset, &self.device)?;
         Ok(trained.with_maps(plan.maps.clone()))
@@ -125,7 +133,7 @@ impl TestBed {
         latency: &LatencyConfig,
         watch: Watch<'_>,
     ) -> Result<Answer> {
-        let examples = self.test.examples();
+        let examples = &self.test.examples;
         let input = trained.input(examples, trained.images())?;
         let mut predictions = Vec::with_capacity(examples.list().len() * ANGLE_BINS);
         trained.predict_batches(&*input, examples, BATCH, |spectra| {

@@ -21,15 +21,17 @@ const FILE: &str = "stamp.json";
 /// The folder of a part: data set, trained model, scores.
 #[derive(Debug)]
 pub struct Part {
-    folder: PathBuf,
-    hash: String,
+    /// The folder of the part.
+    pub folder: PathBuf,
+    /// The hash of its settings, for the settings of parts that are made of it.
+    pub hash: String,
     settings: Value,
 }
 
 /// State of the folder of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// Empty: what was there was made with other settings, or nothing was.
+    /// Nothing usable is stored.
     New,
     /// A beginning made with the same settings.
     Begun,
@@ -57,34 +59,23 @@ impl Part {
         }
     }
 
-    /// The folder of the part.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
-    /// The hash of its settings, for the settings of parts that are made of it.
-    pub fn hash(&self) -> &str {
-        &self.hash
-    }
-
-    /// The stamp in the folder, if it was made with these settings.
-    fn stamp(&self) -> Option<Stamp> {
+    /// Reads the stamp in the folder, which may be of other settings.
+    fn read(&self) -> Option<Stamp> {
         let text = fs::read_to_string(self.folder.join(FILE)).ok()?;
-        let stamp: Stamp = serde_json::from_str(&text).ok()?;
-        (stamp.hash == self.hash).then_some(stamp)
+        serde_json::from_str(&text).ok()
     }
 
     /// Tells if the folder holds a finished part made with other settings.
     pub fn is_of_others(&self) -> bool {
-        let text = fs::read_to_string(self.folder.join(FILE)).unwrap_or_default();
-        let stamp: Option<Stamp> = serde_json::from_str(&text).ok();
-        stamp.is_some_and(|stamp| stamp.is_finished && stamp.hash != self.hash)
+        let is_other = |stamp: Stamp| stamp.is_finished && stamp.hash != self.hash;
+        self.read().is_some_and(is_other)
     }
 
     /// Opens the folder; removes its content unless that was made with these settings, or always if `fresh`.
     pub fn open(&self, fresh: bool, watch: Watch<'_>) -> Result<State> {
         let place = || Error::file("folder", &self.folder);
-        if let Some(stamp) = self.stamp().filter(|_| !fresh) {
+        let is_own = |stamp: &Stamp| !fresh && stamp.hash == self.hash;
+        if let Some(stamp) = self.read().filter(is_own) {
             if !stamp.is_finished {
                 return Ok(State::Begun);
             }
@@ -179,29 +170,29 @@ mod tests {
         let part = |settings| Part::new(root.path().join("part"), settings);
         let one = part(json!({ "seed": 1, "epochs": 2 }));
         assert_eq!(open(&one, false), State::New);
-        fs::write(one.folder().join("file"), "kept").unwrap();
+        fs::write(one.folder.join("file"), "kept").unwrap();
         assert_eq!(open(&one, false), State::Begun);
         one.finish().unwrap();
         let same = part(json!({ "epochs": 2, "seed": 1 }));
         assert_eq!(open(&same, false), State::Finished);
-        assert!(same.folder().join("file").is_file());
+        assert!(same.folder.join("file").is_file());
         // A file that is cut short is not what was made.
-        fs::write(one.folder().join("file"), "kep").unwrap();
+        fs::write(one.folder.join("file"), "kep").unwrap();
         assert_eq!(open(&same, false), State::New);
         // One that is gone neither, but for what nothing reads again.
         for name in ["file", "last.safetensors"] {
-            fs::write(one.folder().join(name), "kept").unwrap();
+            fs::write(one.folder.join(name), "kept").unwrap();
         }
         one.finish().unwrap();
-        fs::remove_file(one.folder().join("last.safetensors")).unwrap();
+        fs::remove_file(one.folder.join("last.safetensors")).unwrap();
         assert_eq!(open(&same, false), State::Finished);
-        fs::remove_file(one.folder().join("file")).unwrap();
+        fs::remove_file(one.folder.join("file")).unwrap();
         assert_eq!(open(&same, false), State::New);
         one.finish().unwrap();
         let other = part(json!({ "seed": 2, "epochs": 2 }));
         assert!(other.is_of_others() && !one.is_of_others());
         assert_eq!(open(&other, false), State::New);
-        assert!(!other.folder().join("file").exists());
+        assert!(!other.folder.join("file").exists());
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::job::{Job, SIGHT, stem};
 use crate::{answer, examples, model};
 
 impl Context<'_> {
-    /// Everything but what failed.
+    /// Builds the results of the entries that succeeded.
     pub fn results(&self, mut entries: Vec<Entry>) -> Result<Results> {
         let (bed, config) = (&self.bed, &self.bench.config);
         let folder_of = |name: &str| self.bench.out.join("scores").join(stem(name));

@@ -20,9 +20,11 @@ pub const PROTOCOLS: [aps_metrics::Protocol; 2] = [
 /// Labelled links of the test maps, or of the maps of another part.
 #[derive(Debug)]
 pub struct TestSet {
-    examples: Examples,
+    /// The links and their labels.
+    pub examples: Examples,
     maps: Vec<u32>,
-    normalization: Normalization,
+    /// Method by which labels are made into targets.
+    pub normalization: Normalization,
     /// Definition of the labels.
     pub protocol: Protocol,
     /// Number of labelled links of these maps, from which the scored ones are drawn.
@@ -39,10 +41,7 @@ impl TestSet {
         let draw = limit.map(|links| Draw { links, seed });
         let examples = Examples::of_maps(dataset, &maps, target, draw)?;
         if examples.list().is_empty() {
-            return Err(Error::NoLinks {
-                part: "chosen",
-                maps,
-            });
+            return Err(no_links("chosen", &maps));
         }
         let labelled = targets::labelled_links(dataset, &maps);
         let entries = dataset.manifest().maps.iter();
@@ -63,25 +62,14 @@ impl TestSet {
         self.examples.list().len()
     }
 
-    /// The links and their labels.
-    pub fn examples(&self) -> &Examples {
-        &self.examples
-    }
-
-    /// Method by which labels are made into targets.
-    pub fn normalization(&self) -> Normalization {
-        self.normalization
-    }
-
     /// Chooses the rows of the scored links from predictions for all labelled links of the test maps.
     pub fn choose(&self, dataset: &Dataset, predicted: Vec<f32>) -> Result<Vec<f32>> {
         let rows = predicted.len() / ANGLE_BINS;
         if rows != self.labelled {
-            return Err(Error::OtherLinks {
-                rows,
-                maps: self.maps.clone(),
-                links: self.labelled,
-            });
+            let (maps, links) = (&self.maps, self.labelled);
+            return Err(Error::Scores(format!(
+                "it holds {rows} spectra; the test maps {maps:?} have {links} links with a label"
+            )));
         }
         if rows == self.len() {
             return Ok(predicted);
@@ -105,10 +93,10 @@ impl TestSet {
     pub fn score(&self, predicted: &[f32], protocol: aps_metrics::Protocol) -> Result<ScoreTable> {
         let evaluation = self.examples.evaluate(predicted, protocol)?;
         if let Some(bad) = evaluation.rejected().first() {
-            return Err(Error::Rejected {
-                link: bad.sample,
-                defect: bad.defect,
-            });
+            return Err(Error::Scores(format!(
+                "the prediction of link {} cannot be scored: {}",
+                bad.sample, bad.defect
+            )));
         }
         let range = evaluation.truth_range().expect("there is a scored link");
         let row = |sample: &ScoredSample| Metric::ALL.map(|m| m.of(&sample.scores, range));
@@ -134,4 +122,11 @@ impl TestSet {
         };
         (0..self.len()).into_par_iter().map(describe).collect()
     }
+}
+
+/// Error for maps without a link to learn from or to score; `part` names them.
+pub fn no_links(part: &str, maps: &[u32]) -> Error {
+    Error::Setting(format!(
+        "the {part} maps {maps:?} have no link with a label; raise data.tx_per_map or data.rx_per_map, or take other maps"
+    ))
 }

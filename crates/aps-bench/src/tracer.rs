@@ -16,7 +16,7 @@ use crate::test_set::TestSet;
 
 /// Paths that the tracer is asked for.
 #[derive(Debug, Clone, Copy)]
-pub enum Found {
+pub enum PathSubset {
     /// Paths of at most so many interactions. Links without one get none: there are no further diffractions as in the labels.
     Within(usize),
     /// The strongest path of each link.
@@ -28,14 +28,14 @@ pub enum Found {
 pub fn answer(
     test: &TestSet,
     plan: &DatasetPlan,
-    found: Found,
+    subset: PathSubset,
     mean: &[f64],
     batch: usize,
 ) -> Result<Answer> {
     let whole = &plan.trace;
-    let (trace, kept): (_, Kept) = match found {
-        Found::Strongest => (whole.clone(), strongest),
-        Found::Within(interactions) => {
+    let (trace, select): (_, fn(&[PathRecord]) -> &[PathRecord]) = match subset {
+        PathSubset::Strongest => (whole.clone(), strongest),
+        PathSubset::Within(interactions) => {
             let most = interactions.min(whole.max_interactions);
             let [max_reflections, max_diffractions] =
                 [whole.max_reflections, whole.max_diffractions].map(|limit| limit.min(most));
@@ -51,21 +51,21 @@ pub fn answer(
     };
     let labeler = Labeler::new(&plan.label)?;
     let (mut answers, mut times) = (Vec::with_capacity(test.len()), Vec::new());
-    for of_map in test.examples().list().chunk_by(|p, q| p.map == q.map) {
+    for of_map in test.examples.list().chunk_by(|p, q| p.map == q.map) {
         let started = Instant::now();
         let scene = plan.maps.load(of_map[0].map, plan.seed, plan.scene)?;
         let tracer = Tracer::new(&scene, trace.clone())?;
         let pair = |link: &Example| [link.tx_m, link.rx_m].map(DVec2::from);
         let pairs: Vec<[DVec2; 2]> = of_map.iter().map(pair).collect();
         let control = Control::default();
-        let paths = trace_pairs(&tracer, &pairs, kept, &control)?;
+        let paths = trace_pairs(&tracer, &pairs, select, &control)?;
         let labels = label_links(&labeler, &paths, &control)?;
         times.push(ms_per_link(started.elapsed(), of_map.len()));
         let rows = labels.aps_db.chunks_exact(ANGLE_BINS);
         for (row, is_labelled) in rows.zip(labels.is_labelled) {
             let mut db = row.to_vec();
             if is_labelled {
-                test.normalization().apply(&mut db)?;
+                test.normalization.apply(&mut db)?;
             }
             answers.push(is_labelled.then_some(db));
         }
@@ -75,9 +75,6 @@ pub fn answer(
         ..substitute(answers, mean)
     })
 }
-
-/// A choice of the paths of a link.
-type Kept = fn(&[PathRecord]) -> &[PathRecord];
 
 /// The path of the most power, the first of equals.
 fn strongest(paths: &[PathRecord]) -> &[PathRecord] {

@@ -23,7 +23,7 @@ pub trait Observer: Progress {
 /// Follows nothing.
 impl Observer for () {}
 
-/// Something that a person who waits may want to know.
+/// Step of a benchmark that a person who waits may want to know.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub enum Event<'a> {
@@ -53,7 +53,7 @@ pub enum Event<'a> {
     },
     /// Weights trained elsewhere learnt other labels than those here.
     Foreign(&'a Difference),
-    /// Nothing tells the size of the images that weights trained elsewhere learnt: so many pixels are assumed.
+    /// Image size assumed for weights trained elsewhere, because no file states it \[pixels\].
     ImagesAssumed(usize),
     /// An entry is left out, since it predicts labels of another meaning.
     LeftOut(&'a Failure),

@@ -23,7 +23,8 @@ fn results(out: &Path, file: Option<&Path>, more: &str) -> Results {
 fn watched(out: &Path, file: Option<&Path>, more: &str, watch: Watch<'_>) -> Results {
     let config = Config::resolve(Profile::Smoke, file, more.parse().unwrap()).unwrap();
     let profile = config.profile_name(Profile::Smoke);
-    let bench = Benchmark::new(config, out).unwrap().called(profile);
+    let mut bench = Benchmark::new(config, out).unwrap();
+    bench.profile = profile.into();
     bench.run(watch).unwrap();
     // What was written, which is what was given.
     Results::load(out).unwrap()
@@ -223,15 +224,4 @@ fn an_interrupted_benchmark_goes_on_from_there() {
             2
         );
     }
-}
-
-#[test]
-fn folder_of_something_else_is_left_alone() {
-    let folder = TempDir::new().unwrap();
-    let own = folder.path().join("data");
-    fs::create_dir(&own).unwrap();
-    let bench = Benchmark::new(Profile::Smoke.config(), folder.path()).unwrap();
-    let refused = bench.run(Watch::default()).unwrap_err();
-    assert!(matches!(refused, Error::ForeignFolder(_)), "{refused}");
-    assert!(own.is_dir());
 }

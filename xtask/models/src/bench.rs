@@ -103,9 +103,9 @@ impl Args {
             cancel,
         };
         let profile = config.profile_name(self.profile);
-        let bench = Benchmark::new(config, &out)?
-            .called(profile)
-            .fresh(self.fresh);
+        let mut bench = Benchmark::new(config, &out)?;
+        bench.profile = profile.into();
+        bench.fresh = self.fresh;
         if let Some(share) = self.tune {
             let is_share = share > 0.0 && share.is_finite();
             ensure!(is_share, "--tune is {share}: must be positive");
@@ -116,7 +116,8 @@ impl Args {
             note!("written into '{}'; the next build takes it", file.display());
             return Ok(());
         }
-        let results = bench.on(machine::describe()).run(watch).map_err(advised)?;
+        bench.machine = machine::describe();
+        let results = bench.run(watch).map_err(advised)?;
         for failure in &results.failed {
             say!("failed: {}: {}", failure.name, failure.message)?;
         }

@@ -88,10 +88,12 @@ fn a_benchmark_without_a_model_fails_and_keeps_its_report() {
 }
 
 #[test]
-fn folder_of_something_else_is_refused_and_the_option_named() {
+fn folder_of_something_else_is_left_alone_and_the_option_named() {
     let folder = TempDir::new().unwrap();
-    fs::create_dir(folder.path().join("data")).unwrap();
+    let own = folder.path().join("data");
+    fs::create_dir(&own).unwrap();
     let output = run(folder.path(), "");
     assert!(!output.status.success());
     assert!(String::from_utf8_lossy(&output.stderr).contains("give another --out"));
+    assert!(own.is_dir());
 }

@@ -1,9 +1,11 @@
 //! Time a link.
 
 mod terminals;
+mod time;
 
 use std::time::{Duration, Instant};
 
+use aps_metrics::Distribution;
 use aps_model::Model;
 use aps_model::candle_core::{Device, DeviceLocation};
 use aps_model::condition::{Link, ModelInput};
@@ -12,6 +14,8 @@ use aps_report::benchmark::Latency;
 use crate::config::LatencyConfig;
 use crate::error::Result;
 use terminals::{shares_ms, terminals_ms};
+
+pub use time::{ms_per_link, of_times};
 
 /// Fewest and most repetitions of a measurement.
 const REPETITIONS: (usize, usize) = (3, 1000);
@@ -58,56 +62,16 @@ pub fn of_model(
             inputs.push(ms_per_link(input, batch));
             passes.push(ms_per_link(pass, batch));
         }
+        let inputs = Distribution::of(inputs).expect("a time was taken");
         Ok(Latency {
-            batch,
-            median_ms_per_link: quantile(&mut passes, 0.5),
-            p95_ms_per_link: quantile(&mut passes, 0.95),
-            input_ms_per_link: quantile(&mut inputs, 0.5) + shares_ms,
+            input_ms_per_link: inputs.median + shares_ms,
             device: match device.location() {
                 DeviceLocation::Cpu => "cpu".into(),
                 DeviceLocation::Cuda { gpu_id } => format!("cuda:{gpu_id}"),
                 DeviceLocation::Metal { gpu_id } => format!("metal:{gpu_id}"),
             },
+            ..of_times(batch, passes)
         })
     };
     config.batches.iter().map(measure).collect()
-}
-
-/// Run times from measured times a link \[ms\], of something that needs no input and runs on the processor.
-pub fn of_times(batch: usize, mut ms_per_link: Vec<f64>) -> Latency {
-    Latency {
-        batch,
-        median_ms_per_link: quantile(&mut ms_per_link, 0.5),
-        p95_ms_per_link: quantile(&mut ms_per_link, 0.95),
-        input_ms_per_link: 0.0,
-        device: "cpu".into(),
-    }
-}
-
-/// The time of some links, divided by their number \[ms\].
-pub fn ms_per_link(time: Duration, links: usize) -> f64 {
-    time.as_secs_f64() * 1e3 / links as f64
-}
-
-/// The smallest of the values that is at least as large as `share` of them; sorts them.
-///
-/// # Panics
-/// When there is none.
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let rank = (share * values.len() as f64).ceil() as usize;
-    values[rank.clamp(1, values.len()) - 1]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_are_values_that_were_measured() {
-        let mut values: Vec<f64> = (1..=20).rev().map(f64::from).collect();
-        assert_eq!(quantile(&mut values, 0.5), 10.0);
-        assert_eq!(quantile(&mut values, 0.95), 19.0);
-        assert_eq!(quantile(&mut [3.0], 0.95), 3.0);
-    }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use aps_model::condition::{Link, ModelInput};
 
-use super::ms_per_link;
+use super::time::ms_per_link;
 use crate::error::Result;
 
 /// Number of links of a transmitter, and of a receiver, on a map of the paper's size: so many share its preparation.

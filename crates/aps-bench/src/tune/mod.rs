@@ -1,6 +1,7 @@
 //! The choice of each model's settings for a budget, on the development maps.
 
 mod grid;
+mod trial;
 
 use std::cell::RefCell;
 use std::fmt::Write;
@@ -22,6 +23,8 @@ use crate::test_bed::TestBed;
 use crate::watch::{Event, Watch};
 use grid::{choose, longer};
 
+pub use trial::{Outcome, Trial};
+
 /// Development links by which a setting is chosen.
 const LINKS: usize = 1000;
 
@@ -33,33 +36,6 @@ const FEW_STEPS: u64 = 20;
 
 /// Beginning of the part of a profile's file that is written here, and of the first line of that part.
 const HEAD: &str = "\n\n# Written by `cargo xtask bench-models --tune";
-
-/// Settings of a model that were tried, or chosen.
-#[derive(Debug, Clone, Copy)]
-pub struct Trial<'a> {
-    /// The model.
-    pub model: ModelKind,
-    /// Its settings.
-    pub settings: ModelConfig,
-    /// Share of the budget that it was trained for.
-    pub share: f64,
-    /// Result of the training.
-    pub outcome: Outcome<'a>,
-}
-
-/// Result of a training with some settings.
-#[derive(Debug, Clone, Copy)]
-pub enum Outcome<'a> {
-    /// A model was trained and scored.
-    Scored {
-        /// Its mean cosine similarity on development links.
-        cosine: f64,
-        /// Number of its steps, if they are too few to say much.
-        few_steps: Option<u64>,
-    },
-    /// The training failed.
-    Failed(&'a Error),
-}
 
 /// A choice of settings that is under way.
 struct Search<'a> {
@@ -191,16 +167,16 @@ impl Search<'_> {
                 return Ok(Err(error));
             }
         };
-        let kept = part.folder().join("score.json");
+        let kept = part.folder.join("score.json");
         let cosine = match kept.is_file() {
             true => read_json(&kept)?,
             false => {
-                let predicted = bed.trained(&plan, &part)?.predict(links.examples())?;
+                let predicted = bed.trained(&plan, &part)?.predict(&links.examples)?;
                 let table = links.score(&predicted, links.protocol.into())?;
                 let cosine = table.mean(Metric::Cosine).ok_or(Error::NothingScored)?;
                 write_json(&kept, &cosine)?;
                 // There are many of them, and they are large.
-                let run = RunFolder::create(part.folder())?;
+                let run = RunFolder::create(&part.folder)?;
                 for weights in [run.best(), run.checkpoint()] {
                     std::fs::remove_file(&weights).map_err(Error::file("file", &weights))?;
                 }
