@@ -1,11 +1,9 @@
 // Everything that is chosen, and its form in the address of the page.
 
-/** Limits R2 D1, quick enough to follow a dragged terminal on any map, the label of the command line's defaults, and the curves that are drawn. */
-export const DEFAULTS = {
-  reflections: 2, diffractions: 1, slopes: 'on', range: 60, frequency: 3.5e9, material: 'concrete',
-  protocol: 'paper', array: 'ula', elements: 16, spacing: 0.5, heading: 0, bandwidth: 200e6,
-  other: 'on', reference: 'off', model: 'off',
-};
+import defaults from './defaults.js';
+
+/** Limits and label of the command line's defaults, quick enough to follow a dragged terminal on any map, and the curves that are drawn. */
+export const DEFAULTS = { ...defaults, other: 'on', reference: 'off', model: 'off' };
 
 export const state = { ...DEFAULTS, map: null, tx: null, rx: null, show: '', houses: none() };
 

@@ -16,14 +16,14 @@ use serde::{Serialize, de::DeserializeOwned};
 use serde_json::json;
 use tokio::sync::mpsc;
 
+use crate::cache::Cache;
 use crate::compare::compare;
 use crate::coverage::Survey;
 use crate::fault::Fault;
 use crate::link::answer;
 use crate::reply::{self, Parts, Reply};
 use crate::request::{CityQuestion, CoverageQuestion, LinkQuestion, read};
-use crate::stock::Stock;
-use crate::ticket::{Held, Lanes, Ticket};
+use crate::request_handle::{Held, LatestRequests, RequestHandle};
 use crate::workers::Workers;
 use crate::{files, guard, page};
 
@@ -54,7 +54,7 @@ const PAGE: &str = "x-page";
 /// The server's state.
 #[derive(Debug)]
 pub struct App {
-    lanes: Lanes,
+    latest: LatestRequests,
     /// For links, which are not to wait for the others.
     quick: Workers,
     /// For comparisons, coverage and files.
@@ -66,11 +66,11 @@ impl App {
     ///
     /// # Errors
     /// Threads that cannot be started.
-    pub fn new(stock: Stock) -> Result<Arc<Self>, ThreadPoolBuildError> {
+    pub fn new(cache: Cache) -> Result<Arc<Self>, ThreadPoolBuildError> {
         Ok(Arc::new(Self {
-            lanes: Lanes::default(),
-            slow: Workers::new(stock.with_own_threads()?),
-            quick: Workers::new(stock),
+            latest: LatestRequests::default(),
+            slow: Workers::new(cache.with_own_threads()?),
+            quick: Workers::new(cache),
         }))
     }
 
@@ -89,7 +89,7 @@ impl App {
         }
         if path == "/api/maps" {
             must_be(&head, Method::GET)?;
-            let maps = self.quick.stock.maps();
+            let maps = self.quick.cache.maps();
             let told = json!({ "source": maps.source.to_string(), "ids": maps.ids });
             return Ok(reply::json(&told));
         }
@@ -97,20 +97,20 @@ impl App {
         let mut kinds = QUESTIONS.into_iter().chain(files::NAMES);
         let kind = kinds.find(|&kind| kind == name).ok_or(Fault::NotFound)?;
         must_be(&head, Method::POST)?;
-        let ticket = self.lanes.enter(page_of(&head), kind);
-        let held = ticket.held();
+        let handle = self.latest.register(page_of(&head), kind);
+        let held = handle.held();
         let body = body_of(&head, body).await?;
         let reply = match kind {
-            "map" => work(&self.quick, &body, ticket, map).await?,
-            "link" => work(&self.quick, &body, ticket, answer).await?,
-            "compare" => work(&self.slow, &body, ticket, compare).await?,
+            "map" => work(&self.quick, &body, handle, map).await?,
+            "link" => work(&self.quick, &body, handle, answer).await?,
+            "compare" => work(&self.slow, &body, handle, compare).await?,
             "coverage" => {
                 let question: CoverageQuestion = read(&body)?;
-                return self.coverage(question, ticket, held).await;
+                return self.coverage(question, handle, held).await;
             }
             _ => {
                 let question: LinkQuestion = read(&body)?;
-                let make = move |stock: &Stock| files::make(kind, stock, &question, &ticket);
+                let make = move |cache: &Cache| files::make(kind, cache, &question, &handle);
                 self.slow.run(make).await?
             }
         };
@@ -121,10 +121,10 @@ impl App {
     async fn coverage(
         &self,
         question: CoverageQuestion,
-        ticket: Ticket,
+        handle: RequestHandle,
         held: Held,
     ) -> Result<Reply, Fault> {
-        let make = move |stock: &Stock| Survey::new(stock, &question, ticket);
+        let make = move |cache: &Cache| Survey::new(cache, &question, handle);
         let survey = self.slow.run(make).await?;
         let (sender, receiver) = mpsc::channel(LINES_AHEAD);
         tokio::spawn(deliver(self.slow.clone(), survey, sender));
@@ -136,15 +136,15 @@ impl App {
 async fn work<Q, A>(
     workers: &Workers,
     body: &[u8],
-    ticket: Ticket,
-    compute: fn(&Stock, &Q, &Ticket) -> Result<A, Fault>,
+    handle: RequestHandle,
+    compute: fn(&Cache, &Q, &RequestHandle) -> Result<A, Fault>,
 ) -> Result<Reply, Fault>
 where
     Q: DeserializeOwned + Send + 'static,
     A: Serialize + 'static,
 {
     let question: Q = read(body)?;
-    let answer = move |stock: &Stock| Ok(reply::json(&compute(stock, &question, &ticket)?));
+    let answer = move |cache: &Cache| Ok(reply::json(&compute(cache, &question, &handle)?));
     workers.run(answer).await
 }
 
@@ -221,9 +221,9 @@ struct HouseAnswer {
     repairs: Option<String>,
 }
 
-fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAnswer, Fault> {
-    ticket.check()?;
-    let city = stock.city(question)?;
+fn map(cache: &Cache, question: &CityQuestion, handle: &RequestHandle) -> Result<MapAnswer, Fault> {
+    handle.check()?;
+    let city = cache.city(question)?;
     let report = city.scene.report();
     let repairs_as_read = match question.houses.is_empty() {
         true => report.to_string(),
@@ -232,7 +232,7 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
                 map: question.map,
                 ..CityQuestion::default()
             };
-            stock.city(&as_read)?.scene.report().to_string()
+            cache.city(&as_read)?.scene.report().to_string()
         }
     };
     let numbers = |ring: &Vec<DVec2>| ring.iter().map(|p| p.to_array()).collect::<Vec<_>>();
@@ -249,7 +249,7 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
             repairs: (!own.is_clean()).then(|| own.to_string()),
         }
     });
-    let seed = stock.maps().seed;
+    let seed = cache.maps().seed;
     let drawn = sampling::draw(&city.scene, seed, question.map, FIRST, 1..=FIRST).ok();
     // In the streets, if there is a choice: between two courtyards there is no path.
     let in_street = |&p: &DVec2| city.scene.courtyard_of(p).is_none();
@@ -280,10 +280,10 @@ fn map(stock: &Stock, question: &CityQuestion, ticket: &Ticket) -> Result<MapAns
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cache::tests::cache;
     use crate::coverage::tests::survey;
-    use crate::stock::tests::stock;
 
-    /// Runs something until nobody can go on, and then the clock of the timeouts.
+    /// Runs an answer until no task can proceed, and then the clock of the timeouts.
     fn run<T>(future: impl Future<Output = T>) -> T {
         let mut runtime = tokio::runtime::Builder::new_current_thread();
         let runtime = runtime.enable_time().start_paused(true).build().unwrap();
@@ -292,13 +292,13 @@ mod tests {
 
     #[test]
     fn readers_that_stall_leave_the_workers_to_others_and_are_given_up() {
-        let workers = Workers::new(stock());
+        let workers = Workers::new(cache());
         run(async {
             let mut stalled = Vec::new();
             for page in 0..4 * Workers::most() as u64 {
-                let ticket = Lanes::default().enter(page, "coverage");
+                let handle = LatestRequests::default().register(page, "coverage");
                 let (sender, receiver) = mpsc::channel(LINES_AHEAD);
-                let lines = survey(&workers.stock, ticket);
+                let lines = survey(&workers.cache, handle);
                 let delivery = tokio::spawn(deliver(workers.clone(), lines, sender));
                 stalled.push((delivery, receiver));
             }
@@ -315,10 +315,10 @@ mod tests {
 
     #[test]
     fn survey_ends_with_its_reader() {
-        let workers = Workers::new(stock());
+        let workers = Workers::new(cache());
         run(async {
-            let ticket = Lanes::default().enter(1, "coverage");
-            let lines = survey(&workers.stock, ticket);
+            let handle = LatestRequests::default().register(1, "coverage");
+            let lines = survey(&workers.cache, handle);
             let (sender, mut receiver) = mpsc::channel(LINES_AHEAD);
             let delivery = tokio::spawn(deliver(workers, lines, sender));
             for _ in 0..3 {

@@ -8,24 +8,24 @@ use map2aps::MapSource;
 use map2aps::error::chain;
 use map2aps::maps::{TileSettings, file_of, load_bytes};
 
+use crate::cache::{Cache, City};
 use crate::fault::Fault;
-use crate::files::{is_plain, map, map_name};
+use crate::map_file::{is_plain, map, map_name};
 use crate::request::LinkQuestion;
-use crate::stock::{City, Stock};
 
 /// The command lines that give the same paths and the same explanation.
 ///
 /// # Errors
 /// Settings out of range, and a map that no file of the command line holds.
-pub fn lines(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
+pub fn lines(cache: &Cache, question: &LinkQuestion) -> Result<String, Fault> {
     let config = question.trace.config()?;
     question.label.config()?;
-    let maps = stock.maps();
+    let maps = cache.maps();
     let id = question.city.map;
     let mut link: Vec<String> = Vec::new();
     match &maps.source {
         _ if !question.city.houses.is_empty() => {
-            let city = stock.city(&question.city)?;
+            let city = cache.city(&question.city)?;
             let is_plain = is_plain(&city);
             let tiles = match is_plain {
                 true => TileSettings::default(),
@@ -36,7 +36,7 @@ pub fn lines(stock: &Stock, question: &LinkQuestion) -> Result<String, Fault> {
                     ..TileSettings::default()
                 },
             };
-            must_be_read_back(stock, &city, id, tiles)?;
+            must_be_read_back(cache, &city, id, tiles)?;
             option(&mut link, "--map", map_name(id));
             if !is_plain {
                 option(&mut link, "--map-id", 0);
@@ -113,13 +113,13 @@ fn option(words: &mut Vec<String>, name: &str, value: impl Display) {
 
 /// Makes sure that the command line reads a changed map as it is here.
 fn must_be_read_back(
-    stock: &Stock,
+    cache: &Cache,
     city: &City,
     id: u32,
     tiles: TileSettings,
 ) -> Result<(), Fault> {
     let (text, file) = (map(city).to_string(), map_name(id));
-    let (file, settings) = (Path::new(&file), stock.maps().scene);
+    let (file, settings) = (Path::new(&file), cache.maps().scene);
     let tile = (!is_plain(city)).then_some(0);
     let read = load_bytes(text.as_bytes(), file, tile, tiles, settings);
     let (scene, _) = read.map_err(|error| {

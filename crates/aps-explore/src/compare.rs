@@ -10,11 +10,12 @@ use aps_report::link::Spectrum;
 use map2aps::aps_data::sample_of;
 use serde::Serialize;
 
+use crate::cache::{Cache, TxSide};
+use crate::curve::Curve;
 use crate::fault::{End, Fault};
-use crate::link::{Curve, Times, us};
 use crate::request::LinkQuestion;
-use crate::stock::Stock;
-use crate::ticket::Ticket;
+use crate::request_handle::RequestHandle;
+use crate::times::{Times, us};
 
 /// Times that a link is repeated; the median counts.
 const REPEATS: usize = 5;
@@ -48,14 +49,14 @@ struct Side {
 /// # Errors
 /// As for a link.
 pub fn compare(
-    stock: &Stock,
+    cache: &Cache,
     question: &LinkQuestion,
-    ticket: &Ticket,
+    handle: &RequestHandle,
 ) -> Result<Comparison, Fault> {
     let labeler = Labeler::new(&question.label.config()?).map_err(Fault::of)?;
-    let own = measure(stock, question, &question.trace.config()?, &labeler, ticket)?;
+    let own = measure(cache, question, &question.trace.config()?, &labeler, handle)?;
     let reference = question.trace.reference()?;
-    let reference = measure(stock, question, &reference, &labeler, ticket)?;
+    let reference = measure(cache, question, &reference, &labeler, handle)?;
     let error_db = reference.spectrum.as_ref().map(|truth| {
         let found = own.spectrum.as_ref().map(|s| s.aps_db.as_slice());
         let error = LevelDistance::of(&truth.aps_db, found);
@@ -75,22 +76,20 @@ pub fn compare(
 }
 
 fn measure(
-    stock: &Stock,
+    cache: &Cache,
     question: &LinkQuestion,
     config: &TraceConfig,
     labeler: &Labeler,
-    ticket: &Ticket,
+    handle: &RequestHandle,
 ) -> Result<Side, Fault> {
-    ticket.check()?;
-    let city = stock.city(&question.city)?;
-    let tracer = stock.tracer(&city, config)?;
-    ticket.check()?;
-    let tx = stock.transmitter(&tracer, question.tx)?;
+    handle.check()?;
+    let city = cache.city(&question.city)?;
+    let TxSide { tracer, tx } = cache.tx_side(&city, config, question.tx, handle)?;
     let to = DVec2::from(question.rx);
     let mut taken: [Vec<Duration>; 3] = Default::default();
     let (mut link, mut spectrum) = (Link::default(), None);
     for _ in 0..REPEATS {
-        ticket.check()?;
+        handle.check()?;
         let began = Instant::now();
         let rx = tracer.value.receiver(to);
         let rx = rx.map_err(|source| Fault::Terminal {

@@ -4,21 +4,20 @@
 //! cell that can hold no receiver has null for every value.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Scratch, Status};
 use aps_metrics::LevelDistance;
 use aps_raytrace::glam::DVec2;
 use aps_raytrace::scene::Area;
-use aps_raytrace::{Link, TerminalError, TraceError, Tracer, Transmitter};
+use aps_raytrace::{Link, TerminalError, TraceError};
 use map2aps::aps_data::sample_of;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::cache::{Cache, TxSide};
 use crate::fault::Fault;
 use crate::request::{CoverageQuestion, Show};
-use crate::stock::{Prepared, Stock};
-use crate::ticket::Ticket;
+use crate::request_handle::RequestHandle;
 
 /// Most cells along a side.
 const MAX_SIDE: f64 = 256.0;
@@ -79,7 +78,7 @@ impl Grid {
     }
 }
 
-/// Everything that is needed for all cells.
+/// Shared state of a coverage computation.
 pub struct Survey {
     /// The cells.
     pub grid: Grid,
@@ -87,19 +86,13 @@ pub struct Survey {
     heading_deg: f64,
     labeler: Labeler,
     /// The chosen limits, and for an error the reference ones.
-    sides: Vec<Side>,
-    stock: Stock,
-    ticket: Ticket,
+    sides: Vec<TxSide>,
+    cache: Cache,
+    handle: RequestHandle,
     /// Cells of the lines to come, each with its stride.
     ahead: VecDeque<(u32, Vec<u32>)>,
     /// Cells of the lines before; none before the line of the grid.
     done: Option<u32>,
-}
-
-/// A map and a transmitter prepared for some limits.
-struct Side {
-    tracer: Arc<Prepared<Tracer<'static>>>,
-    tx: Arc<Prepared<Transmitter>>,
 }
 
 /// The values of some cells, those first that come first.
@@ -127,7 +120,7 @@ struct Values {
     paths: Option<usize>,
     sight: Option<bool>,
     direction_deg: Option<f64>,
-    /// None as well where the reference limits find no path either.
+    /// No value also where there is no path, even within the reference limits.
     error_db: Option<f64>,
 }
 
@@ -161,23 +154,24 @@ impl Survey {
     ///
     /// # Errors
     /// As for a link.
-    pub fn new(stock: &Stock, question: &CoverageQuestion, ticket: Ticket) -> Result<Self, Fault> {
+    pub fn new(
+        cache: &Cache,
+        question: &CoverageQuestion,
+        handle: RequestHandle,
+    ) -> Result<Self, Fault> {
         let label = LabelConfig {
             pdp: false,
             ..question.label.config()?
         };
-        let city = stock.city(&question.city)?;
+        let city = cache.city(&question.city)?;
         let mut configs = vec![question.trace.config()?];
         if question.show == Show::Error {
             configs.push(question.trace.reference()?);
         }
         let mut sides = Vec::new();
         for config in &configs {
-            ticket.check()?;
-            let tracer = stock.tracer(&city, config)?;
-            ticket.check()?;
-            let tx = stock.transmitter(&tracer, question.tx)?;
-            sides.push(Side { tracer, tx });
+            handle.check()?;
+            sides.push(cache.tx_side(&city, config, question.tx, &handle)?);
         }
         let grid = Grid::new(city.area, question.cell_m)?;
         let mut ahead = VecDeque::new();
@@ -191,8 +185,8 @@ impl Survey {
             heading_deg: question.label.heading_deg,
             labeler: Labeler::new(&label).map_err(Fault::of)?,
             sides,
-            stock: stock.clone(),
-            ticket,
+            cache: cache.clone(),
+            handle,
             ahead,
             done: None,
         })
@@ -200,14 +194,14 @@ impl Survey {
 
     fn block(&self, cells: &[u32]) -> Result<Block, Fault> {
         let one = |buffers: &mut Buffers, &cell: &u32| {
-            self.ticket.check()?;
+            self.handle.check()?;
             self.values(self.grid.place(cell), buffers)
         };
         let all = || -> Result<Vec<_>, Fault> {
             let cells = cells.par_iter();
             cells.map_init(Buffers::default, one).collect()
         };
-        let values = self.stock.on_all_threads(all)?;
+        let values = self.cache.on_all_threads(all)?;
         let mut block = Block::default();
         for (&cell, values) in cells.iter().zip(values) {
             block.push(cell, self.show, values);
@@ -217,7 +211,7 @@ impl Survey {
 
     /// The values at a place.
     fn values(&self, place: DVec2, buffers: &mut Buffers) -> Result<Values, Fault> {
-        for (i, Side { tracer, tx }) in self.sides.iter().enumerate() {
+        for (i, TxSide { tracer, tx }) in self.sides.iter().enumerate() {
             use TerminalError::{InsideBuilding, OnWall, OutsideArea};
             let rx = match tracer.value.receiver(place) {
                 Ok(rx) => rx,
@@ -287,7 +281,7 @@ impl Iterator for Survey {
             }),
             Err(fault) => {
                 self.ahead.clear();
-                line(&fault.told())
+                line(&fault.reply())
             }
         })
     }
@@ -306,10 +300,10 @@ fn line(value: &impl Serialize) -> Vec<u8> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::cache::tests::cache;
     use crate::request::read;
     use crate::request::tests::question;
-    use crate::stock::tests::stock;
-    use crate::ticket::Lanes;
+    use crate::request_handle::LatestRequests;
 
     #[test]
     fn passes_have_every_cell_once() {
@@ -326,23 +320,23 @@ pub(crate) mod tests {
     }
 
     /// A survey of a synthetic city.
-    pub fn survey(stock: &Stock, ticket: Ticket) -> Survey {
+    pub fn survey(cache: &Cache, handle: RequestHandle) -> Survey {
         let mut asked = question();
         let fields = asked.as_object_mut().unwrap();
         fields.remove("rx");
         fields.insert("show".into(), "link".into());
         fields.insert("cell_m".into(), 4.0.into());
         let asked = read(asked.to_string().as_bytes()).unwrap();
-        Survey::new(stock, &asked, ticket).unwrap()
+        Survey::new(cache, &asked, handle).unwrap()
     }
 
     #[test]
     fn survey_ends_when_a_newer_one_is_asked_for() {
-        let lanes = Lanes::default();
-        let mut survey = survey(&stock(), lanes.enter(1, "coverage"));
+        let latest = LatestRequests::default();
+        let mut survey = survey(&cache(), latest.register(1, "coverage"));
         let mut next = || Some(String::from_utf8(survey.next()?).unwrap());
         let [_, second] = [(); 2].map(|()| next().unwrap());
-        lanes.enter(1, "coverage");
+        latest.register(1, "coverage");
         let last = next().unwrap();
         assert!(next().is_none());
         assert!(second.contains("level_db") && last.contains("overtaken"));

@@ -6,6 +6,8 @@ use hyper::{Method, StatusCode};
 use map2aps::error::chain;
 use serde::Serialize;
 
+use crate::limits::{MANY_DIFFRACTIONS_RANGE_DB, MAX_VERTICES};
+
 /// An end of a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -56,7 +58,7 @@ pub enum Fault {
     /// Limits without an end of paths.
     #[error(
         "three diffractions need a dynamic range of {limit} dB at most: with more there are more paths than anybody can look at",
-        limit = crate::request::MANY_DIFFRACTIONS_RANGE_DB
+        limit = MANY_DIFFRACTIONS_RANGE_DB
     )]
     Endless,
     /// A material that does not exist.
@@ -71,7 +73,7 @@ pub enum Fault {
         count: usize,
     },
     /// More drawn vertices than are traced here.
-    #[error("the drawn houses have {0} vertices, more than {limit}", limit = crate::houses::MAX_VERTICES)]
+    #[error("the drawn houses have {0} vertices, more than {limit}", limit = MAX_VERTICES)]
     Vertices(usize),
     /// A terminal that cannot stand where it is.
     #[error("the terminal cannot be used")]
@@ -131,7 +133,7 @@ impl Fault {
     }
 
     /// The fault as JSON.
-    pub fn told(&self) -> Told {
+    pub fn reply(&self) -> ErrorReply {
         let error = Error {
             kind: self.kind().0,
             message: chain(self),
@@ -140,7 +142,7 @@ impl Fault {
                 _ => None,
             },
         };
-        Told { error }
+        ErrorReply { error }
     }
 
     /// A library's fault.
@@ -159,7 +161,7 @@ impl Fault {
 
 /// A fault in an answer.
 #[derive(Debug, Serialize)]
-pub struct Told {
+pub struct ErrorReply {
     error: Error,
 }
 

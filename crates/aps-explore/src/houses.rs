@@ -5,9 +5,7 @@ use aps_raytrace::glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::fault::Fault;
-
-/// Vertices of all drawn houses together: a wall more is a corner more for every other corner to be seen from.
-pub const MAX_VERTICES: usize = 1000;
+use crate::limits::MAX_VERTICES;
 
 /// Changes of a map. Houses are named by their place in the map as it was read; drawn ones follow.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -10,33 +10,37 @@
 //! // To be told to whoever looks: http://127.0.0.1:PORT/
 //! let address = server.address();
 //! server.serve()?;
-//! # Ok::<(), aps_explore::ServeError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! [`Server`] takes connections, `guard` refuses requests that the server's own page did not send, `app` maps addresses to work
-//! on threads. A ticket cancels a request that a newer one replaces. The stock keeps prepared maps and terminals while they are in
+//! on threads. A handle cancels a request that a newer one replaces. The cache keeps prepared maps and terminals while they are in
 //! use. Nothing is traced, labelled or drawn here: `map2aps` and `aps-report` do that.
 
 #![forbid(unsafe_code)]
 
 mod app;
+mod cache;
 mod command;
 mod compare;
 mod coverage;
+mod curve;
 mod fault;
 mod files;
 mod guard;
 mod houses;
+mod limits;
 mod link;
+mod lru_cache;
+mod map_file;
 mod page;
 mod prediction;
-mod recent;
 mod reply;
 mod request;
+mod request_handle;
 mod server;
-mod stock;
-mod ticket;
+mod times;
 mod workers;
 
+pub use cache::Maps;
 pub use server::{ServeError, Server};
-pub use stock::Maps;

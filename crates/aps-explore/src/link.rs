@@ -1,9 +1,8 @@
 //! The answer about one link: its paths, its spectra, its lobes.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use aps_label::Protocol;
 use aps_raytrace::Link;
 use aps_raytrace::glam::DVec2;
 use aps_report::explain::{Explanation, LOBE_COLUMNS, PATH_COLUMNS};
@@ -11,11 +10,13 @@ use aps_report::link::{LinkView, PathView, Spectrum, angle_deg, mirror_deg};
 use map2aps::path_list::LinkEntry;
 use serde::Serialize;
 
+use crate::cache::{Cache, City};
+use crate::curve::Curve;
 use crate::fault::Fault;
 use crate::prediction::Prediction;
 use crate::request::{LabelChoice, LinkQuestion};
-use crate::stock::{City, Stock};
-use crate::ticket::Ticket;
+use crate::request_handle::RequestHandle;
+use crate::times::{Times, us};
 
 /// A link traced, as its array sees it.
 #[derive(Debug)]
@@ -24,30 +25,10 @@ pub struct Traced {
     pub city: Arc<City>,
     /// The link.
     pub link: Link,
-    /// The same for pictures, arrival azimuths counted from the heading of the array.
+    /// The link for pictures, arrival azimuths counted from the heading of the array.
     pub view: LinkView,
     /// Times of the stages.
     pub times: Times,
-}
-
-/// Times of the stages of a link \[us\].
-#[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Times {
-    /// Preparation of the map.
-    pub map: f64,
-    /// Preparation of the transmitter.
-    pub tx: f64,
-    /// Preparation of the receiver.
-    pub rx: f64,
-    /// Join of the two.
-    pub join: f64,
-    /// Label of the paths.
-    pub label: f64,
-}
-
-/// Microseconds, to a tenth.
-pub fn us(time: Duration) -> f64 {
-    (time.as_secs_f64() * 1e7).round() / 10.0
 }
 
 impl Traced {
@@ -55,14 +36,17 @@ impl Traced {
     ///
     /// # Errors
     /// Maps, terminals and links that cannot be used, and [`Fault::Overtaken`].
-    pub fn new(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result<Self, Fault> {
-        ticket.check()?;
-        let city = stock.city(&question.city)?;
-        let tracer = stock.tracer(&city, &question.trace.config()?)?;
-        ticket.check()?;
-        let tx = stock.transmitter(&tracer, question.tx)?;
-        let rx = stock.receiver(&tracer, question.rx)?;
-        ticket.check()?;
+    pub fn new(
+        cache: &Cache,
+        question: &LinkQuestion,
+        handle: &RequestHandle,
+    ) -> Result<Self, Fault> {
+        handle.check()?;
+        let city = cache.city(&question.city)?;
+        let TxSide { tracer, tx } =
+            cache.tx_side(&city, &question.trace.config()?, question.tx, handle)?;
+        let rx = cache.receiver(&tracer, question.rx)?;
+        handle.check()?;
         let began = Instant::now();
         let mut link = Link::default();
         let joined = tracer.value.link(&tx.value, &rx.value, &mut link);
@@ -99,7 +83,7 @@ pub struct Answer {
     omitted: usize,
     spectrum: Option<Curve>,
     other: Option<Curve>,
-    /// That of the shipped model, if it is asked for and there is a label to hold it against.
+    /// Curve of the shipped model, if it is asked for and there is a label to hold it against.
     #[serde(skip_serializing_if = "Option::is_none")]
     model: Option<Prediction>,
     has_mirrors: bool,
@@ -109,22 +93,11 @@ pub struct Answer {
     times_us: Times,
 }
 
-/// A spectrum in hundredths of a decibel.
-#[derive(Debug, Serialize)]
-pub struct Curve {
-    protocol: Protocol,
-    angles_deg: Vec<f64>,
-    aps_db: Vec<f64>,
-    /// Power over delay, in steps of `step_ns` from 0.
-    pdp_db: Vec<f64>,
-    step_ns: f64,
-}
-
 #[derive(Debug, Serialize)]
 struct LobeAnswer {
     angle_deg: f64,
     level_db: f64,
-    /// That of [`Side::name`](aps_report::link::Side::name).
+    /// Name of the side, by [`Side::name`](aps_report::link::Side::name).
     side: &'static str,
     twin: Option<usize>,
     /// Number and colour of the path that makes it.
@@ -141,31 +114,11 @@ struct PathAnswer {
     colour: String,
     /// The angle at which the spectrum shows it \[deg\].
     angle_deg: f64,
-    /// And its mirror image, if the array makes one \[deg\].
+    /// Angle of its mirror image, if the array makes one \[deg\].
     mirror_deg: Option<f64>,
     gain_db: f64,
     delay_ns: f64,
     cells: Vec<String>,
-}
-
-/// Hundredths: as much as a picture shows, in few bytes.
-fn hundredths(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
-    let round = |v: f64| (v * 100.0).round() / 100.0;
-    values.into_iter().map(round).collect()
-}
-
-impl Curve {
-    /// The curve of a spectrum, its angles in the sense of `protocol`.
-    pub fn of(spectrum: &Spectrum, protocol: Protocol) -> Self {
-        let points = spectrum.points(protocol);
-        Self {
-            protocol: spectrum.protocol,
-            angles_deg: hundredths(points.iter().map(|p| p[0])),
-            aps_db: hundredths(points.iter().map(|p| p[1])),
-            pdp_db: hundredths(spectrum.pdp.iter().map(|p| p[1])),
-            step_ns: spectrum.pdp.get(1).map_or(0.0, |p| p[0]),
-        }
-    }
 }
 
 /// Angle of a spectrum to direction on the map \[deg\].
@@ -177,15 +130,19 @@ pub fn turn_deg(label: &LabelChoice) -> f64 {
 ///
 /// # Errors
 /// As [`Traced::new`], and paths that make no label.
-pub fn answer(stock: &Stock, question: &LinkQuestion, ticket: &Ticket) -> Result<Answer, Fault> {
+pub fn answer(
+    cache: &Cache,
+    question: &LinkQuestion,
+    handle: &RequestHandle,
+) -> Result<Answer, Fault> {
     let label = question.label.config()?;
-    let mut traced = Traced::new(stock, question, ticket)?;
+    let mut traced = Traced::new(cache, question, handle)?;
     let began = Instant::now();
     let protocol = question.label.protocol;
     let explanation = Explanation::of(&traced.view, protocol, &label)?;
     traced.times.label = us(began.elapsed());
     let shown = explanation.as_ref().filter(|_| question.model);
-    let model = shown.map(|e| Prediction::of(stock, &traced.city, question, &e.spectrum));
+    let model = shown.map(|e| Prediction::of(cache, &traced.city, question, &e.spectrum));
     let model = model.transpose()?;
     let view = &traced.view;
     let index = |path: &PathView| view.paths.iter().position(|p| std::ptr::eq(p, path));

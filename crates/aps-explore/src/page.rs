@@ -1,7 +1,10 @@
 //! The files of the page, in the program itself.
 
+use aps_label::{ArrayForm, LabelConfig, Protocol};
+use aps_raytrace::TraceConfig;
 use aps_report::theme;
 use hyper::StatusCode;
+use serde::Serialize;
 
 use crate::reply::{Reply, whole};
 
@@ -30,6 +33,47 @@ pub fn file(path: &str) -> Option<Reply> {
         let css = theme::variables_css() + &theme::picture_css();
         return Some(whole(StatusCode::OK, CSS, css));
     }
+    if path == "/defaults.js" {
+        return Some(whole(StatusCode::OK, SCRIPT, defaults()));
+    }
     let found = FILES.iter().find(|file| file.0 == path);
     found.map(|&(_, media_type, text)| whole(StatusCode::OK, media_type, text))
+}
+
+/// The settings that the page begins with, named as it names them: the defaults of the command line.
+#[derive(Serialize)]
+struct Defaults {
+    reflections: usize,
+    diffractions: usize,
+    slopes: &'static str,
+    range: Option<f64>,
+    frequency: f64,
+    material: &'static str,
+    protocol: Protocol,
+    array: ArrayForm,
+    elements: usize,
+    spacing: f64,
+    heading: f64,
+    bandwidth: f64,
+}
+
+fn defaults() -> String {
+    let (trace, label) = (TraceConfig::default(), LabelConfig::paper());
+    let (array, elements, spacing) = label.array.parts();
+    let defaults = Defaults {
+        reflections: trace.max_reflections,
+        diffractions: trace.max_diffractions,
+        slopes: if trace.slope_diffraction { "on" } else { "off" },
+        range: trace.dynamic_range_db,
+        frequency: trace.frequency_hz,
+        material: "concrete",
+        protocol: label.protocol,
+        array,
+        elements,
+        spacing,
+        heading: 0.0,
+        bandwidth: label.sampling_rate_hz,
+    };
+    let json = serde_json::to_string(&defaults).expect("numbers and words are JSON");
+    format!("export default {json};\n")
 }

@@ -11,10 +11,11 @@ use map2aps::error::chain;
 use map2aps::training::LinkModel;
 use serde::Serialize;
 
+use crate::cache::{Cache, City};
+use crate::curve::Curve;
 use crate::fault::Fault;
-use crate::link::{Curve, us};
 use crate::request::LinkQuestion;
-use crate::stock::{City, Stock};
+use crate::times::us;
 
 /// Least power that is drawn, over that of the strongest direction: a prediction may be negative.
 const LEAST: f64 = 1e-6;
@@ -49,32 +50,32 @@ impl Prediction {
     /// # Errors
     /// Shipped weights that cannot be read.
     pub fn of(
-        stock: &Stock,
+        cache: &Cache,
         city: &City,
         question: &LinkQuestion,
         spectrum: &Spectrum,
     ) -> Result<Self, Fault> {
-        let model = stock.model()?;
+        let model = cache.model()?;
         let trace = question.trace.config()?;
         if let Some(known) = unknown(&model, &question.label.config()?, &trace, question) {
             return Ok(Self::Missing {
                 reason: format!("it knows only {known}"),
             });
         }
-        let made = Self::made(stock, city, &model, question, spectrum);
+        let made = Self::made(cache, city, &model, question, spectrum);
         Ok(made.unwrap_or_else(|fault| Self::Missing {
             reason: chain(&fault),
         }))
     }
 
     fn made(
-        stock: &Stock,
+        cache: &Cache,
         city: &City,
         model: &LinkModel,
         question: &LinkQuestion,
         spectrum: &Spectrum,
     ) -> Result<Self, Fault> {
-        let views = stock.views(city)?;
+        let views = cache.views(city)?;
         let began = Instant::now();
         let link = SeenLink {
             map: 0,
@@ -83,7 +84,7 @@ impl Prediction {
             mirror: Mirror::default(),
         };
         let predict = || model.predict(&views.value, &[link]);
-        let mut predicted = stock.on_all_threads(predict)?;
+        let mut predicted = cache.on_all_threads(predict)?;
         let predicted = predicted.pop().ok_or(Fault::Broken)?;
         let scores = predicted.score(&spectrum.aps_db)?;
         let top_db = spectrum.top_db();

@@ -12,7 +12,7 @@ use serde::Serialize;
 use tokio::sync::mpsc;
 
 use crate::fault::Fault;
-use crate::ticket::Held;
+use crate::request_handle::Held;
 
 /// A body that is there, or one that comes in parts.
 pub type ReplyBody = Either<Full<Bytes>, Parts>;
@@ -63,7 +63,7 @@ const FAULT: HeaderName = HeaderName::from_static("x-fault");
 
 /// A fault as JSON. What may have left a part of the body unread ends its connection.
 pub fn fault(fault: &Fault) -> Reply {
-    let text = serde_json::to_vec(&fault.told()).unwrap_or_default();
+    let text = serde_json::to_vec(&fault.reply()).unwrap_or_default();
     let mut reply = whole(fault.status(), JSON, text);
     reply
         .headers_mut()

@@ -7,16 +7,9 @@ use serde::de::DeserializeOwned;
 
 use crate::fault::Fault;
 use crate::houses::Edits;
-
-/// Limits that keep an answer within seconds on the largest maps.
-const REFLECTIONS: usize = 6;
-const DIFFRACTIONS: usize = 3;
-const ELEMENTS: usize = 256;
-const MAX_IMAGES: usize = 2_000_000;
-const MAX_WAVE_BYTES: usize = 256 << 20;
-
-/// Largest dynamic range of paths with more diffractions than two \[dB\]: without one, a link can have hundreds of thousands.
-pub const MANY_DIFFRACTIONS_RANGE_DB: f64 = 60.0;
+use crate::limits::{
+    DIFFRACTIONS, ELEMENTS, MANY_DIFFRACTIONS_RANGE_DB, MAX_IMAGES, MAX_WAVE_BYTES, REFLECTIONS,
+};
 
 /// A map, perhaps changed.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
@@ -43,7 +36,7 @@ pub struct LinkQuestion {
     pub trace: TraceChoice,
     /// Settings of the label.
     pub label: LabelChoice,
-    /// The prediction of the shipped model is wanted too.
+    /// If true, the prediction of the shipped model is wanted too.
     #[serde(default)]
     pub model: bool,
 }
@@ -268,7 +261,7 @@ pub(crate) mod tests {
                 Some(place) => *place = value,
                 None => question["city"]["houses"] = value,
             }
-            let message = check(&question).unwrap_err().told();
+            let message = check(&question).unwrap_err().reply();
             let message = serde_json::to_string(&message).unwrap();
             assert!(message.contains(told), "{pointer}: {message}");
         }

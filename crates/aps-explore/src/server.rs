@@ -13,7 +13,7 @@ use tokio::sync::Semaphore;
 use tokio_io_timeout::TimeoutStream;
 
 use crate::app::App;
-use crate::stock::{Maps, Stock};
+use crate::cache::{Cache, Maps};
 
 /// Connections at a time; further ones wait.
 const MAX_CONNECTIONS: usize = 64;
@@ -31,9 +31,6 @@ const MAX_HEAD: usize = 8192;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ServeError {
-    /// Maps that cannot be read.
-    #[error(transparent)]
-    Maps(#[from] map2aps::Error),
     /// A port that is taken or not allowed.
     #[error("cannot listen on port {port}; 0 takes a free one")]
     Port {
@@ -64,7 +61,7 @@ impl Server {
     /// # Errors
     /// A port that is taken or not allowed, and threads that cannot be started.
     pub fn bind(maps: Maps, port: u16) -> Result<Self, ServeError> {
-        let app = App::new(Stock::new(maps)?)?;
+        let app = App::new(Cache::new(maps)?)?;
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
         let listener = listener.map_err(|source| ServeError::Port { port, source })?;
         listener.set_nonblocking(true)?;

@@ -8,22 +8,22 @@ use std::sync::Arc;
 
 use tokio::sync::Semaphore;
 
+use crate::cache::Cache;
 use crate::fault::Fault;
-use crate::stock::Stock;
 
 /// Threads for requests of one kind.
 #[derive(Debug, Clone)]
 pub struct Workers {
-    /// The things that they work with.
-    pub stock: Stock,
+    /// Prepared objects that they work with.
+    pub cache: Cache,
     places: Arc<Semaphore>,
 }
 
 impl Workers {
-    /// Threads that work with a stock.
-    pub fn new(stock: Stock) -> Self {
+    /// Threads that work with a cache.
+    pub fn new(cache: Cache) -> Self {
         Self {
-            stock,
+            cache,
             places: Arc::new(Semaphore::new(Self::most())),
         }
     }
@@ -39,12 +39,12 @@ impl Workers {
     /// Errors of the job, and [`Fault::Broken`] if it panics.
     pub async fn run<T: Send + 'static>(
         &self,
-        job: impl FnOnce(&Stock) -> Result<T, Fault> + Send + 'static,
+        job: impl FnOnce(&Cache) -> Result<T, Fault> + Send + 'static,
     ) -> Result<T, Fault> {
         let place = Arc::clone(&self.places).acquire_owned().await;
-        let stock = self.stock.clone();
+        let cache = self.cache.clone();
         let done = tokio::task::spawn_blocking(move || {
-            let done = job(&stock);
+            let done = job(&cache);
             drop(place);
             done
         });
@@ -55,11 +55,11 @@ impl Workers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stock::tests::stock;
+    use crate::cache::tests::cache;
 
     #[test]
     fn job_that_panics_leaves_its_thread_to_others() {
-        let workers = Workers::new(stock());
+        let workers = Workers::new(cache());
         let runtime = tokio::runtime::Builder::new_current_thread().build();
         runtime.unwrap().block_on(async {
             for _ in 0..2 * Workers::most() {

@@ -7,30 +7,30 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::fault::Fault;
 
 /// Pages that are remembered.
-const MAX_LANES: usize = 256;
+const MAX_COUNTERS: usize = 256;
 
 /// The counters of newest requests, one for each page and kind of work.
 #[derive(Debug, Default)]
-pub struct Lanes(Mutex<BTreeMap<(u64, &'static str), Arc<AtomicU64>>>);
+pub struct LatestRequests(Mutex<BTreeMap<(u64, &'static str), Arc<AtomicU64>>>);
 
 /// The place of a request among those of its page.
 #[derive(Debug, Clone)]
-pub struct Ticket {
+pub struct RequestHandle {
     number: u64,
     newest: Arc<AtomicU64>,
     is_given_up: Arc<AtomicBool>,
 }
 
-impl Lanes {
-    /// Takes a request of a page in: from now on it is the newest of its kind.
-    pub fn enter(&self, page: u64, kind: &'static str) -> Ticket {
-        let mut lanes = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if lanes.len() >= MAX_LANES {
+impl LatestRequests {
+    /// Registers a request as the newest of its kind.
+    pub fn register(&self, page: u64, kind: &'static str) -> RequestHandle {
+        let mut latest = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if latest.len() >= MAX_COUNTERS {
             // Without a request under way nothing is lost with the counter.
-            lanes.retain(|_, newest| Arc::strong_count(newest) > 1);
+            latest.retain(|_, newest| Arc::strong_count(newest) > 1);
         }
-        let newest = Arc::clone(lanes.entry((page, kind)).or_default());
-        Ticket {
+        let newest = Arc::clone(latest.entry((page, kind)).or_default());
+        RequestHandle {
             number: newest.fetch_add(1, Ordering::Relaxed) + 1,
             newest,
             is_given_up: Arc::default(),
@@ -38,7 +38,7 @@ impl Lanes {
     }
 }
 
-impl Ticket {
+impl RequestHandle {
     /// Returns true when nobody waits for the answer any more.
     pub fn is_past(&self) -> bool {
         self.is_given_up.load(Ordering::Relaxed)
@@ -78,33 +78,33 @@ mod tests {
 
     #[test]
     fn newer_request_of_the_same_page_and_kind_overtakes() {
-        let lanes = Lanes::default();
-        let first = lanes.enter(1, "link");
-        let others = [lanes.enter(2, "link"), lanes.enter(1, "coverage")];
+        let latest = LatestRequests::default();
+        let first = latest.register(1, "link");
+        let others = [latest.register(2, "link"), latest.register(1, "coverage")];
         assert!(first.check().is_ok());
-        let second = lanes.enter(1, "link");
+        let second = latest.register(1, "link");
         assert!(matches!(first.check(), Err(Fault::Overtaken)));
         assert!(second.check().is_ok() && others.iter().all(|other| !other.is_past()));
     }
 
     #[test]
     fn request_is_given_up_with_its_connection() {
-        let ticket = Lanes::default().enter(1, "link");
-        let held = ticket.held();
-        assert!(!ticket.is_past());
+        let handle = LatestRequests::default().register(1, "link");
+        let held = handle.held();
+        assert!(!handle.is_past());
         drop(held);
-        assert!(ticket.is_past());
+        assert!(handle.is_past());
     }
 
     #[test]
     fn pages_that_are_gone_are_forgotten_and_those_that_wait_are_not() {
-        let lanes = Lanes::default();
-        let waiting = lanes.enter(0, "link");
-        for page in 1..10 * MAX_LANES as u64 {
-            lanes.enter(page, "link");
+        let latest = LatestRequests::default();
+        let waiting = latest.register(0, "link");
+        for page in 1..10 * MAX_COUNTERS as u64 {
+            latest.register(page, "link");
         }
-        assert!(lanes.0.lock().unwrap().len() <= MAX_LANES);
-        lanes.enter(0, "link");
+        assert!(latest.0.lock().unwrap().len() <= MAX_COUNTERS);
+        latest.register(0, "link");
         assert!(waiting.is_past());
     }
 }

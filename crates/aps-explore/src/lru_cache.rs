@@ -1,17 +1,17 @@
-//! Things made on demand, of which the most recently used are kept.
+//! Values made on demand, of which the most recently used are kept.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A list of things by their keys, the most recently used first.
+/// A list of values by their keys, the most recently used first.
 #[derive(Debug)]
-pub struct Recent<K, V> {
+pub struct LruCache<K, V> {
     most: usize,
     #[expect(clippy::type_complexity, reason = "named nowhere else")]
     kept: Mutex<Vec<(K, Arc<Mutex<Option<Arc<V>>>>)>>,
 }
 
-impl<K: PartialEq, V> Recent<K, V> {
-    /// Keeps up to `most` things.
+impl<K: PartialEq, V> LruCache<K, V> {
+    /// Keeps up to `most` values.
     pub fn new(most: usize) -> Self {
         Self {
             most,
@@ -19,7 +19,7 @@ impl<K: PartialEq, V> Recent<K, V> {
         }
     }
 
-    /// The thing of a key, made now if it is not there. Whoever asks for it meanwhile waits; a failure is not kept.
+    /// Returns the value of a key, made now if it is not there. Whoever asks for it meanwhile waits; a failure is not kept.
     ///
     /// # Errors
     /// Errors of `make`.
@@ -59,26 +59,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn things_are_made_once_while_they_are_in_use() {
-        let recent = Recent::new(2);
+    fn values_are_made_once_while_they_are_in_use() {
+        let cache = LruCache::new(2);
         let make = |value: u32| move || Ok::<_, ()>(value);
         let fail = || Err::<u32, _>("made again");
-        recent.get("a", make(1)).unwrap();
-        recent.get("b", make(2)).unwrap();
-        assert_eq!(*recent.get("a", fail).unwrap(), 1);
-        recent.get("c", make(3)).unwrap();
-        assert_eq!(*recent.get("a", fail).unwrap(), 1);
-        assert_eq!(recent.get("b", fail), Err("made again"));
+        cache.get("a", make(1)).unwrap();
+        cache.get("b", make(2)).unwrap();
+        assert_eq!(*cache.get("a", fail).unwrap(), 1);
+        cache.get("c", make(3)).unwrap();
+        assert_eq!(*cache.get("a", fail).unwrap(), 1);
+        assert_eq!(cache.get("b", fail), Err("made again"));
     }
 
     #[test]
     fn failure_is_not_kept() {
-        let recent = Recent::new(2);
-        assert_eq!(recent.get("a", || Err::<u32, _>("no")), Err("no"));
-        assert_eq!(*recent.get("a", || Ok::<_, ()>(1)).unwrap(), 1);
+        let cache = LruCache::new(2);
+        assert_eq!(cache.get("a", || Err::<u32, _>("no")), Err("no"));
+        assert_eq!(*cache.get("a", || Ok::<_, ()>(1)).unwrap(), 1);
         for key in ["b", "c", "d"] {
-            assert_eq!(recent.get(key, || Err::<u32, _>("no")), Err("no"));
+            assert_eq!(cache.get(key, || Err::<u32, _>("no")), Err("no"));
         }
-        assert_eq!(*recent.get("a", || Err::<u32, _>("gone")).unwrap(), 1);
+        assert_eq!(*cache.get("a", || Err::<u32, _>("gone")).unwrap(), 1);
     }
 }

@@ -19,8 +19,9 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::fault::{End, Fault};
 use crate::houses::House;
-use crate::recent::Recent;
+use crate::lru_cache::LruCache;
 use crate::request::CityQuestion;
+use crate::request_handle::RequestHandle;
 
 /// Scenes, tracers and terminals that are kept. A tracer may take some hundred megabytes.
 const SCENES: usize = 8;
@@ -74,14 +75,23 @@ pub struct City {
     pub outlines: Outlines,
 }
 
-/// Something prepared, with the time it took.
+/// Prepared object with its preparation time.
 #[derive(Debug)]
 pub struct Prepared<T> {
     number: u64,
-    /// The thing.
+    /// The object.
     pub value: T,
     /// Time that its preparation took.
     pub took: Duration,
+}
+
+/// A tracer and a transmitter, prepared for some limits.
+#[derive(Debug)]
+pub struct TxSide {
+    /// The tracer of the map.
+    pub tracer: Arc<Prepared<Tracer<'static>>>,
+    /// The transmitter.
+    pub tx: Arc<Prepared<Transmitter>>,
 }
 
 /// Maps, tracers and terminals that are kept between requests, and threads to prepare them.
@@ -89,7 +99,7 @@ pub struct Prepared<T> {
 /// Whoever prepares something keeps others that ask for it waiting. So no thread of a pool may ask: while it waits for the rest of
 /// its own work it would take up theirs, and wait for itself.
 #[derive(Debug, Clone)]
-pub struct Stock {
+pub struct Cache {
     kept: Arc<Kept>,
     threads: Arc<ThreadPool>,
 }
@@ -98,16 +108,16 @@ pub struct Stock {
 struct Kept {
     maps: Maps,
     counter: AtomicU64,
-    cities: Recent<CityQuestion, City>,
-    tracers: Recent<(u64, TraceConfig), Prepared<Tracer<'static>>>,
-    transmitters: Recent<(u64, [u64; 2]), Prepared<Transmitter>>,
-    receivers: Recent<(u64, [u64; 2]), Prepared<Receiver>>,
-    model: Recent<(), LinkModel>,
-    views: Recent<u64, Prepared<PolarViews>>,
+    cities: LruCache<CityQuestion, City>,
+    tracers: LruCache<(u64, TraceConfig), Prepared<Tracer<'static>>>,
+    transmitters: LruCache<(u64, [u64; 2]), Prepared<Transmitter>>,
+    receivers: LruCache<(u64, [u64; 2]), Prepared<Receiver>>,
+    model: LruCache<(), LinkModel>,
+    views: LruCache<u64, Prepared<PolarViews>>,
 }
 
-impl Stock {
-    /// Nothing but the list of maps.
+impl Cache {
+    /// Makes a cache that holds the list of maps alone.
     ///
     /// # Errors
     /// Threads that cannot be started.
@@ -115,12 +125,12 @@ impl Stock {
         let kept = Kept {
             maps,
             counter: AtomicU64::new(0),
-            cities: Recent::new(SCENES),
-            tracers: Recent::new(TRACERS),
-            transmitters: Recent::new(TERMINALS),
-            receivers: Recent::new(TERMINALS),
-            model: Recent::new(1),
-            views: Recent::new(VIEWS),
+            cities: LruCache::new(SCENES),
+            tracers: LruCache::new(TRACERS),
+            transmitters: LruCache::new(TERMINALS),
+            receivers: LruCache::new(TERMINALS),
+            model: LruCache::new(1),
+            views: LruCache::new(VIEWS),
         };
         Ok(Self {
             kept: Arc::new(kept),
@@ -128,7 +138,7 @@ impl Stock {
         })
     }
 
-    /// The same things with other threads, on which nobody waits for the work of these.
+    /// Shares what is kept with other threads, on which nobody waits for the work of these.
     ///
     /// # Errors
     /// Threads that cannot be started.
@@ -173,11 +183,7 @@ impl Stock {
         })
     }
 
-    /// A tracer for a map.
-    ///
-    /// # Errors
-    /// Limits under which the map takes too much memory.
-    pub fn tracer(
+    fn tracer(
         &self,
         city: &City,
         config: &TraceConfig,
@@ -188,23 +194,25 @@ impl Stock {
         })
     }
 
-    /// A transmitter.
+    /// Prepares a tracer and a transmitter, unless the request is overtaken between the two.
     ///
     /// # Errors
-    /// [`Fault::Terminal`].
-    pub fn transmitter(
+    /// Limits under which the map takes too much memory, [`Fault::Terminal`] and [`Fault::Overtaken`].
+    pub fn tx_side(
         &self,
-        tracer: &Prepared<Tracer<'static>>,
+        city: &City,
+        config: &TraceConfig,
         place: [f64; 2],
-    ) -> Result<Arc<Prepared<Transmitter>>, Fault> {
+        handle: &RequestHandle,
+    ) -> Result<TxSide, Fault> {
+        let tracer = self.tracer(city, config)?;
+        handle.check()?;
         let make = |p| tracer.value.transmitter(p);
-        let key = (tracer.number, place.map(f64::to_bits));
-        self.kept
-            .transmitters
-            .get(key, || self.terminal(End::Tx, place, make))
+        let tx = self.terminal(&self.kept.transmitters, &tracer, End::Tx, place, make)?;
+        Ok(TxSide { tracer, tx })
     }
 
-    /// A receiver.
+    /// Prepares a receiver.
     ///
     /// # Errors
     /// [`Fault::Terminal`].
@@ -214,10 +222,7 @@ impl Stock {
         place: [f64; 2],
     ) -> Result<Arc<Prepared<Receiver>>, Fault> {
         let make = |p| tracer.value.receiver(p);
-        let key = (tracer.number, place.map(f64::to_bits));
-        self.kept
-            .receivers
-            .get(key, || self.terminal(End::Rx, place, make))
+        self.terminal(&self.kept.receivers, tracer, End::Rx, place, make)
     }
 
     /// The shipped model, read when it is first asked for.
@@ -245,12 +250,16 @@ impl Stock {
 
     fn terminal<T>(
         &self,
+        kept: &LruCache<(u64, [u64; 2]), Prepared<T>>,
+        tracer: &Prepared<Tracer<'static>>,
         end: End,
         place: [f64; 2],
         make: impl FnOnce(DVec2) -> Result<T, TerminalError>,
-    ) -> Result<Prepared<T>, Fault> {
+    ) -> Result<Arc<Prepared<T>>, Fault> {
         let at = |source| Fault::Terminal { end, source };
-        self.prepare(|| make(DVec2::from(place)).map_err(at))
+        kept.get((tracer.number, place.map(f64::to_bits)), || {
+            self.prepare(|| make(DVec2::from(place)).map_err(at))
+        })
     }
 
     fn prepare<T>(&self, make: impl FnOnce() -> Result<T, Fault>) -> Result<Prepared<T>, Fault> {
@@ -272,8 +281,8 @@ pub(crate) mod tests {
     use super::*;
 
     /// One synthetic city.
-    pub fn stock() -> Stock {
+    pub fn cache() -> Cache {
         let source = MapSource::Synthetic { count: 1 };
-        Stock::new(Maps::new(source, 42, SceneSettings::default()).unwrap()).unwrap()
+        Cache::new(Maps::new(source, 42, SceneSettings::default()).unwrap()).unwrap()
     }
 }
