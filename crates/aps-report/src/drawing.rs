@@ -73,7 +73,7 @@ impl Drawing {
     }
 }
 
-/// As part of a page, whose style it takes.
+/// Renders as part of a page, whose style it takes.
 impl Render for Drawing {
     fn render(&self) -> Markup {
         PreEscaped(self.root().add(self.content.clone()).to_string())

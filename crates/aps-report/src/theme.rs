@@ -129,7 +129,7 @@ pub fn picture_css() -> String {
     css
 }
 
-/// The same for a picture that stands alone: light colours, no variables.
+/// Styles for a picture that stands alone: light colours, no variables.
 pub fn standalone_css() -> String {
     TOKENS.iter().fold(picture_css(), |css, (name, light, _)| {
         css.replace(&format!("var(--{name})"), light)

@@ -10,16 +10,16 @@ pub struct Choice {
     pub group: String,
     /// Its name in words.
     pub name: String,
-    /// In the unit of the time axis; positive.
+    /// Time in the unit of its axis; positive.
     pub time: f64,
-    /// In the unit of the error axis; not negative.
+    /// Error in the unit of its axis; not negative.
     pub error: f64,
 }
 
 /// Settings that are compared.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trade {
-    /// In the order of the key.
+    /// Settings in the order of the key.
     pub choices: Vec<Choice>,
 }
 

@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use aps_data::Profile;
 use aps_label::Labeler;
 use aps_report::document::{Block, Document, Section};
-use aps_report::gallery::{Exhibit, Statistics, legend};
+use aps_report::gallery::{LinkPanel, Statistics, legend};
 use aps_report::link::{LinkView, Spectrum, dominant_peaks};
 use map2aps::maps::NamedMaps;
 use map2aps::sampling::{SEED, draw_links};
@@ -112,7 +112,6 @@ impl Args {
             .file_name()
             .map(|n| n.to_string_lossy().into_owned());
         let page = Document::new(format!("Data set {}", name.unwrap_or_default()))
-            .lead(statistics.summary())
             .section(statistics.section())
             .section(gallery)
             .section(settings(&source)?);
@@ -147,10 +146,10 @@ fn exhibit<'a>(
     map: &'a SourceMap,
     row: usize,
     link: &'a LinkView,
-) -> Result<Exhibit<'a>> {
+) -> Result<LinkPanel<'a>> {
     let [tx, rx] = map.map.data.links[row];
     let status = map.map.data.status[row];
-    Ok(Exhibit {
+    Ok(LinkPanel {
         title: format!("Map {}, transmitter {tx}, receiver {rx}", map.map.data.id),
         outlines: &map.outlines,
         link,

@@ -28,7 +28,7 @@ struct Scored {
 
 /// A group of links, with their places in the results.
 pub struct Group {
-    /// In words: `50 to 100 m`.
+    /// Name in words: `50 to 100 m`.
     pub name: String,
     /// Places of its links in the results.
     pub links: Vec<usize>,

@@ -22,7 +22,7 @@ pub const FILE: &str = "results.json";
 /// Name of the baseline that the table in front always holds: the mean of the training targets, for every link.
 pub const MEAN: &str = "mean spectrum";
 
-/// Everything a report is made of.
+/// Measurements that a report is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// Version of the format: [`FORMAT`].
@@ -37,7 +37,7 @@ pub struct Results {
     pub data: DataSummary,
     /// The scored test links, in the order of the rows of all score files.
     pub links: Vec<TestLink>,
-    /// Everything that was scored.
+    /// The entries that were scored.
     pub entries: Vec<Entry>,
     /// Failures; the others went on without it.
     #[serde(default)]
@@ -119,7 +119,7 @@ pub struct TestLink {
     pub dominant_peaks: u32,
 }
 
-/// Something that predicts spectra, and how well it does.
+/// A predictor of spectra, and how well it does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
     /// Its name in tables, unique: `MS-AReg`, `tracer, 2 interactions`. The models of the paper have the names
@@ -153,7 +153,7 @@ pub enum EntryKind {
     Shipped,
     /// Predictions made elsewhere.
     External,
-    /// Something that learns nothing from maps: the mean spectrum, the line of sight.
+    /// A predictor that learns nothing from maps: the mean spectrum, the line of sight.
     Baseline,
     /// The ray tracer, with at most the interactions that the labels were made with.
     Tracer,
@@ -240,7 +240,7 @@ pub struct ProtocolScores {
     pub file: PathBuf,
 }
 
-/// Something that was not scored.
+/// An entry that was not scored.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
     /// Name of the entry.

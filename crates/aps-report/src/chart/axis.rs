@@ -48,7 +48,7 @@ impl Axis {
         }
     }
 
-    /// The same from `first` to `last`.
+    /// Sets the ends.
     #[must_use]
     pub fn over(self, first: f64, last: f64) -> Self {
         Self {
@@ -57,7 +57,7 @@ impl Axis {
         }
     }
 
-    /// The same, ending a little beyond the data: a chart of dots wastes no room.
+    /// Ends the axis a little beyond the data: a chart of dots wastes no room.
     #[must_use]
     pub fn tight(self) -> Self {
         Self {
@@ -66,7 +66,7 @@ impl Axis {
         }
     }
 
-    /// The same with a tick every `step`.
+    /// Sets a tick every `step`.
     #[must_use]
     pub fn every(self, step: f64) -> Self {
         Self {
@@ -153,7 +153,7 @@ impl Fitted {
     pub fn base(&self) -> f64 {
         match self.scale {
             Scale::Linear if self.contains(0.0) => 0.0,
-            _ => self.first,
+            Scale::Linear | Scale::Log10 => self.first,
         }
     }
 }

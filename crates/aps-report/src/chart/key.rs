@@ -36,7 +36,7 @@ pub fn draw(row: &[&Series], left: f64, top: f64) -> Group {
         let dashed = match series.mark {
             Mark::Line { dashed, .. } | Mark::Stems { dashed, .. } => Some(dashed),
             Mark::Steps { .. } => Some(false),
-            _ => None,
+            Mark::Spots(_) | Mark::Bins { .. } | Mark::Badges { .. } | Mark::Rule { .. } => None,
         };
         group = match dashed.map(|dashed| series.line_class(dashed)) {
             Some(class) => group.add(line(x, top + 6.0, x + 18.0, top + 6.0, &class)),

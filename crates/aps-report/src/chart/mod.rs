@@ -49,11 +49,11 @@ use frame::Frame;
 /// A chart with two axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Above the plot; empty for none, as in a figure with a caption.
+    /// Title above the plot; empty for none, as in a figure with a caption.
     pub title: String,
-    /// To the right.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// Vertical axis.
     pub y: Axis,
     /// Drawn in this order, later ones on top.
     pub series: Vec<Series>,
@@ -196,7 +196,11 @@ impl Chart {
                         labels.line(next_x, y, next_x, next_y);
                     }
                 }
-                _ => {}
+                Mark::Steps { .. }
+                | Mark::Bins { .. }
+                | Mark::Stems { .. }
+                | Mark::Badges { .. }
+                | Mark::Rule { .. } => {}
             }
         }
         let shown = |p: [f64; 2]| self.x.shows(p[0]) && self.y.shows(p[1]);

@@ -28,7 +28,7 @@ pub struct Series {
 pub enum Mark {
     /// A line through the points, broken where one is left out.
     Line {
-        /// In the order of drawing.
+        /// Points in the order of drawing.
         points: Vec<[f64; 2]>,
         /// Dashed instead of solid.
         dashed: bool,
@@ -132,7 +132,7 @@ impl Series {
         Self::new("", colour, Mark::Stems { points, dashed })
     }
 
-    /// The same, linked to elements of other pictures.
+    /// Links the series to elements of other pictures.
     pub(crate) fn linked(self, link: Option<String>) -> Self {
         Self { link, ..self }
     }

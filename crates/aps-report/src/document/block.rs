@@ -62,7 +62,7 @@ pub struct Figure {
 pub struct Data {
     /// The file, relative to the document.
     pub file: String,
-    /// Words for what is in it.
+    /// Description.
     pub caption: String,
     /// Its bytes; none for data that were read back, which are in their file.
     #[serde(skip)]
@@ -118,7 +118,11 @@ impl Block {
             Self::Data(data) => vec![&data.file],
             Self::Table(table) => table.file.as_deref().into_iter().collect(),
             Self::Group(_, blocks) => blocks.iter().flat_map(Block::names).collect(),
-            _ => Vec::new(),
+            Self::Figure(_)
+            | Self::Heading(_)
+            | Self::Text(_)
+            | Self::Verdicts(_)
+            | Self::Folded { .. } => Vec::new(),
         }
     }
 
@@ -133,7 +137,11 @@ impl Block {
             }
             Self::Table(table) => files.extend(table.file.as_deref().zip(table.csv())),
             Self::Group(_, blocks) => blocks.iter().for_each(|block| block.add_files(files)),
-            _ => {}
+            Self::Figure(_)
+            | Self::Heading(_)
+            | Self::Text(_)
+            | Self::Verdicts(_)
+            | Self::Folded { .. } => {}
         }
     }
 }

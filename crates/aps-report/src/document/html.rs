@@ -92,7 +92,7 @@ impl Block {
 }
 
 impl Figure {
-    /// As large as it was drawn where there is room.
+    /// The figure, as large as it was drawn where there is room.
     fn to_html(&self) -> Markup {
         let width = self.drawing.as_ref().map(|drawing| drawing.size().0);
         let width = width.map(|width| format!("max-width:{width}px"));

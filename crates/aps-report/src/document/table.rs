@@ -96,7 +96,7 @@ impl Table {
         }
     }
 
-    /// The same, shown only when asked.
+    /// Folds the table: it is shown only when asked.
     #[must_use]
     pub fn folded(self) -> Self {
         Self {

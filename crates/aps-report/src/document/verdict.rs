@@ -21,12 +21,12 @@ pub struct Verdict {
 pub enum Outcome {
     /// The claim holds.
     Pass,
-    /// It does not.
+    /// The claim does not hold.
     Fail,
 }
 
 impl Outcome {
-    /// In a word.
+    /// The decision in a word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Pass => "PASS",

@@ -1,4 +1,4 @@
-//! Explanations of a link: its lobes, the paths worth naming, the fate of each; as a page and as one picture.
+//! Explanations of a link: its lobes, the paths worth naming, the loss of each where delays are sampled; as a page and as one picture.
 
 mod render;
 
@@ -8,7 +8,8 @@ pub use render::Explained;
 
 use crate::ReportError;
 use crate::link::{
-    Fate, LinkView, Lobe, PathView, Side, Spectrum, angle_deg, fate, has_mirrors, lobes,
+    LinkView, Lobe, PathView, SampledLoss, Side, Spectrum, angle_deg, has_mirrors, lobes,
+    sampled_loss,
 };
 use crate::numbers::fixed;
 use crate::theme::Colour;
@@ -23,7 +24,7 @@ pub struct Explanation<'a> {
     pub link: &'a LinkView,
     /// Its spectrum.
     pub spectrum: Spectrum,
-    /// The same link under the other protocol; none if that counts no path.
+    /// Its spectrum under the other protocol; none if that counts no path.
     pub other: Option<Spectrum>,
     /// Its dominant peaks, by ascending angle.
     pub lobes: Vec<Lobe>,
@@ -44,8 +45,8 @@ pub struct Listed<'a> {
     pub colour: Colour,
     /// Largest share of a lobe where the path comes from, and of a mirror lobe.
     pub shares: [f64; 2],
-    /// Its fate in the released label.
-    pub fate: Fate,
+    /// Its loss in the released label.
+    pub sampled_loss: SampledLoss,
 }
 
 impl<'a> Explanation<'a> {
@@ -94,7 +95,7 @@ impl<'a> Explanation<'a> {
                     false => Colour::Soft,
                 },
                 shares: [share(Side::Own), share(Side::Mirror)],
-                fate: fate(released, &samples[i])?,
+                sampled_loss: sampled_loss(released, &samples[i])?,
             });
         }
         Ok(Some(Self {
@@ -169,7 +170,7 @@ impl<'a> Explanation<'a> {
                 fixed(l.path.gain_db, 1),
                 percent(l.shares[0]),
                 percent(l.shares[1]),
-                fate_text(l.fate),
+                loss_text(l.sampled_loss),
             ]
         };
         self.listed.iter().map(|l| (row(l), l)).collect()
@@ -220,16 +221,16 @@ fn percent(share: f64) -> String {
     }
 }
 
-fn fate_text(fate: Fate) -> String {
-    match fate {
-        Fate::Sampled { lost_db } if lost_db < 0.05 => "whole, on a grid delay".into(),
-        Fate::Sampled { lost_db } => format!("\u{2212}{lost_db:.1} dB, between grid delays"),
-        Fate::Beyond { last_ns, lost_db } => {
+fn loss_text(loss: SampledLoss) -> String {
+    match loss {
+        SampledLoss::Sampled { lost_db } if lost_db < 0.05 => "whole, on a grid delay".into(),
+        SampledLoss::Sampled { lost_db } => format!("\u{2212}{lost_db:.1} dB, between grid delays"),
+        SampledLoss::Beyond { last_ns, lost_db } => {
             format!("disappears: \u{2212}{lost_db:.0} dB, beyond {last_ns:.0} ns")
         }
-        Fate::Dropped { loss_db } if loss_db > 0.0 => {
+        SampledLoss::Dropped { loss_db } if loss_db > 0.0 => {
             format!("dropped: loss {loss_db:.0} dB is above 310 dB")
         }
-        Fate::Dropped { .. } => "dropped: no loss".into(),
+        SampledLoss::Dropped { .. } => "dropped: no loss".into(),
     }
 }

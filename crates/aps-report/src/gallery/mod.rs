@@ -1,8 +1,8 @@
 //! A data set on one page: links to look at, and statistics over many.
 
 mod charts;
-mod exhibit;
+mod link_panel;
 mod statistics;
 
-pub use exhibit::{Exhibit, legend};
+pub use link_panel::{LinkPanel, legend};
 pub use statistics::Statistics;

@@ -53,19 +53,6 @@ impl Statistics {
         }
     }
 
-    /// One sentence on the whole.
-    pub fn summary(&self) -> String {
-        let valid = self.totals.valid();
-        format!(
-            "{} maps, {} links, {} of them with a label of the {} protocol ({:.2} %).",
-            self.totals.maps,
-            count(self.totals.links),
-            count(valid),
-            self.protocol,
-            100.0 * valid as f64 / self.totals.links.max(1) as f64
-        )
-    }
-
     /// The section of the page.
     pub fn section(&self) -> Section {
         let valid = self.totals.valid();
@@ -113,14 +100,21 @@ impl Statistics {
         table
     }
 
-    /// Links with a label, and why others have none; most first.
+    /// All links, those with a label, and why others have none; most first.
     fn states(&self) -> Table {
-        let mut states: Vec<_> = self.totals.status.iter().collect();
+        let (maps, links) = (self.totals.maps, self.totals.links);
+        let caption = format!(
+            "Links of {maps} maps, labels of the {} protocol",
+            self.protocol
+        );
+        let all = "all".to_owned();
+        let mut states: Vec<_> = self.totals.status.iter().chain([(&all, &links)]).collect();
         states.sort_by(|p, q| q.1.cmp(p.1));
-        let share = |n: u64| format!("{:.1}", 100.0 * n as f64 / self.totals.links.max(1) as f64);
+        let share = |n: u64| format!("{:.1}", 100.0 * n as f64 / links.max(1) as f64);
         let row =
             |(name, &n): (&String, &u64)| vec![name.replace('_', " "), n.to_string(), share(n)];
-        Table::new("", ["state of a link", "links", "share [%]"]).rows(states.into_iter().map(row))
+        let head = ["state of a link", "links", "share [%]"];
+        Table::new(caption, head).rows(states.into_iter().map(row))
     }
 
     fn figures(&self) -> Vec<Figure> {

@@ -170,9 +170,9 @@ pub fn has_mirrors(label: &LabelConfig) -> bool {
     matches!(label.array, Array::UniformLinear { .. })
 }
 
-/// The fate of a path in a label that takes its maximum over sampled delays.
+/// Loss of a path in a label that takes its maximum over sampled delays.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fate {
+pub enum SampledLoss {
     /// Its delay lies between two of the axis: lowered, by nothing on one of them.
     Sampled {
         /// The loss \[dB\].
@@ -192,15 +192,15 @@ pub enum Fate {
     },
 }
 
-/// The fate of a path in the label of `released`, a labeler of that protocol.
-pub fn fate(released: &Labeler, path: &PathSample) -> Result<Fate, PathError> {
+/// Returns the loss of a path in the label of `released`, a labeler of that protocol.
+pub fn sampled_loss(released: &Labeler, path: &PathSample) -> Result<SampledLoss, PathError> {
     debug_assert_eq!(released.config().protocol, Protocol::Released);
     let angle_rad = angle_deg(path.arrival_azimuth_rad, Protocol::Released).to_radians();
     let power = |tau_s: f64| released.q(&[*path], tau_s, angle_rad);
     let whole = power(path.delay_s)?;
     if whole == 0.0 {
         let loss_db = -path.gain_db;
-        return Ok(Fate::Dropped { loss_db });
+        return Ok(SampledLoss::Dropped { loss_db });
     }
     let mut best: f64 = 0.0;
     for &tau_s in released.delays_s() {
@@ -210,9 +210,9 @@ pub fn fate(released: &Labeler, path: &PathSample) -> Result<Fate, PathError> {
     let last_s = released.delays_s().last().copied().unwrap_or(0.0);
     if path.delay_s > last_s {
         let last_ns = last_s * 1e9;
-        Ok(Fate::Beyond { last_ns, lost_db })
+        Ok(SampledLoss::Beyond { last_ns, lost_db })
     } else {
-        Ok(Fate::Sampled { lost_db })
+        Ok(SampledLoss::Sampled { lost_db })
     }
 }
 
@@ -384,14 +384,14 @@ mod tests {
     }
 
     #[test]
-    fn fates_tell_what_the_sampled_delays_do() {
+    fn losses_tell_what_the_sampled_delays_do() {
         let released = Labeler::new(&LabelConfig::released()).unwrap();
         let step_ns = 1000.0 / 127.0;
         let of = |delay_ns: f64, gain_db: f64| {
-            fate(&released, &sample(delay_ns, 33.0, gain_db)).unwrap()
+            sampled_loss(&released, &sample(delay_ns, 33.0, gain_db)).unwrap()
         };
         let sampled = |delay_ns: f64| match of(delay_ns, -90.0) {
-            Fate::Sampled { lost_db } => lost_db,
+            SampledLoss::Sampled { lost_db } => lost_db,
             other => panic!("{other:?}"),
         };
         assert!(sampled(40.0 * step_ns) < 1e-9);
@@ -400,11 +400,11 @@ mod tests {
         let x = PI * 200e6 * 0.5 * step_ns * 1e-9;
         let expected_db = -20.0 * (x.sin() / x).abs().log10();
         assert!((lost_db - expected_db).abs() < 1e-6, "{lost_db}");
-        let Fate::Beyond { last_ns, lost_db } = of(1013.0, -90.0) else {
+        let SampledLoss::Beyond { last_ns, lost_db } = of(1013.0, -90.0) else {
             panic!()
         };
         assert!(last_ns == 1000.0 && lost_db > 15.0, "{lost_db}");
-        assert_eq!(of(400.0, -311.0), Fate::Dropped { loss_db: 311.0 });
-        assert_eq!(of(400.0, 0.0), Fate::Dropped { loss_db: 0.0 });
+        assert_eq!(of(400.0, -311.0), SampledLoss::Dropped { loss_db: 311.0 });
+        assert_eq!(of(400.0, 0.0), SampledLoss::Dropped { loss_db: 0.0 });
     }
 }

@@ -4,6 +4,6 @@ mod lobes;
 mod spectrum;
 mod view;
 
-pub use lobes::{Fate, Lobe, Side, fate, has_mirrors, lobes};
+pub use lobes::{Lobe, SampledLoss, Side, has_mirrors, lobes, sampled_loss};
 pub use spectrum::{Spectrum, angle_deg, apart_deg, dominant_peaks, mirror_deg, turn_deg};
 pub use view::{Bend, LinkView, PathView, heading_words};

@@ -96,7 +96,7 @@ pub fn apart_deg(a: f64, b: f64) -> f64 {
     wrap_deg(a - b).abs()
 }
 
-/// Into [-180, 180) deg.
+/// Wraps to [-180, 180) deg.
 fn wrap_deg(angle: f64) -> f64 {
     (angle + 180.0).rem_euclid(360.0) - 180.0
 }

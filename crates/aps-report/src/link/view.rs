@@ -23,7 +23,7 @@ pub struct PathView {
     pub bends: Vec<Bend>,
     /// Delay \[s\].
     pub delay_s: f64,
-    /// From the receiver towards the last bend \[rad\].
+    /// Direction from the receiver towards the last bend \[rad\].
     pub arrival_azimuth_rad: f64,
     /// Power received over power sent \[dB\].
     pub gain_db: f64,
@@ -149,7 +149,7 @@ impl LinkView {
         self.tx.distance(self.rx)
     }
 
-    /// Tells if a path goes straight.
+    /// Returns true if a path is direct.
     pub fn has_line_of_sight(&self) -> bool {
         self.paths.iter().any(|p| p.bends.is_empty())
     }

@@ -66,7 +66,7 @@ pub fn draw(outlines: &Outlines, link: &LinkView, rays: &[Ray<'_>], side: f64) -
     Drawing::new(group, side, side, label)
 }
 
-/// From metres to pixels.
+/// Map from metres to pixels.
 struct Frame {
     min: DVec2,
     pixels_per_metre: f64,

@@ -48,7 +48,7 @@ pub fn legend(label: &LabelConfig, has_paths: bool) -> String {
 
 /// A link, with everything that is shown of it.
 #[derive(Debug)]
-pub struct Exhibit<'a> {
+pub struct LinkPanel<'a> {
     /// Name of the link.
     pub title: String,
     /// The buildings.
@@ -67,7 +67,7 @@ pub struct Exhibit<'a> {
     pub stored: Option<Spectrum>,
 }
 
-impl Exhibit<'_> {
+impl LinkPanel<'_> {
     /// Adds the link to a page.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ impl Exhibit<'_> {
     }
 }
 
-/// From the paths, under both protocols.
+/// Draws the spectra and delay profiles of the paths, under both protocols.
 fn labelled(
     label: &LabelConfig,
     link: &LinkView,
@@ -172,7 +172,7 @@ fn labelled(
     Ok([Some(aps.draw()), Some(pdp.draw())])
 }
 
-/// As stored, where there are no paths.
+/// Draws the stored spectrum and delay profile, where there are no paths.
 fn stored(spectrum: &Spectrum) -> [Option<Drawing>; 2] {
     let aps = (!spectrum.aps_db.is_empty()).then(|| {
         let axes = picture::axes(Protocol::Paper, spectrum.top_db(), false).sized(480.0, 270.0);
