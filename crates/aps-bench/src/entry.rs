@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use crate::answer::{self, Answer};
 use crate::baselines;
 use crate::benchmark::Benchmark;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::job::{Job, stem};
 use crate::part::{Part, State};
 use crate::test_bed::TestBed;

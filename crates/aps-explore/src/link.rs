@@ -10,7 +10,7 @@ use aps_report::link::{LinkView, PathView, Spectrum, angle_deg, mirror_deg};
 use map2aps::path_list::LinkEntry;
 use serde::Serialize;
 
-use crate::cache::{Cache, City};
+use crate::cache::{Cache, City, TxSide};
 use crate::curve::Curve;
 use crate::fault::Fault;
 use crate::prediction::Prediction;

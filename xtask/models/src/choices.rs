@@ -1,28 +1,12 @@
 //! Devices and models on the command line.
 
-use std::path::Path;
-
-use anyhow::{Result, ensure};
 use aps_bench::Profile;
+use aps_model::ModelKind;
 use aps_model::condition::Frame;
 use aps_model::train::Precision;
-use aps_model::weights::Label;
-use aps_model::{ModelKind, Preset};
 use clap::builder::{PossibleValue, TypedValueParser};
 use map2aps::training::Device;
 use xtask::named;
-
-/// Refuses a preset in which no weights come with the program, where these are taken for want of a file.
-pub fn must_be_shipped(weights: Option<&Path>, asked: Option<Preset>, taken: Label) -> Result<()> {
-    let is_shipped = weights.is_some() || asked.is_none_or(|asked| asked == taken.preset);
-    ensure!(
-        is_shipped,
-        "the weights of {} that come with the program are of preset {}; leave --preset away, or name a file with --weights",
-        taken.kind,
-        taken.preset
-    );
-    Ok(())
-}
 
 /// Parser of `--device`.
 pub fn devices() -> impl TypedValueParser<Value = Device> {

@@ -2,14 +2,12 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use aps_data::replace_file;
-use aps_model::{ModelKind, Preset};
 use map2aps::training::OnnxModel;
 use xtask::{note, say};
 
-use crate::choices::{models, must_be_shipped};
-use crate::predict::{advised, size_assumed};
+use crate::weights::{WeightsArgs, size_assumed};
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -23,15 +21,8 @@ folder of a run. `batch` is any number of links:
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of ms_areg and polar_reg.
-    #[arg(long, value_parser = models())]
-    model: Option<ModelKind>,
-    /// Its sizes: paper or small [default: as the file of weights says].
-    #[arg(long)]
-    preset: Option<Preset>,
-    /// Weights: .safetensors, or .pt of PyTorch [default: those that come with the program].
-    #[arg(long)]
-    weights: Option<PathBuf>,
+    #[command(flatten)]
+    weights: WeightsArgs,
     /// Rows and columns of condition images [pixels; default: as trained, by the config.json beside the weights; else
     /// 256 paper, 64 small].
     #[arg(long)]
@@ -54,16 +45,10 @@ impl Args {
         );
         xtask::output::make_folder_of(&self.out)?;
         let size = self.image_size;
-        let model = match (&self.weights, self.model) {
-            (Some(weights), kind) => OnnxModel::load(weights, kind, self.preset, size),
-            (None, Some(kind)) => OnnxModel::shipped(kind, size),
-            (None, None) => bail!("give --weights or --model"),
-        };
-        let model = model.map_err(advised)?;
-        must_be_shipped(self.weights.as_deref(), self.preset, model.label)?;
-        if let (Some(weights), false) = (&self.weights, model.report.dropped.is_empty()) {
-            note!("weights '{}': {}", weights.display(), model.report);
-        }
+        let load = |file: &_, kind, preset| OnnxModel::load(file, kind, preset, size);
+        let shipped = |kind| OnnxModel::shipped(kind, size);
+        let model = self.weights.read(load, shipped)?;
+        self.weights.check(model.label, &model.report)?;
         if let (Some(size), true) = (model.image_size, model.is_size_assumed) {
             note!("{}", size_assumed(size, "--image-size sets it"));
         }

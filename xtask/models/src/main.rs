@@ -13,6 +13,7 @@ mod run;
 mod study;
 mod train;
 mod watch;
+mod weights;
 
 use std::process::ExitCode;
 

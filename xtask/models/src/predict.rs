@@ -5,21 +5,22 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::{Context, Error, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use aps_data::npy::{self, Element};
 use aps_data::{Part, PartialFile};
+use aps_model::ANGLE_BINS;
 use aps_model::condition::{ConditionConfig, InputKind};
-use aps_model::{ANGLE_BINS, ModelKind, Preset};
 use indicatif::ProgressBar;
 use map2aps::maps::NamedMaps;
 use map2aps::targets::{self, Target};
-use map2aps::training::{self, Device, Trained, TrainingError};
-use map2aps::{Examples, LINK_COLUMNS, MapError, link_labels, link_line, links_file};
+use map2aps::training::{self, Device, Trained};
+use map2aps::{Examples, LINK_COLUMNS, link_labels, link_line, links_file};
 use xtask::interrupt::interrupt_flag;
 use xtask::progress::bar_of;
 use xtask::{TileArgs, note, parts};
 
-use crate::choices::{devices, must_be_shipped};
+use crate::choices::devices;
+use crate::weights::{WeightsArgs, advised, size_assumed};
 
 /// Closing section of the long help: facts that the options' single lines leave out.
 const WHAT_IS_WRITTEN: &str = "\
@@ -34,15 +35,8 @@ pred.links.csv, beside pred.npy, names map, row, transmitter, receiver and label
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = WHAT_IS_WRITTEN)]
 pub struct Args {
-    /// Model of the weights [default: as their file says]. Without --weights, those that come with the program: of ms_areg and polar_reg.
-    #[arg(long)]
-    model: Option<ModelKind>,
-    /// Its sizes: paper or small [default: as the file of weights says].
-    #[arg(long)]
-    preset: Option<Preset>,
-    /// Weights: .safetensors, or .pt of PyTorch [default: those that come with the program].
-    #[arg(long)]
-    weights: Option<PathBuf>,
+    #[command(flatten)]
+    weights: WeightsArgs,
     /// Folder of a data set.
     #[arg(long)]
     data: PathBuf,
@@ -85,24 +79,15 @@ impl Args {
         );
         xtask::output::make_folder_of(&self.out)?;
         let device = self.device.open()?;
-        let trained = match (&self.weights, self.model) {
-            (Some(weights), kind) => Trained::load(weights, kind, self.preset, &device),
-            (None, Some(kind)) => Trained::shipped(kind, &device),
-            (None, None) => {
-                bail!("give --weights, or --model for the weights that come with the program")
-            }
-        };
-        let trained = trained.map_err(advised)?;
+        let load = |file: &_, kind, preset| Trained::load(file, kind, preset, &device);
+        let shipped = |kind| Trained::shipped(kind, &device);
+        let trained = self.weights.read(load, shipped)?;
         let kind = trained.label().kind;
-        must_be_shipped(self.weights.as_deref(), self.preset, trained.label())?;
+        self.weights.check(trained.label(), trained.report())?;
         ensure!(
             self.image_size.is_none() || kind.input() == InputKind::Images,
             "--image-size is for models of images, not for {kind}"
         );
-        let report = trained.report();
-        if let (Some(weights), false) = (&self.weights, report.dropped.is_empty()) {
-            note!("weights '{}': {report}", weights.display());
-        }
         self.predict(trained)
     }
 
@@ -167,40 +152,6 @@ impl Args {
             note!("note: the model was trained on images of {own} pixels, not {image_size}");
         }
         ConditionConfig { image_size, ..own }
-    }
-}
-
-/// Remark on images whose size nothing tells, and on what would.
-pub fn size_assumed(size: usize, remedy: &str) -> String {
-    format!(
-        "note: nothing tells the size of the images that the model learnt, as the config.json beside weights does: {size} pixels are \
-         assumed; {remedy}"
-    )
-}
-
-/// Names the option that helps against an error of the library, which does not know them.
-pub fn advised(error: map2aps::Error) -> Error {
-    use aps_model::Error::ForeignLabel;
-    match error.cause() {
-        map2aps::Error::Model(ForeignLabel { .. }) => {
-            Error::new(error).context("name the model with --model, and its --preset")
-        }
-        map2aps::Error::Training(TrainingError::Unnamed(_)) => {
-            Error::new(error).context("give --model")
-        }
-        map2aps::Error::Training(TrainingError::OtherLabels { difference, .. }) => {
-            let protocol = difference
-                .learnt
-                .as_str()
-                .map(|p| format!("--protocol {p}"));
-            let options = protocol.unwrap_or("--array, --elements and --spacing".into());
-            anyhow!(
-                "{:#}; `relabel` labels a data set that stores paths anew with {options}, `dataset` makes another",
-                Error::new(error)
-            )
-        }
-        map2aps::Error::Map(MapError::NoScene(_)) => Error::new(error).context("--maps"),
-        _ => error.into(),
     }
 }
 

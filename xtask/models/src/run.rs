@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 use std::iter;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use anyhow::Result;
@@ -12,30 +11,9 @@ use aps_model::train::StepReport;
 use aps_report::numbers::duration;
 use indicatif::{HumanDuration, ProgressBar};
 use map2aps::training::{DevelopmentScores, Device, Run, RunFolder, Training};
-use map2aps::{Control, Dataset, Progress, counted};
+use map2aps::{Progress, counted};
 use xtask::progress::bar_of;
 use xtask::{note, say};
-
-/// Prepares a training, or its continuation, and makes all steps that are left, with a progress bar.
-pub fn train(
-    plan: &Training,
-    dataset: &Dataset,
-    folder: RunFolder,
-    resume: bool,
-    cancel: &AtomicBool,
-) -> Result<Run> {
-    let mut run = plan.prepare(dataset, folder, resume)?;
-    let bar = Bar::begin(plan, &run);
-    let control = Control {
-        progress: &bar,
-        cancel,
-        ..Control::default()
-    };
-    let made = run.train(&control);
-    bar.end(made.is_ok());
-    made?;
-    Ok(run)
-}
 
 /// Tells what begins.
 fn announce(plan: &Training, run: &Run) {

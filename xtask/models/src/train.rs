@@ -10,12 +10,12 @@ use aps_data::Dataset;
 use aps_model::condition::{Frame, InputKind};
 use aps_model::train::{Precision, TrainConfig};
 use aps_model::{ModelKind, Preset};
-use map2aps::MapError;
 use map2aps::maps::NamedMaps;
 use map2aps::training::{
     self, DevelopmentMaps, Device, InitialWeights, RunFolder, Selection, Training, TrainingError,
     usual_image_size,
 };
+use map2aps::{Control, MapError};
 use xtask::TileArgs;
 use xtask::interrupt::interrupt_flag;
 
@@ -70,7 +70,7 @@ pub struct Args {
     /// and a run that is continued gets what is left.
     #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "epochs")]
     budget: Option<Duration>,
-    /// Links a step [default: the paper's with --preset paper, else 64; 128 for polar_reg].
+    /// Batch size [links; default: the paper's with --preset paper, else 64; 128 for polar_reg].
     #[arg(long)]
     batch: Option<usize>,
     /// Highest learning rate [default: the paper's; 2e-3 for polar_reg].
@@ -162,15 +162,20 @@ impl Args {
         );
         let interrupted = interrupt_flag()?;
         let dataset = training::open(&self.data)?;
-        let made = run::train(
-            &self.plan(&dataset)?,
-            &dataset,
-            folder.clone(),
-            self.resume,
-            interrupted,
-        );
+        let plan = self.plan(&dataset)?;
+        let run = plan.prepare(&dataset, folder.clone(), self.resume);
+        let made = run.and_then(|mut run| {
+            let bar = run::Bar::begin(&plan, &run);
+            let made = run.train(&Control {
+                progress: &bar,
+                cancel: interrupted,
+                ..Control::default()
+            });
+            bar.end(made.is_ok());
+            made.map(|()| run)
+        });
         let run = made.map_err(|error| match interrupted.load(Ordering::Relaxed) {
-            true => error.context("the same command with --resume continues"),
+            true => Error::new(error).context("the same command with --resume continues"),
             false => advised(error),
         })?;
         run::print_scores(&run, &folder)
@@ -212,14 +217,14 @@ impl Args {
 }
 
 /// Names the option that helps against an error of the library, which does not know them.
-fn advised(error: Error) -> Error {
-    let cause = error.downcast_ref::<map2aps::Error>();
-    match cause.map(map2aps::Error::cause) {
-        Some(map2aps::Error::Training(
+fn advised(error: map2aps::Error) -> Error {
+    let advice = match error.cause() {
+        map2aps::Error::Training(
             TrainingError::NotATrainingMap { pool, .. } | TrainingError::NoDevelopmentMaps { pool },
-        )) if pool.len() > 1 => error.context("name development maps with --dev-maps"),
-        Some(map2aps::Error::Mirror(_)) => error.context("train without --mirror"),
-        Some(map2aps::Error::Map(MapError::NoScene(_))) => error.context("--maps"),
-        _ => error,
-    }
+        ) if pool.len() > 1 => "name development maps with --dev-maps",
+        map2aps::Error::Mirror(_) => "train without --mirror",
+        map2aps::Error::Map(MapError::NoScene(_)) => "--maps",
+        _ => return error.into(),
+    };
+    Error::new(error).context(advice)
 }

@@ -11,8 +11,8 @@ use map2aps::{Progress, Work};
 use xtask::progress::Bar;
 use xtask::{note, output, say};
 
-use crate::predict::size_assumed;
 use crate::run;
+use crate::weights::size_assumed;
 
 /// Prints stages, remarks and tables, and shows bars.
 pub struct Printer {

@@ -12,7 +12,7 @@ fn study_of_models_is_whole_and_joins_the_report() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("report");
     let output = Command::new(env!("CARGO_BIN_EXE_xtask-models"))
-        .args(["report", "--profile", "smoke", "--out"])
+        .args(["report", "--profile", "smoke", "--seed", "42", "--out"])
         .arg(&out)
         .arg("--work")
         .arg(folder.path().join("work"))

@@ -16,20 +16,17 @@ const PLACE: u32 = 4;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Amount of measurement: full takes about ten minutes, smoke seconds.
-    #[arg(long, value_enum, default_value_t = Profile::Full)]
+    #[arg(long, value_enum)]
     profile: Profile,
     /// Folder of RadioMapSeer files to learn from, or synthetic.
     #[arg(long, default_value = "synthetic")]
     maps: String,
     /// Seed of weights, terminals and synthetic cities.
-    #[arg(long, default_value_t = 42)]
+    #[arg(long)]
     seed: u64,
-    /// Threads [default: all cores].
+    /// Folder of the report.
     #[arg(long)]
-    threads: Option<usize>,
-    /// Folder of the report [default: docs/reports; data/report-smoke for smoke].
-    #[arg(long)]
-    out: Option<PathBuf>,
+    out: PathBuf,
     /// Folder of the data set and the trained models, reused where settings agree [default: data/report-models].
     #[arg(long)]
     work: Option<PathBuf>,
@@ -38,9 +35,6 @@ pub struct Args {
 impl Args {
     /// Runs the command.
     pub fn run(self) -> Result<()> {
-        xtask::use_threads(self.threads)?;
-        let usual = self.profile.choose("data/report-smoke", "docs/reports");
-        let out = self.out.clone().unwrap_or_else(|| usual.into());
         let conditions = Conditions::now(self.profile, self.seed, self.command());
         let mut study = Study::new("models", "Models: precision, batches, images");
         study.place = PLACE;
@@ -52,8 +46,8 @@ impl Args {
         let work = self.work.clone();
         let work = work.unwrap_or_else(|| "data/report-models".into());
         resolution::study(self.profile, self.seed, &self.maps, &work, &mut study)?;
-        study.write(&studies_folder(&out), conditions.ended())?;
-        say!("report '{}'", publish(&out)?.display())?;
+        study.write(&studies_folder(&self.out), conditions.ended())?;
+        say!("report '{}'", publish(&self.out)?.display())?;
         Ok(())
     }
 
