@@ -34,7 +34,7 @@ pub enum Error {
     /// Predictions that are of other links than the test maps', or cannot be scored.
     #[error("{0}")]
     Scores(String),
-    /// Nothing was left to be reported.
+    /// No entry was left to be reported.
     #[error("nothing could be scored")]
     NothingScored,
     /// A choice of settings by trainings that are no share of a budget.

@@ -1,4 +1,4 @@
-//! Everything that is scored, in its order.
+//! The entries to score, in their order.
 
 use std::path::PathBuf;
 

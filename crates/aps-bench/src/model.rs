@@ -58,7 +58,7 @@ fn plan(config: &Config, kind: ModelKind, maps: &MapSource) -> Result<Plan> {
     })
 }
 
-/// Everything that decides a training; `data` is the hash of the data set's settings.
+/// Settings that decide a training; `data` is the hash of the data set's settings.
 fn settings(plan: &Plan, data: &str) -> Value {
     json!({
         "data": data,

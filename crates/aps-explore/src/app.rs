@@ -55,9 +55,9 @@ const PAGE: &str = "x-page";
 #[derive(Debug)]
 pub struct App {
     latest: LatestRequests,
-    /// For links, which are not to wait for the others.
+    /// Workers for links, which are not to wait for the others.
     quick: Workers,
-    /// For comparisons, coverage and files.
+    /// Workers for comparisons, coverage and files.
     slow: Workers,
 }
 

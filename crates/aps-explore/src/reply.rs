@@ -23,7 +23,7 @@ pub type Reply = Response<ReplyBody>;
 /// JSON.
 pub const JSON: &str = "application/json";
 
-/// For every answer: nothing is kept, nothing from elsewhere is loaded, nobody else may show or read it. Styles inside of elements
+/// Headers of every answer: nothing is kept, nothing from elsewhere is loaded, nobody else may show or read it. Styles inside of elements
 /// are those of pictures.
 const HEADERS: [(HeaderName, &str); 5] = [
     (header::CACHE_CONTROL, "no-store"),

@@ -7,10 +7,12 @@
 //! - [`explain`]: a page that tells which path makes which lobe of a spectrum;
 //! - [`gallery`]: links of a data set to look at, and statistics over many;
 //! - [`benchmark`]: results of models, and the document made of them;
+//! - [`theme`], [`drawing`], [`numbers`]: colours and styles, finished pictures, numbers as people read them;
 //! - [`command_line`]: commands of the runner as one would type them.
 //!
-//! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas and paths, of the data set its
-//! table of paths, of the labels their formula and angles; it knows no map file and no model.
+//! Nothing here is traced, labelled or measured. Of the tracer the crate takes points, areas, scenes, paths and the
+//! speed of light, of the data set its table of paths and its sums, of the labels their formula and angles; it knows no map file and
+//! no model.
 
 pub mod benchmark;
 pub mod chart;

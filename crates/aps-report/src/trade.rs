@@ -52,7 +52,7 @@ impl Trade {
         self.choices.iter().find(|choice| choice.name == name)
     }
 
-    /// Both axes logarithmic, the front as steps; errors below `least` are drawn there. Settings on the
+    /// Makes a chart, both axes logarithmic, the front as steps; errors below `least` are drawn there. Settings on the
     /// front, and those that `is_named` chooses, are named.
     pub fn chart(
         &self,

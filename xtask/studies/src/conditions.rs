@@ -36,7 +36,7 @@ impl Conditions {
         }
     }
 
-    /// The same, ended now.
+    /// Ends the study now.
     #[must_use]
     pub fn ended(mut self) -> Self {
         if let Some(began) = self.began.take() {

@@ -14,7 +14,7 @@ use crate::profile::Profile;
 /// A scene and its name.
 #[derive(Debug, Clone)]
 pub struct NamedScene {
-    /// In words.
+    /// Name in words.
     pub name: String,
     /// Number that the terminals are drawn by, besides the seed.
     pub id: u32,

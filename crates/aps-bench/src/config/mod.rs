@@ -104,7 +104,7 @@ pub struct ModelConfig {
     /// Rows and columns of condition images \[pixels\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image_size: Option<usize>,
-    /// Links a step.
+    /// Batch size \[links\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batch: Option<usize>,
     /// Highest learning rate.
@@ -137,10 +137,10 @@ pub struct LatencyConfig {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Pretrained {
-    /// For the models with a ResNet-18 of full width.
+    /// Weights for the models with a ResNet-18 of full width.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resnet18: Option<PathBuf>,
-    /// For `vit_reg`.
+    /// Weights for `vit_reg`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vit_b_16: Option<PathBuf>,
 }

@@ -142,7 +142,7 @@ pub fn cells(question: &Value, show: &str, cell_m: f64) -> Value {
     cells
 }
 
-/// The same with another value at a place.
+/// Copies a question, with another value at a place.
 pub fn changed(question: &Value, pointer: &str, value: Value) -> Value {
     let mut changed = question.clone();
     *changed.pointer_mut(pointer).unwrap() = value;

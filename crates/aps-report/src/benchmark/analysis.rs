@@ -22,7 +22,7 @@ pub struct Analysis<'a> {
 struct Scored {
     protocol: String,
     table: ScoreTable,
-    /// Over all links.
+    /// Means over all links.
     means: Vec<(Metric, Estimate)>,
 }
 

@@ -180,7 +180,7 @@ pub struct Training {
     pub best_steps: Option<u64>,
     /// Number of links seen, repeats counted.
     pub links_seen: u64,
-    /// Links a step.
+    /// Batch size \[links\].
     pub batch: usize,
     /// Highest learning rate.
     pub learning_rate: f64,

@@ -25,7 +25,7 @@ pub struct Axis {
     /// First and last value; `None` takes them from the data, rounded outwards to ticks. Values
     /// beyond a range given are drawn at its ends (lines, bars) or left out (points).
     pub range: Option<[f64; 2]>,
-    /// Without a range, the axis ends a little beyond the data instead of at ticks.
+    /// If true, an axis without a range ends a little beyond the data instead of at ticks.
     pub is_tight: bool,
     /// Distance of ticks on a linear axis; `None` chooses one of 1, 2, 5 times a power of ten.
     pub step: Option<f64>,

@@ -35,7 +35,7 @@ pub enum Mark {
     },
     /// A line that keeps the height of each point until the next one: a distribution.
     Steps {
-        /// By ascending x.
+        /// Points by ascending x.
         points: Vec<[f64; 2]>,
     },
     /// Dots, each with a text beside it.

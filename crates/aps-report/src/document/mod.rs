@@ -130,9 +130,10 @@ impl Section {
 
     /// Adds a verdict; those that follow each other make a list.
     pub fn verdict(&mut self, verdict: Verdict) {
-        match self.blocks.last_mut() {
-            Some(Block::Verdicts(verdicts)) => verdicts.push(verdict),
-            _ => self.blocks.push(Block::Verdicts(vec![verdict])),
+        if let Some(Block::Verdicts(verdicts)) = self.blocks.last_mut() {
+            verdicts.push(verdict);
+        } else {
+            self.blocks.push(Block::Verdicts(vec![verdict]));
         }
     }
 

@@ -17,7 +17,7 @@ pub struct GainScale {
 }
 
 impl GainScale {
-    /// Over the gains of some paths, at most 60 dB.
+    /// Makes a scale over the gains of some paths, at most 60 dB.
     pub fn over(paths: &[PathView]) -> Self {
         let gains = || paths.iter().map(|p| p.gain_db);
         let strongest_db = gains().fold(f64::NEG_INFINITY, f64::max);

@@ -20,9 +20,9 @@ const K_RHO: [f64; 3] = [10.0, 100.0, 1000.0];
 struct Row {
     method: &'static str,
     k_rho: f64,
-    /// Beyond the boundary; negative where the source is seen.
+    /// Angle beyond the boundary; negative where the source is seen.
     beyond_deg: f64,
-    /// In parts of the incident field.
+    /// Error in parts of the incident field.
     error: f64,
 }
 

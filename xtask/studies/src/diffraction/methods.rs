@@ -13,9 +13,9 @@ const PERFECT: Complex64 = Complex64::new(-1.0, 0.0);
 pub enum Method {
     /// The uniform theory as aps-raytrace computes it.
     Utd,
-    /// The same as printed, with the usual transition function of three pieces.
+    /// The uniform theory as printed, with the usual transition function of three pieces.
     ThreePieces,
-    /// The same as printed, with the transition function by quadrature.
+    /// The uniform theory as printed, with the transition function by quadrature.
     Quadrature,
     /// Keller's theory: no transition function, infinite at the boundaries.
     Keller,

@@ -35,7 +35,7 @@ struct Row {
     worst_error: Option<f64>,
     /// Largest error of the level in the shadow.
     shadow_error_db: Option<f64>,
-    /// The same more than 10 deg from the shadow boundary.
+    /// Largest error more than 10 deg from the shadow boundary.
     deep_shadow_error_db: Option<f64>,
 }
 

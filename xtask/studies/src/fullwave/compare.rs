@@ -29,7 +29,7 @@ pub struct Reference<'f> {
     scene: Scene,
     sources: Vec<DVec2>,
     receivers: Vec<DVec2>,
-    /// By source, then by receiver.
+    /// Fields by source, then by receiver.
     fields: Vec<Complex64>,
 }
 
@@ -38,7 +38,7 @@ pub struct Reference<'f> {
 pub struct Comparison {
     /// Field found over the field there; 0 for no path.
     ratio: Vec<Complex64>,
-    /// The same with the reference's reflection coefficients.
+    /// Ratio with the reference's reflection coefficients.
     ratio_of_its_material: Vec<Complex64>,
     /// Corners on the strongest path.
     pub corners: Vec<usize>,
@@ -46,7 +46,7 @@ pub struct Comparison {
     pub boundaries: Vec<Option<f64>>,
     /// Links to the middle of an array, and the errors of its strongest direction \[deg\].
     pub directions: Vec<(usize, f64)>,
-    /// Over all links.
+    /// Paths of all links.
     pub paths: usize,
     /// Time of a link \[us\]: of one run, unless it was taken more often.
     pub time_us: f64,

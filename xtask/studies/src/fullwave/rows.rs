@@ -10,7 +10,7 @@ pub const CANYON: &str = "canyon";
 pub struct Row {
     pub scene: &'static str,
     pub walls: &'static str,
-    /// In wavelengths.
+    /// Length in wavelengths.
     pub longest_wall: f64,
     pub setting: String,
     pub max_reflections: usize,
@@ -23,7 +23,7 @@ pub struct Row {
     pub mean_error_db: f64,
     pub median_error_db: f64,
     pub p90_error_db: f64,
-    /// The same with the reference's reflection coefficients.
+    /// Mean error with the reference's reflection coefficients.
     pub mean_error_of_its_material_db: f64,
     /// Mean of the level found over the level there.
     pub bias_db: f64,

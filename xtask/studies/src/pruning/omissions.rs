@@ -1,4 +1,4 @@
-//! With and without each omission that can be turned off.
+//! Scenes with and without each omission that can be turned off.
 
 use std::iter;
 
