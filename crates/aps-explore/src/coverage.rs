@@ -120,7 +120,7 @@ struct Values {
     paths: Option<usize>,
     sight: Option<bool>,
     direction_deg: Option<f64>,
-    /// No value also where there is no path, even within the reference limits.
+    /// Error of the spectrum \[dB\]; none also where there is no path, even within the reference limits.
     error_db: Option<f64>,
 }
 

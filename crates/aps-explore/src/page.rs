@@ -1,10 +1,9 @@
 //! The files of the page, in the program itself.
 
-use aps_label::{ArrayForm, LabelConfig, Protocol};
+use aps_label::LabelConfig;
 use aps_raytrace::TraceConfig;
 use aps_report::theme;
 use hyper::StatusCode;
-use serde::Serialize;
 
 use crate::reply::{Reply, whole};
 
@@ -40,40 +39,36 @@ pub fn file(path: &str) -> Option<Reply> {
     found.map(|&(_, media_type, text)| whole(StatusCode::OK, media_type, text))
 }
 
-/// The settings that the page begins with, named as it names them: the defaults of the command line.
-#[derive(Serialize)]
-struct Defaults {
-    reflections: usize,
-    diffractions: usize,
-    slopes: &'static str,
-    range: Option<f64>,
-    frequency: f64,
-    material: &'static str,
-    protocol: Protocol,
-    array: ArrayForm,
-    elements: usize,
-    spacing: f64,
-    heading: f64,
-    bandwidth: f64,
-}
-
+/// Defaults of the command line as a module of the page, named as its settings are.
 fn defaults() -> String {
     let (trace, label) = (TraceConfig::default(), LabelConfig::paper());
     let (array, elements, spacing) = label.array.parts();
-    let defaults = Defaults {
-        reflections: trace.max_reflections,
-        diffractions: trace.max_diffractions,
-        slopes: if trace.slope_diffraction { "on" } else { "off" },
-        range: trace.dynamic_range_db,
-        frequency: trace.frequency_hz,
-        material: "concrete",
-        protocol: label.protocol,
-        array,
-        elements,
-        spacing,
-        heading: 0.0,
-        bandwidth: label.sampling_rate_hz,
-    };
-    let json = serde_json::to_string(&defaults).expect("numbers and words are JSON");
-    format!("export default {json};\n")
+    let slopes = if trace.slope_diffraction { "on" } else { "off" };
+    let range_db = trace.dynamic_range_db.map(|range_db| range_db.to_string());
+    format!(
+        "export default {{ reflections: {}, diffractions: {}, slopes: '{slopes}', range: {}, frequency: {}, material: 'concrete', \
+         protocol: '{}', array: '{array}', elements: {elements}, spacing: {spacing}, heading: 0, bandwidth: {} }};\n",
+        trace.max_reflections,
+        trace.max_diffractions,
+        range_db.as_deref().unwrap_or("null"),
+        trace.frequency_hz,
+        label.protocol,
+        label.sampling_rate_hz
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_module_that_the_page_imports_is_served() {
+        let imports = FILES
+            .iter()
+            .flat_map(|(.., text)| text.split("from '.").skip(1));
+        for import in imports {
+            let (path, _) = import.split_once('\'').unwrap();
+            assert!(file(path).is_some(), "{path}");
+        }
+    }
 }
