@@ -33,7 +33,7 @@ pub fn answer(
     batch: usize,
 ) -> Result<Answer> {
     let whole = &plan.trace;
-    let (trace, select): (_, fn(&[PathRecord]) -> &[PathRecord]) = match subset {
+    let (trace, select): (_, Selection) = match subset {
         PathSubset::Strongest => (whole.clone(), strongest),
         PathSubset::Within(interactions) => {
             let most = interactions.min(whole.max_interactions);
@@ -75,6 +75,9 @@ pub fn answer(
         ..substitute(answers, mean)
     })
 }
+
+/// A choice among the paths of a link.
+type Selection = fn(&[PathRecord]) -> &[PathRecord];
 
 /// The path of the most power, the first of equals.
 fn strongest(paths: &[PathRecord]) -> &[PathRecord] {
