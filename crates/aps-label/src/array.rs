@@ -5,7 +5,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::ConfigError;
-use crate::config::{MAX_ELEMENTS, MAX_WAVELENGTHS};
+use crate::limits::{MAX_ELEMENTS, MAX_WAVELENGTHS};
 use crate::trig::{cos_pi, sin_pi};
 
 /// The receiving array whose beam scans the azimuth.

@@ -1,14 +1,7 @@
 //! Settings of a label.
 
-use std::ops::RangeInclusive;
-
-use crate::{Array, Axis, ConfigError, MAX_DELAY_S, Protocol};
-
-/// Sampling rates for which every promise of accuracy holds \[Hz\].
-pub(crate) const SAMPLING_RATE_HZ: RangeInclusive<f64> = 1.0..=1e12;
-pub(crate) const MAX_ELEMENTS: usize = 4096;
-pub(crate) const MAX_WAVELENGTHS: f64 = 1e4;
-pub(crate) const MAX_DELAY_POINTS: usize = 65_536;
+use crate::limits::{MAX_DELAY_POINTS, MAX_DELAY_S, SAMPLING_RATE_HZ};
+use crate::{Array, Axis, ConfigError, Protocol};
 
 /// Everything a label depends on besides the paths.
 ///

@@ -20,58 +20,24 @@
 
 mod pieces;
 mod samples;
+mod scratch;
+mod settle;
 
 use multiversion::multiversion;
 
-use crate::cover::{Cell, cover};
+use crate::cover::cover;
 use crate::polynomial::NODES;
 use crate::product::{LANES, Lanes};
 use crate::protocol::FLOOR_POWER;
 use crate::pulse::pulses;
-use pieces::{Piece, Pieces, settle};
+use pieces::Piece;
 use samples::{pack_weights, sample};
-
-/// Columns sampled at once, and sample points.
-const WIDE: usize = 16;
-const POINTS: usize = 4;
-type Wide = [f32; WIDE];
+pub(crate) use scratch::Continuous;
+use scratch::WIDE;
+use settle::settle;
 
 /// Sums that are made at once: each addition waits for the one before in its own sum.
 const TOGETHER: usize = 4;
-
-/// Scratch space of the search.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Continuous {
-    /// u_k, in the order of the paths, and sorted.
-    places: Vec<f64>,
-    sorted: Vec<f64>,
-    points: Vec<f64>,
-    cells: Vec<Cell>,
-    /// The pulses at eight points, a row a path.
-    pulses: Vec<Lanes>,
-    /// The same in single precision, [`POINTS`] at once.
-    rows: Vec<[f32; POINTS]>,
-    /// Per path: the distance of the nearest of eight points, and the bound of a pulse that is far.
-    nearest: Vec<f64>,
-    far: Vec<f32>,
-    /// The paths that are near, and their places.
-    near: Vec<usize>,
-    near_places: Vec<f64>,
-    /// Columns' weights, `[block][path]`.
-    weights: Vec<Wide>,
-    /// `[cell][block]`; and of each column the largest, then the least that keeps a cell.
-    samples: Vec<Wide>,
-    least: Vec<Wide>,
-    remaining: Vec<usize>,
-    pieces: Pieces,
-    halves: Pieces,
-    /// Per column: the maximum, and where it is [1/f_s after the first path].
-    pub best: Vec<Lanes>,
-    pub place: Vec<Lanes>,
-    /// Polynomials searched so far.
-    #[cfg(test)]
-    polynomials: usize,
-}
 
 impl Continuous {
     /// Maxima for the first `columns` columns of `response`, `[path][block]` with `blocks` to a path.

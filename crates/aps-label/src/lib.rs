@@ -81,6 +81,7 @@ mod continuous;
 mod cover;
 mod error;
 mod label;
+mod limits;
 mod moments;
 mod normalize;
 mod paths;
@@ -95,17 +96,16 @@ mod trig;
 pub use array::{Array, ArrayForm};
 pub use axis::Axis;
 pub use config::{DelayAxis, LabelConfig};
-pub use error::{ConfigError, PathError};
+pub use error::{ConfigError, NormalizationError, PathError};
 pub use label::{Label, Labeler, Scratch, Status};
+pub use limits::MAX_DELAY_S;
 pub use moments::{MeanStd, Moments};
-pub use normalize::{Normalization, NormalizationError, SAMPLE_EPSILON, relative_power};
+pub use normalize::{Normalization, SAMPLE_EPSILON, relative_power};
 pub use paths::{HEADINGS_DEG, PathSample};
 pub use protocol::{ParseProtocolError, Protocol};
 
 /// Number of angle bins of an APS, in both protocols.
 pub const ANGLE_BINS: usize = 180;
-/// The largest delay a path may have \[s\].
-pub const MAX_DELAY_S: f64 = 1.0;
 /// The most paths a link may have. A label takes memory in proportion to their number, and time for the
 /// continuous maximum, where none coincide, in proportion to its square: seconds for all of them.
 pub const MAX_PATHS: usize = 16_384;

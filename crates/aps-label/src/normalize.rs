@@ -1,6 +1,6 @@
 //! From a label in dB to a learning target.
 
-use crate::{MeanStd, Protocol};
+use crate::{MeanStd, NormalizationError, Protocol};
 
 /// Keeps the released per-sample standardisation from dividing by zero.
 pub const SAMPLE_EPSILON: f64 = 1e-8;
@@ -24,33 +24,6 @@ pub enum Normalization {
     /// The released code's: as `Paper`, then minus the sample's own mean, divided by its own
     /// population deviation + [`SAMPLE_EPSILON`].
     Released(MeanStd),
-}
-
-/// Reason to refuse values for normalisation.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NormalizationError {
-    /// There is no value; a link without a path has no label and is left out.
-    #[error("no values to normalise: leave links without a path out")]
-    Empty,
-    /// A value is not finite, or too large for a sum.
-    #[error("value {index} is {value}: must be finite and within the range of a power in dB")]
-    Value {
-        /// Its position.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
-    /// The statistics cannot be divided by.
-    #[error(
-        "mean {mean}, deviation {std}: the mean must be finite, the deviation finite and positive"
-    )]
-    Statistics {
-        /// Mean.
-        mean: f64,
-        /// Standard deviation.
-        std: f64,
-    },
 }
 
 /// Power relative to the sample's maximum: subtracts the maximum in dB and goes to linear, in

@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+/// Largest magnitude a value of a spectrum may have, so that no sum of squares and no
+/// product of two of them overflows. No `f32` exceeds it.
+pub const MAX_MAGNITUDE: f64 = 1e70;
+
 /// Shape of a row-major array of spectra, displayed the way NumPy writes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
@@ -37,7 +41,7 @@ impl fmt::Display for Side {
     }
 }
 
-/// A value no metric is defined on: NaN, infinite, or beyond [`crate::MAX_MAGNITUDE`].
+/// A value no metric is defined on: NaN, infinite, or beyond [`MAX_MAGNITUDE`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Defect {
@@ -52,9 +56,7 @@ impl fmt::Display for Defect {
         write!(
             f,
             "bin {} of the {} is NaN, infinite or beyond {:e}",
-            self.bin,
-            self.side,
-            crate::MAX_MAGNITUDE
+            self.bin, self.side, MAX_MAGNITUDE
         )
     }
 }
@@ -122,7 +124,7 @@ pub enum Error {
     NotFinite {
         /// Index of the value in the slice.
         index: usize,
-        /// The largest magnitude: [`crate::MAX_MAGNITUDE`] of a spectrum, more of a metric.
+        /// The largest magnitude: [`MAX_MAGNITUDE`] of a spectrum, more of a metric.
         limit: f64,
     },
     /// A level of confidence that is no share.

@@ -78,7 +78,7 @@ mod spectra;
 pub use bootstrap::{Bootstrap, Estimate, Resamples};
 pub use distribution::Distribution;
 pub use dominant::{SpectrumPeaks, spectrum_peaks};
-pub use error::{Defect, Error, Shape, Side};
+pub use error::{Defect, Error, MAX_MAGNITUDE, Shape, Side};
 pub use evaluation::{Evaluation, RejectedSample, ScoredSample};
 pub use level::{LEVEL_FLOOR_DB, LevelDistance};
 pub use metric::{Better, Metric};
@@ -90,7 +90,7 @@ pub use protocol::{
 pub use range::DataRange;
 pub use report::{GroupReport, MapReport, MetricReport, PeakCensus, Report};
 pub use sample::{SampleScores, Scorer};
-pub use spectra::{MAX_MAGNITUDE, Real, Spectra};
+pub use spectra::{Real, Spectra};
 
 /// Threads can share what scores, and what comes out.
 const _: fn() = || {

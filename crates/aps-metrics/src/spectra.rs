@@ -1,10 +1,6 @@
 //! Views of spectra: slices of `f32` or `f64`, one row a sample.
 
-use crate::error::{Error, Shape};
-
-/// Largest magnitude a value of a spectrum may have, so that no sum of squares and no
-/// product of two of them overflows. No `f32` exceeds it.
-pub const MAX_MAGNITUDE: f64 = 1e70;
+use crate::error::{Error, MAX_MAGNITUDE, Shape};
 
 mod sealed {
     pub trait Sealed {}

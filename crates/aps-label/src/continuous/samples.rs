@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use multiversion::multiversion;
 
-use super::{Continuous, POINTS, WIDE, Wide};
+use super::scratch::{Continuous, POINTS, WIDE, Wide};
 use crate::product::{LANES, Lanes};
 use crate::pulse::pulses;
 

@@ -1,0 +1,14 @@
+//! Limits of settings and paths.
+
+use std::ops::RangeInclusive;
+
+/// The largest delay a path may have \[s\].
+pub const MAX_DELAY_S: f64 = 1.0;
+/// Sampling rates for which every promise of accuracy holds \[Hz\].
+pub(crate) const SAMPLING_RATE_HZ: RangeInclusive<f64> = 1.0..=1e12;
+/// The most elements of an array.
+pub(crate) const MAX_ELEMENTS: usize = 4096;
+/// The largest spacing or radius of an array \[wavelengths\].
+pub(crate) const MAX_WAVELENGTHS: f64 = 1e4;
+/// The most points of a delay axis.
+pub(crate) const MAX_DELAY_POINTS: usize = 65_536;
