@@ -25,7 +25,7 @@ impl DatasetWriter {
         let version = manifest.format_version;
         self.config()
             .must_have_made(&manifest.config(), version, &source.join(MAP_FILE))?;
-        let folder = PartialFolder::create(self.root(), &MapEntry::folder_of(id))?;
+        let folder = PartialFolder::create(&self.folder().root, &MapEntry::folder_of(id))?;
         for file in &manifest.map.files {
             let (from, to) = (source.join(&file.name), folder.path().join(&file.name));
             fs::copy(&from, &to).map_err(at(&from, "copy"))?;
@@ -43,7 +43,7 @@ impl DatasetWriter {
         }
         durable::write_synced(&folder.path().join(MAP_FILE), &json::to_bytes(&manifest))?;
         folder.complete()?;
-        self.register(manifest.map);
+        self.folder().register(manifest.map);
         Ok(())
     }
 }

@@ -81,6 +81,7 @@ mod adopt;
 mod array_files;
 mod arrays;
 mod condition;
+mod dataset_folder;
 mod durable;
 mod error;
 mod json;

@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use crate::array_files::ArrayFiles;
 use crate::arrays::{ArraySpec, Counts, ProfileNames, arrays_of};
+use crate::dataset_folder::DatasetFolder;
 use crate::durable::{self, PartialFolder};
 use crate::error::Error;
 use crate::json;
@@ -17,7 +18,6 @@ use crate::paths::PathTable;
 use crate::profile::{self, ProfileRows};
 use crate::raster::{Raster, RasterGrid};
 use crate::status::LinkStatus;
-use crate::writer::DatasetWriter;
 
 /// Data of a map that are known before its links are computed.
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +65,7 @@ pub struct LinkRows<'a> {
 /// A map being written. Dropping it unfinished removes all of it.
 #[derive(Debug)]
 pub struct MapWriter<'w> {
-    dataset: &'w DatasetWriter,
+    dataset: &'w DatasetFolder,
     id: u32,
     /// Number of transmitters and of receivers.
     tx: usize,
@@ -82,15 +82,15 @@ pub struct MapWriter<'w> {
 
 impl<'w> MapWriter<'w> {
     pub(crate) fn begin(
-        dataset: &'w DatasetWriter,
+        dataset: &'w DatasetFolder,
         id: u32,
         input: &MapInput<'_>,
     ) -> Result<Self, Error> {
-        let layout = &dataset.config().layout;
+        let layout = &dataset.config.layout;
         let links =
             links_of(input).and_then(|links| check_input(input, layout.raster).map(|()| links));
         let links = links.map_err(|problem| Error::Input { map: id, problem })?;
-        let folder = PartialFolder::create(dataset.root(), &MapEntry::folder_of(id))?;
+        let folder = PartialFolder::create(&dataset.root, &MapEntry::folder_of(id))?;
         let mut files = ArrayFiles::create(folder.path(), layout)?;
         files.push("buildings", input.buildings.pixels())?;
         files.push("tx", input.tx_m.as_flattened())?;
@@ -120,7 +120,7 @@ impl<'w> MapWriter<'w> {
     /// not finite in a link with a label: nothing is then written. [`Error::Io`]: the map cannot be
     /// finished any more.
     pub fn push(&mut self, rows: &LinkRows<'_>) -> Result<(), Error> {
-        let layout = &self.dataset.config().layout;
+        let layout = &self.dataset.config.layout;
         let map = self.id;
         let refuse = |problem: String| Error::Input { map, problem };
         let first = self.written;
@@ -214,7 +214,7 @@ impl<'w> MapWriter<'w> {
             let problem = format!("only {written} of its {planned} links were written");
             return Err(Error::Input { map, problem });
         }
-        let config = self.dataset.config();
+        let config = &self.dataset.config;
         let counts = self.files.finish()?;
         let folder = self.folder.path();
         let entry = MapEntry {

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::path::Path;
 
+use crate::dataset_folder::DatasetFolder;
 use crate::durable::{self, LOCK_FILE, PartialFolder};
 use crate::error::{Error, at};
 use crate::json;
@@ -46,10 +46,8 @@ impl Access {
 /// an example.
 #[derive(Debug)]
 pub struct DatasetWriter {
-    root: PathBuf,
-    config: DatasetConfig,
+    folder: DatasetFolder,
     access: Access,
-    finished: Mutex<BTreeMap<u32, MapEntry>>,
     /// Held until the writer is dropped.
     _locks: Vec<File>,
 }
@@ -108,32 +106,30 @@ impl DatasetWriter {
         config.configuration.sort_all_objects();
         let finished = finished_maps(root, &config)?;
         Ok(DatasetWriter {
-            root: root.to_path_buf(),
-            config,
+            folder: DatasetFolder::new(root, config, finished),
             access,
-            finished: Mutex::new(finished),
             _locks: locks,
         })
     }
 
     /// Returns the settings of the data set.
     pub fn config(&self) -> &DatasetConfig {
-        &self.config
+        &self.folder.config
     }
 
     /// Returns true when the data set holds the whole map.
     pub fn has_map(&self, id: u32) -> bool {
-        self.finished().contains_key(&id)
+        self.folder.finished().contains_key(&id)
     }
 
     /// Returns the entry of a whole map of the data set.
     pub fn entry(&self, id: u32) -> Option<MapEntry> {
-        self.finished().get(&id).cloned()
+        self.folder.finished().get(&id).cloned()
     }
 
     /// Returns the whole maps of the data set, in ascending order.
     pub fn map_ids(&self) -> Vec<u32> {
-        self.finished().keys().copied().collect()
+        self.folder.finished().keys().copied().collect()
     }
 
     /// Starts a map. Its links follow by [`MapWriter::push`]; it is part of the data set after
@@ -144,7 +140,7 @@ impl DatasetWriter {
     /// links or raster make no sense; [`Error::Io`].
     pub fn begin_map(&self, id: u32, input: &MapInput<'_>) -> Result<MapWriter<'_>, Error> {
         self.must_want(id)?;
-        MapWriter::begin(self, id, input)
+        MapWriter::begin(&self.folder, id, input)
     }
 
     /// Writes the plan of the run, for readers of the unfinished data set; shards in one folder all
@@ -153,7 +149,7 @@ impl DatasetWriter {
     /// # Errors
     /// [`Error::Io`].
     pub fn set_plan(&self, plan: &Plan) -> Result<(), Error> {
-        plan.write(&self.root)
+        plan.write(&self.folder.root)
     }
 
     /// Writes the manifest over all finished maps, which the split must name, each once.
@@ -162,7 +158,7 @@ impl DatasetWriter {
     /// [`Error::Config`] when split and finished maps differ; [`Error::Io`]. The maps stay as they
     /// are.
     pub fn finish(self, split: &Split) -> Result<Manifest, Error> {
-        let maps: Vec<MapEntry> = self.finished().values().cloned().collect();
+        let maps: Vec<MapEntry> = self.folder.finished().values().cloned().collect();
         let ids: Vec<u32> = maps.iter().map(|map| map.id).collect();
         let named = split.all_maps();
         if named != ids {
@@ -176,9 +172,12 @@ impl DatasetWriter {
             );
             return Err(Error::Config { problem });
         }
-        let manifest = Manifest::new(self.config.clone(), split.clone(), maps);
-        durable::replace_file(&self.root.join(MANIFEST_FILE), &json::to_bytes(&manifest))?;
-        durable::remove_file(&self.root.join(PLAN_FILE))?;
+        let manifest = Manifest::new(self.folder.config.clone(), split.clone(), maps);
+        durable::replace_file(
+            &self.folder.root.join(MANIFEST_FILE),
+            &json::to_bytes(&manifest),
+        )?;
+        durable::remove_file(&self.folder.root.join(PLAN_FILE))?;
         Ok(manifest)
     }
 
@@ -197,17 +196,9 @@ impl DatasetWriter {
         }
     }
 
-    pub(crate) fn root(&self) -> &Path {
-        &self.root
-    }
-
-    pub(crate) fn register(&self, entry: MapEntry) {
-        self.finished().insert(entry.id, entry);
-    }
-
-    fn finished(&self) -> std::sync::MutexGuard<'_, BTreeMap<u32, MapEntry>> {
-        // Entries are inserted whole, so a thread that panicked elsewhere left nothing half-done here.
-        self.finished.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Returns what map writers need of the data set.
+    pub(crate) fn folder(&self) -> &DatasetFolder {
+        &self.folder
     }
 }
 

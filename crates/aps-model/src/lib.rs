@@ -58,6 +58,7 @@ pub mod onnx;
 mod ops;
 pub mod optim;
 mod parameters;
+mod preset;
 mod random;
 mod recording;
 mod replace;
@@ -69,10 +70,11 @@ pub mod weights;
 pub use candle_core;
 pub use candle_nn;
 pub use error::{Error, Result};
-pub use kind::{ModelKind, Preset};
+pub use kind::ModelKind;
 pub use loss::Loss;
 pub use models::{Model, Regularizer};
 pub use parameters::{LabelFacts, frozen, seeded, trainable};
+pub use preset::Preset;
 
 /// Angle bins of a spectrum.
 pub const ANGLE_BINS: usize = 180;

@@ -1,6 +1,7 @@
 //! The models and the regularizer: one file each, with its sizes and a [`Spec`] by which [`ModelKind`](crate::ModelKind) knows
 //! it; MS-AReg's has its ablations too.
 
+mod check;
 pub(crate) mod ms_areg;
 pub(crate) mod polar_reg;
 pub(crate) mod radiounet;
@@ -13,7 +14,7 @@ pub use regularizer::Regularizer;
 
 use std::fmt::Debug;
 
-use candle_core::{ModuleT, Result, Tensor, bail};
+use candle_core::{ModuleT, Result};
 use candle_nn::VarBuilder;
 
 use crate::Preset;
@@ -50,23 +51,11 @@ pub(crate) struct Spec {
     pub settings: fn(TrainConfig) -> TrainConfig,
 }
 
-/// Channels of a condition image.
-const CHANNELS: usize = 3;
-
 /// Returns the number of channels of the first stage of convolutions, to which all other sizes but the spectrum's are
 /// proportional.
 pub(crate) fn width(preset: Preset) -> usize {
     match preset {
         Preset::Paper => 64,
         Preset::Small => 32,
-    }
-}
-
-fn check_images(images: &Tensor) -> Result<()> {
-    match images.dims() {
-        &[n, CHANNELS, height, width] if n * height * width > 0 => Ok(()),
-        found => {
-            bail!("condition images must have the shape [any, {CHANNELS}, any, any], not {found:?}")
-        }
     }
 }

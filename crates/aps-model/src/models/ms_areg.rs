@@ -4,7 +4,8 @@
 use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
-use super::{Model, Spec, check_images, width};
+use super::check::check_images;
+use super::{Model, Spec, width};
 use crate::condition::InputKind;
 use crate::layers::{Linear, Mlp, MultiScaleEncoder, ResNet18};
 use crate::loss::Loss;

@@ -3,7 +3,8 @@
 use candle_core::{Module, ModuleT, Result, Tensor, bail};
 use candle_nn::VarBuilder;
 
-use super::{CHANNELS, Model, Spec, check_images};
+use super::check::{CHANNELS, check_images};
+use super::{Model, Spec};
 use crate::condition::InputKind;
 use crate::layers::{ConvTranspose2x2, DoubleConv, Linear};
 use crate::loss::Loss;

@@ -3,7 +3,7 @@
 use candle_core::{Module, ModuleT, Result, Tensor, bail};
 use candle_nn::VarBuilder;
 
-use super::check_images;
+use super::check::check_images;
 use crate::ANGLE_BINS;
 use crate::layers::{Mlp, ResNet18};
 

@@ -3,7 +3,8 @@
 use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
-use super::{Model, Spec, check_images, width};
+use super::check::check_images;
+use super::{Model, Spec, width};
 use crate::condition::InputKind;
 use crate::layers::{BatchNorm, Conv1d, Film, LEAKY_SLOPE, Linear, MultiScaleEncoder};
 use crate::loss::Loss;

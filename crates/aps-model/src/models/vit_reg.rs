@@ -3,7 +3,8 @@
 use candle_core::{Module, ModuleT, Result, Tensor};
 use candle_nn::{Init, VarBuilder};
 
-use super::{CHANNELS, Model, Spec, check_images};
+use super::check::{CHANNELS, check_images};
+use super::{Model, Spec};
 use crate::condition::InputKind;
 use crate::layers::{Conv2d, Dropout, EncoderBlock, LayerNorm, Linear};
 use crate::loss::Loss;

@@ -1,9 +1,11 @@
 //! Tensors of a file to tensors of a model.
 
+use std::collections::HashSet;
+
 use candle_core::{D, DType, Tensor, Var};
 
-use super::LoadReport;
 use super::names::{Names, listed};
+use super::report::LoadReport;
 use super::source::Source;
 use crate::parameters::{is_counter, is_variance};
 use crate::{Error, Result};
@@ -79,6 +81,14 @@ pub(super) fn assign(
     report.loaded = values.len() - report.zeroed.len();
     report.dropped = names.elsewhere;
     Ok(report)
+}
+
+/// Tensors of the file, meant for the model's of the same name.
+pub(super) fn own_names(source: &Source, wanted: &[(String, Var)]) -> Result<Names> {
+    let wanted: HashSet<&str> = wanted.iter().map(|(name, _)| name.as_str()).collect();
+    let own = |name: &str| wanted.contains(name).then(|| name.to_owned());
+    let names = Names::of(source.names(), wanted.len(), own);
+    names.map_err(|e| Error::weights_format(source.path(), e))
 }
 
 /// Lists why tensors of the model and of the file do not fit, at most so many of each, and the other entries of the file.

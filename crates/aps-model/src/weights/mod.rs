@@ -32,26 +32,25 @@ mod matching;
 mod names;
 mod pickle;
 mod pretrained;
+mod report;
 mod shipped;
 mod source;
 mod torch;
 mod warm_start;
 
-use std::collections::{HashMap, HashSet};
-use std::fmt;
+use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use candle_core::{Device, Var};
+use candle_core::Device;
 use candle_nn::VarMap;
-use serde::{Deserialize, Serialize};
 
 use crate::parameters::sorted;
 use crate::replace::replace;
 use crate::{Error, ModelKind, Preset, Result};
-use matching::assign;
+use matching::{assign, own_names};
 pub(crate) use matching::{has_no_sign, is_finite};
-use names::{Names, listed};
+pub use report::LoadReport;
 pub use shipped::Shipped;
 use source::Source;
 pub use warm_start::warm_start;
@@ -66,37 +65,6 @@ pub struct Label {
     pub kind: ModelKind,
     /// Sizes of the model.
     pub preset: Preset,
-}
-
-/// Result of loading: number of tensors filled, and names of the exceptions.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LoadReport {
-    /// Number of tensors filled.
-    pub loaded: usize,
-    /// Tensors of the file that are left out: the classifier of a pretrained backbone, tensors of a checkpoint beside the
-    /// model's.
-    pub dropped: Vec<String>,
-    /// Counters (`num_batches_tracked`) the file lacks, as those of old PyTorch do. They are 0; no output depends on them.
-    pub zeroed: Vec<String>,
-    /// Tensors that keep their values, as the file has none for them: the noise input, in a [`warm_start`].
-    pub kept: Vec<String>,
-}
-
-impl fmt::Display for LoadReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} tensors loaded", self.loaded)?;
-        if !self.dropped.is_empty() {
-            write!(f, "; left out: {}", listed(&self.dropped))?;
-        }
-        if !self.kept.is_empty() {
-            write!(f, "; kept: {}", listed(&self.kept))?;
-        }
-        if !self.zeroed.is_empty() {
-            let count = self.zeroed.len();
-            write!(f, "; {count} counters not in the file begin at 0")?;
-        }
-        Ok(())
-    }
 }
 
 /// Writes all tensors as safetensors, first beside `path`, then renamed: a file of that name is always whole.
@@ -169,12 +137,4 @@ pub fn load_pretrained(path: &Path, parameters: &VarMap) -> Result<LoadReport> {
     let mut wanted = sorted(parameters);
     wanted.retain(|(name, _)| backbone.needs(name) || names.found.contains_key(name));
     assign(&source, names, &wanted, None)
-}
-
-/// Tensors of the file, meant for the model's of the same name.
-fn own_names(source: &Source, wanted: &[(String, Var)]) -> Result<Names> {
-    let wanted: HashSet<&str> = wanted.iter().map(|(name, _)| name.as_str()).collect();
-    let own = |name: &str| wanted.contains(name).then(|| name.to_owned());
-    let names = Names::of(source.names(), wanted.len(), own);
-    names.map_err(|e| Error::weights_format(source.path(), e))
 }

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use candle_nn::VarMap;
 
-use super::matching::{Columns, assign};
+use super::matching::{Columns, assign, own_names};
+use super::report::LoadReport;
 use super::source::Source;
-use super::{LoadReport, own_names};
 use crate::Result;
 use crate::parameters::sorted;
 

@@ -4,7 +4,7 @@ use std::ops::Deref;
 use std::sync::OnceLock;
 
 use super::super::buffer::Buffer;
-use super::Size;
+use super::tiles::Size;
 
 /// Kernel cache of a weight that never changes, filled by the first call that needs it: 16/9 of the weight's memory for
 /// tiles of 2 x 2 outputs, 4 times it for 4 x 4.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 pub(crate) use self::cache::KernelCache;
 use self::filter::{Filter, Four, Two};
-use self::tiles::{Chunk, Tiles};
+use self::tiles::{Chunk, Size, Tiles};
 use self::transform::Planes;
 use super::ConvShape;
 use super::buffer::Buffer;
@@ -30,13 +30,6 @@ const TILES_IF_CACHED: usize = 32;
 const CHANNEL_BLOCK: usize = 128;
 /// Values between the transformed kernels of two output channels.
 const GAP: usize = 16;
-
-/// Outputs along a side of a tile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Size {
-    Two,
-    Four,
-}
 
 /// Returns the tiles by which a convolution is fastest; `None` where the plain way is faster, or the only one. It depends on
 /// whether transformed kernels are cached from call to call.
@@ -113,7 +106,13 @@ fn convolve_by<F: Filter<M, N>, const M: usize, const N: usize>(
     let mut products = Buffer::of(values * outputs * stride);
     for chunk in tiles.chunks() {
         let count = tiles.count(&chunk);
-        transform_inputs::<F, M, N>(&tiles, &chunk, x, &mut transformed);
+        transform_channels(
+            F::input,
+            input_planes(shape, x),
+            &tiles,
+            &chunk,
+            &mut transformed,
+        );
         let factors = |value: usize, first: usize| {
             let kernels = &kernels[first * kernel_stride + value * inputs..];
             [
@@ -138,11 +137,30 @@ fn weight_gradient_by<F: Filter<M, N>, const M: usize, const N: usize>(
     let stride = tiles.stride;
     let mut transformed = Buffer::of(inputs * values * stride);
     let mut gradients = Buffer::of(outputs * values * stride);
+    let grad_planes = Planes {
+        data: grad,
+        apart: outputs * shape.out_pixels(),
+        height: shape.out_height(),
+        width: shape.out_width(),
+        padding: (0, 0),
+    };
     let mut sums = Buffer::of(values * outputs * inputs);
     for (n, chunk) in tiles.chunks().enumerate() {
         let count = tiles.count(&chunk);
-        transform_inputs::<F, M, N>(&tiles, &chunk, x, &mut transformed);
-        transform_gradients::<F, M, N>(&tiles, &chunk, grad, &mut gradients);
+        transform_channels(
+            F::input,
+            input_planes(shape, x),
+            &tiles,
+            &chunk,
+            &mut transformed,
+        );
+        transform_channels(
+            F::output_gradient,
+            grad_planes,
+            &tiles,
+            &chunk,
+            &mut gradients,
+        );
         let factors = |value: usize, first: usize| {
             let gradients = &gradients[(first * values + value) * stride..];
             [
@@ -205,50 +223,35 @@ fn transform_kernels<F: Filter<M, N>, const M: usize, const N: usize>(
         .for_each(|(out, w)| transform::kernels::<F, M, N>(w, out));
 }
 
-/// Transformed inputs of a chunk, (channel, value, tile).
-fn transform_inputs<F: Filter<M, N>, const M: usize, const N: usize>(
+/// Channels of a chunk transformed by `f` both ways, (channel, value, tile). `planes` are those of the first channel.
+fn transform_channels<const M: usize, const N: usize, const L: usize>(
+    f: impl Fn([f32; L]) -> [f32; N] + Copy + Sync,
+    planes: Planes<'_>,
     tiles: &Tiles<M>,
     chunk: &Chunk,
-    x: &[f32],
     out: &mut [f32],
 ) {
-    let s = &tiles.shape;
     out.par_chunks_mut(N * N * tiles.stride)
         .with_min_len(4)
         .enumerate()
         .for_each_init(Vec::new, |sorted, (channel, out)| {
             let planes = Planes {
-                data: &x[channel * s.in_pixels()..],
-                apart: s.in_channels * s.in_pixels(),
-                height: s.height,
-                width: s.width,
-                padding: s.padding,
+                data: &planes.data[channel * planes.height * planes.width..],
+                ..planes
             };
-            transform::inputs::<F, M, N>(planes, tiles, chunk, out, sorted);
+            transform::forward(f, planes, tiles, chunk, out, sorted);
         });
 }
 
-/// Transformed gradients of the outputs of a chunk, (channel, value, tile).
-fn transform_gradients<F: Filter<M, N>, const M: usize, const N: usize>(
-    tiles: &Tiles<M>,
-    chunk: &Chunk,
-    grad: &[f32],
-    out: &mut [f32],
-) {
-    let s = &tiles.shape;
-    out.par_chunks_mut(N * N * tiles.stride)
-        .with_min_len(4)
-        .enumerate()
-        .for_each_init(Vec::new, |sorted, (channel, out)| {
-            let planes = Planes {
-                data: &grad[channel * s.out_pixels()..],
-                apart: s.out_channels * s.out_pixels(),
-                height: s.out_height(),
-                width: s.out_width(),
-                padding: (0, 0),
-            };
-            transform::output_gradients::<F, M, N>(planes, tiles, chunk, out, sorted);
-        });
+/// Planes of the first input channel.
+fn input_planes<'a>(shape: &ConvShape, x: &'a [f32]) -> Planes<'a> {
+    Planes {
+        data: x,
+        apart: shape.in_channels * shape.in_pixels(),
+        height: shape.height,
+        width: shape.width,
+        padding: shape.padding,
+    }
 }
 
 /// The outputs of a chunk from its products, (value, channel, tile).

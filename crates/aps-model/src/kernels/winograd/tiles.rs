@@ -2,11 +2,20 @@
 
 use std::ops::Range;
 
-use super::transform::LANES;
 use crate::kernels::ConvShape;
+
+/// Tiles or channels worked on at once.
+pub(super) const LANES: usize = 16;
 
 /// Most transformed values, of inputs and outputs together, at once: 4 MB, the second-level caches of two cores.
 const CHUNK_VALUES: usize = 1 << 20;
+
+/// Outputs along a side of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::kernels) enum Size {
+    Two,
+    Four,
+}
 
 /// The tiles of M x M outputs of every image.
 #[derive(Debug, Clone, Copy)]

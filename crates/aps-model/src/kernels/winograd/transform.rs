@@ -14,10 +14,7 @@
 use multiversion::multiversion;
 
 use super::filter::Filter;
-use super::tiles::{Chunk, Tiles};
-
-/// Tiles or channels worked on at once.
-pub(super) const LANES: usize = 16;
+use super::tiles::{Chunk, LANES, Tiles};
 
 type Lanes = [f32; LANES];
 
@@ -53,8 +50,9 @@ macro_rules! by_width {
     };
 }
 
-/// B' d B of a chunk's tiles: value f of tile t at `out[f * stride + t]`. `sorted` is working memory.
-pub(super) fn inputs<F: Filter<M, N>, const M: usize, const N: usize>(
+/// `f` both ways over a chunk's tiles of L x L pixels: value f of tile t at `out[f * stride + t]`. `sorted` is working memory.
+pub(super) fn forward<const M: usize, const N: usize, const L: usize>(
+    f: impl Fn([f32; L]) -> [f32; N],
     planes: Planes<'_>,
     tiles: &Tiles<M>,
     chunk: &Chunk,
@@ -62,20 +60,7 @@ pub(super) fn inputs<F: Filter<M, N>, const M: usize, const N: usize>(
     sorted: &mut Vec<f32>,
 ) {
     by_width!(tiles.across, W => {
-        transformed::<_, M, N, N, W>(F::input, planes, tiles, chunk, out, sorted);
-    });
-}
-
-/// A y A' of a chunk's tiles, laid out like [`inputs`].
-pub(super) fn output_gradients<F: Filter<M, N>, const M: usize, const N: usize>(
-    planes: Planes<'_>,
-    tiles: &Tiles<M>,
-    chunk: &Chunk,
-    out: &mut [f32],
-    sorted: &mut Vec<f32>,
-) {
-    by_width!(tiles.across, W => {
-        transformed::<_, M, N, M, W>(F::output_gradient, planes, tiles, chunk, out, sorted);
+        transformed::<_, M, N, L, W>(f, planes, tiles, chunk, out, sorted);
     });
 }
 
