@@ -7,8 +7,6 @@ use aps_metrics::{
 };
 use aps_tests::double_double::{DoubleDouble, dd};
 
-const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
 const SPLIT: MeanStd = MeanStd {
     mean: 0.17,
     std: 0.26,
@@ -40,7 +38,7 @@ fn constant_spectra_score_as_their_constants() {
         1e20,
         0.5 * MAX_MAGNITUDE,
     ];
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         for a in magnitudes {
             for b in magnitudes {
                 for sign in [1.0, -1.0] {
@@ -65,7 +63,7 @@ fn constant_spectra_score_as_their_constants() {
 #[test]
 fn one_huge_value_leaves_every_statistic_finite() {
     for huge in [1e30, 3e38, MAX_MAGNITUDE] {
-        for protocol in PROTOCOLS {
+        for protocol in Protocol::ALL {
             let mut ordinary = [0.0; 36];
             ordinary
                 .iter_mut()
@@ -131,7 +129,7 @@ fn one_huge_value_leaves_every_statistic_finite() {
 #[test]
 fn denormal_spectra_are_zero_to_the_metrics() {
     let tiny: Vec<f64> = (0..180).map(|i| 5e-324 * f64::from(i % 11)).collect();
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let of = scores(protocol, &tiny, &tiny);
         assert_eq!((of(Metric::Cosine), of(Metric::Mse)), (0.0, 0.0));
         let _ = scores(protocol, &tiny, &[1.0; 180]);
@@ -155,7 +153,7 @@ fn constant_labels_normalise_to_constants() {
             method.apply(&mut values).unwrap();
             let want = match method {
                 Normalization::Paper(_) => (1.0 - 0.17) / 0.26,
-                _ => 0.0,
+                Normalization::Released(_) => 0.0,
             };
             let is_right = |v: &f64| (v - want).abs() < 1e-15 && *v == values[0];
             assert!(values.iter().all(is_right));

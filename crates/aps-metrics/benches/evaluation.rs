@@ -60,7 +60,7 @@ fn evaluation(c: &mut Criterion) {
             .expect("equal shapes");
         evaluation
     };
-    for protocol in [Protocol::Paper, Protocol::Released] {
+    for protocol in Protocol::ALL {
         group.bench_function(BenchmarkId::new("score", protocol.name()), |b| {
             b.iter(|| score(black_box(protocol)));
         });
@@ -71,7 +71,7 @@ fn evaluation(c: &mut Criterion) {
         b.iter(|| black_box(&evaluation).report(range))
     });
     group.bench_function("both protocols with reports", |b| {
-        b.iter(|| [Protocol::Paper, Protocol::Released].map(|p| score(p).report(range)));
+        b.iter(|| Protocol::ALL.map(|p| score(p).report(range)));
     });
     group.finish();
 }

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let truth = Spectra::new(&truth.0, truth.1)?;
     let prediction = Spectra::new(&prediction.0, prediction.1)?;
 
-    for protocol in [Protocol::Paper, Protocol::Released] {
+    for protocol in Protocol::ALL {
         let start = Instant::now();
         let mut evaluation = Evaluation::new(protocol);
         evaluation.push(truth, prediction, None)?;

@@ -10,13 +10,13 @@ use crate::protocol::{BinWidth, Definition};
 
 /// Measures distances on the grid of a definition.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Protractor {
+pub(crate) struct AngleDistance {
     bins_per_turn: usize,
     wraps: bool,
     width: BinWidth,
 }
 
-impl Protractor {
+impl AngleDistance {
     pub fn new(definition: &Definition, bins: usize) -> Self {
         Self {
             bins_per_turn: definition.grid.bins_per_turn(bins),
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn paper_goes_around_in_steps_of_2_deg() {
-        let paper = Protractor::new(&Protocol::Paper.definition(), 180);
+        let paper = AngleDistance::new(&Protocol::Paper.definition(), 180);
         assert_eq!(paper.degrees(paper.distance(0, 179)), 2.0);
         assert_eq!(paper.degrees(paper.distance(0, 90)), 180.0);
         assert_eq!(paper.degrees(paper.distance(10, 50)), 80.0);
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn released_counts_bins_between_two_ends() {
-        let released = Protractor::new(&Protocol::Released.definition(), 180);
+        let released = AngleDistance::new(&Protocol::Released.definition(), 180);
         assert_eq!(released.degrees(released.distance(0, 179)), 179.0);
         assert_eq!(released.degrees(released.distance(10, 50)), 40.0);
     }
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn mirror_twins_of_the_paper_grid() {
         // 30 deg is bin 105, its twin 150 deg is bin 165.
-        let paper = Protractor::new(&Protocol::Paper.definition(), 180);
+        let paper = AngleDistance::new(&Protocol::Paper.definition(), 180);
         assert_eq!(paper.mirror_distance(165, 105), 0);
         assert_eq!(paper.mirror_distance(105, 105), 0);
         // -170 deg (bin 5) and its twin 350 = -10 deg (bin 85).
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn mirror_twins_of_the_released_grid_lie_between_bins() {
-        let released = Protractor::new(&Protocol::Released.definition(), 180);
+        let released = AngleDistance::new(&Protocol::Released.definition(), 180);
         // Bin 10 has its twin at 79.5, bin 0 = bin 179 = 180 deg at 89.5 (0 deg).
         assert_eq!(released.degrees(released.mirror_distance(79, 10)), 0.5);
         assert_eq!(released.degrees(released.mirror_distance(80, 10)), 0.5);
@@ -106,14 +106,14 @@ mod tests {
 
     #[test]
     fn mirror_distance_is_symmetric() {
-        for protocol in [Protocol::Paper, Protocol::Released] {
+        for protocol in Protocol::ALL {
             for bins in [1, 2, 7, 36] {
-                let protractor = Protractor::new(&protocol.definition(), bins);
+                let angles = AngleDistance::new(&protocol.definition(), bins);
                 for a in 0..bins {
                     for b in 0..bins {
-                        let forth = protractor.mirror_distance(a, b);
-                        assert_eq!(forth, protractor.mirror_distance(b, a));
-                        assert!(forth <= protractor.distance(a, b));
+                        let forth = angles.mirror_distance(a, b);
+                        assert_eq!(forth, angles.mirror_distance(b, a));
+                        assert!(forth <= angles.distance(a, b));
                     }
                 }
             }

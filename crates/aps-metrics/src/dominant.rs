@@ -89,11 +89,11 @@ impl PeakSearch {
         let divisor = match definition.peak_scaling {
             PeakScaling::Maximum if maximum > 0.0 => maximum,
             PeakScaling::MaximumPlusEpsilon if maximum + EPSILON != 0.0 => maximum + EPSILON,
-            _ => return,
+            PeakScaling::Maximum | PeakScaling::MaximumPlusEpsilon => return,
         };
         let searched = match (definition.peaks, definition.grid) {
             (Topology::Ring, AngleGrid::Closed) => &values[..values.len().saturating_sub(1)],
-            _ => values,
+            (Topology::Ring, AngleGrid::HalfOpen) | (Topology::Line, _) => values,
         };
         self.scaled.clear();
         // Not a product with the reciprocal: its rounding could make or break a plateau.

@@ -85,7 +85,6 @@ pub use metric::{Better, Metric};
 pub use peaks::{Peak, PeakFinder, Topology};
 pub use protocol::{
     AngleGrid, BinWidth, Definition, PeakScaling, Protocol, RecallCandidates, TOLERANCES_DEG,
-    UnknownProtocol,
 };
 pub use range::DataRange;
 pub use report::{GroupReport, MapReport, MetricReport, PeakCensus, Report};

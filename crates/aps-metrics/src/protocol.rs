@@ -1,7 +1,6 @@
 //! The two definitions of the benchmark's metrics, and every choice in which they differ.
 
 use std::fmt;
-use std::str::FromStr;
 
 use crate::peaks::Topology;
 
@@ -112,6 +111,9 @@ pub struct Definition {
 }
 
 impl Protocol {
+    /// Both protocols.
+    pub const ALL: [Self; 2] = [Self::Paper, Self::Released];
+
     /// Returns the choices of this protocol.
     pub fn definition(self) -> Definition {
         match self {
@@ -153,22 +155,6 @@ impl fmt::Display for Protocol {
         f.pad(self.name())
     }
 }
-
-/// Reads `paper` or `released`, in any case.
-impl FromStr for Protocol {
-    type Err = UnknownProtocol;
-
-    fn from_str(name: &str) -> Result<Self, UnknownProtocol> {
-        let all = [Self::Paper, Self::Released].into_iter();
-        let mut found = all.filter(|protocol| protocol.name().eq_ignore_ascii_case(name));
-        found.next().ok_or_else(|| UnknownProtocol(name.into()))
-    }
-}
-
-/// A name of no protocol.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown protocol `{0}`: use `paper` or `released`")]
-pub struct UnknownProtocol(pub String);
 
 #[cfg(feature = "label")]
 impl From<aps_label::Protocol> for Protocol {

@@ -1,6 +1,6 @@
 //! The scores of one sample.
 
-use crate::angle::Protractor;
+use crate::angle::AngleDistance;
 use crate::dominant::{PeakSearch, SpectrumPeaks};
 use crate::error::{Defect, Error, Shape, Side};
 use crate::peaks::Peak;
@@ -179,7 +179,7 @@ impl Scorer {
             &self.definition,
             &mut self.predicted_peaks,
         );
-        let protractor = Protractor::new(&self.definition, bins);
+        let angles = AngleDistance::new(&self.definition, bins);
 
         let truth = self.truth_peaks.dominant();
         let predicted = self.predicted_peaks.all();
@@ -187,8 +187,8 @@ impl Scorer {
             RecallCandidates::AllPeaks => predicted,
             RecallCandidates::DominantPeaks => self.predicted_peaks.dominant(),
         };
-        let plain = |a, b| protractor.distance(a, b);
-        let mirrored = |a, b| protractor.mirror_distance(a, b);
+        let plain = |a, b| angles.distance(a, b);
+        let mirrored = |a, b| angles.mirror_distance(a, b);
         let tops = self
             .truth_peaks
             .strongest()
@@ -206,11 +206,11 @@ impl Scorer {
             mse,
             nmse: mse / (sums.truth_power / count).max(POWER_FLOOR),
             cosine: (sums.product / norms).clamp(-1.0, 1.0),
-            ple_deg: mean_error_deg(truth, predicted, &protractor, plain),
-            mirror_ple_deg: mean_error_deg(truth, predicted, &protractor, mirrored),
-            top_error_deg: tops.map(|(t, p)| protractor.degrees(plain(t.bin, p.bin))),
-            mirror_top_error_deg: tops.map(|(t, p)| protractor.degrees(mirrored(t.bin, p.bin))),
-            recall: TOLERANCES_DEG.map(|delta| recall(truth, recallable, &protractor, delta)),
+            ple_deg: mean_error_deg(truth, predicted, &angles, plain),
+            mirror_ple_deg: mean_error_deg(truth, predicted, &angles, mirrored),
+            top_error_deg: tops.map(|(t, p)| angles.degrees(plain(t.bin, p.bin))),
+            mirror_top_error_deg: tops.map(|(t, p)| angles.degrees(mirrored(t.bin, p.bin))),
+            recall: TOLERANCES_DEG.map(|delta| recall(truth, recallable, &angles, delta)),
             truth_peaks: truth.len() as u32,
             predicted_peaks: predicted.len() as u32,
         }
@@ -232,7 +232,7 @@ fn nearest(bin: usize, peaks: &[Peak], distance: impl Fn(usize, usize) -> usize)
 fn mean_error_deg(
     truth: &[Peak],
     predicted: &[Peak],
-    protractor: &Protractor,
+    angles: &AngleDistance,
     distance: impl Fn(usize, usize) -> usize + Copy,
 ) -> f64 {
     if truth.is_empty() {
@@ -243,17 +243,17 @@ fn mean_error_deg(
         .map(|t| nearest(t.bin, predicted, distance))
         .sum();
     total.map_or(MISSED_PLE_DEG, |half_bins| {
-        protractor.degrees(half_bins) / truth.len() as f64
+        angles.degrees(half_bins) / truth.len() as f64
     })
 }
 
-fn recall(truth: &[Peak], predicted: &[Peak], protractor: &Protractor, delta_deg: f64) -> f64 {
+fn recall(truth: &[Peak], predicted: &[Peak], angles: &AngleDistance, delta_deg: f64) -> f64 {
     if truth.is_empty() {
         return 1.0;
     }
     let found = truth.iter().filter(|t| {
-        nearest(t.bin, predicted, |a, b| protractor.distance(a, b))
-            .is_some_and(|half_bins| protractor.degrees(half_bins) <= delta_deg)
+        nearest(t.bin, predicted, |a, b| angles.distance(a, b))
+            .is_some_and(|half_bins| angles.degrees(half_bins) <= delta_deg)
     });
     found.count() as f64 / truth.len() as f64
 }

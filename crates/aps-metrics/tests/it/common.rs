@@ -2,9 +2,6 @@
 
 use aps_metrics::{DataRange, Protocol, SampleScores, Scorer, SpectrumPeaks};
 
-/// Both, in the order in which the golden values are stored.
-pub const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
 pub fn score(protocol: Protocol, truth: &[f64], prediction: &[f64]) -> SampleScores {
     let scores = Scorer::new(protocol).score(truth, prediction);
     scores.expect("finite spectra of equal length")

@@ -6,12 +6,12 @@ use aps_metrics::{
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use crate::common::{PROTOCOLS, range, score, spectrum_peaks};
+use crate::common::{range, score, spectrum_peaks};
 
 const BINS: usize = 36;
 
 fn protocol() -> impl Strategy<Value = Protocol> {
-    prop::sample::select(&PROTOCOLS[..])
+    prop::sample::select(&Protocol::ALL[..])
 }
 
 /// Few levels: ties, plateaus, constants and negative spectra are likely.

@@ -2,10 +2,10 @@
 
 mod spectra;
 
-use aps_metrics::{Evaluation, Metric, Peak, PeakFinder, Scorer, Spectra, Topology};
+use aps_metrics::{Evaluation, Metric, Peak, PeakFinder, Protocol, Scorer, Spectra, Topology};
 use spectra::{BINS, load, samples};
 
-use crate::common::{PROTOCOLS, peak_bins, range};
+use crate::common::{peak_bins, range};
 use crate::laws::peaks_by_walking;
 
 /// The script's data range, in the unit of the spectra.
@@ -32,7 +32,7 @@ fn prominences_of_all_local_maxima_are_equal() {
 
 #[test]
 fn peak_bins_are_equal() {
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let stored: Vec<u8> = load(&format!("peaks_{}.npy", protocol.name()));
         let mut stored = stored.into_iter().map(usize::from);
         for sample in samples() {
@@ -54,7 +54,10 @@ fn metrics_agree_to_9_digits() {
     let samples = samples();
     assert_eq!(pointwise.len(), samples.len() * 8);
     assert_eq!(peak_metrics.len(), 2 * samples.len() * 8);
-    for (protocol, peak_metrics) in PROTOCOLS.iter().zip(peak_metrics.chunks(samples.len() * 8)) {
+    for (protocol, peak_metrics) in Protocol::ALL
+        .iter()
+        .zip(peak_metrics.chunks(samples.len() * 8))
+    {
         let mut scorer = Scorer::new(*protocol);
         let rows = pointwise.chunks(8).zip(peak_metrics.chunks(8));
         for (sample, (flat, peaky)) in samples.iter().zip(rows) {
@@ -78,7 +81,7 @@ fn summaries_agree_to_9_digits() {
     let prediction: Vec<f64> = samples.iter().flat_map(|s| s.prediction.clone()).collect();
     let view = |values| Spectra::new(values, BINS).expect("whole rows");
     let mut expected = expected.chunks(9);
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let mut evaluation = Evaluation::new(protocol);
         evaluation
             .push(view(&truth), view(&prediction), None)
