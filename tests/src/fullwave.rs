@@ -40,7 +40,7 @@ impl Walls {
         }
     }
 
-    /// The same limits for these walls and a wavelength of 1 m.
+    /// Returns `limits` for these walls and a wavelength of 1 m.
     #[must_use]
     pub fn config(self, limits: TraceConfig) -> TraceConfig {
         let frequency_hz = SPEED_OF_LIGHT_M_PER_S;

@@ -81,7 +81,7 @@ pub fn q(
 ) -> DoubleDouble {
     let towards_source = match config.protocol {
         Protocol::Released => theta - DoubleDouble::ONE,
-        _ => theta,
+        Protocol::Paper => theta,
     };
     let send_db = dd(config.protocol.sent_power_db());
     paths

@@ -230,7 +230,7 @@ fn at_first_delay(arrival_azimuth_rad: f64, power_dbm: f64) -> PathSample {
     path(0.0, arrival_azimuth_rad, power_dbm - 1.0)
 }
 
-/// The same from a label's tables: one path, its own delay.
+/// Error of the response in a label's tables: one path, its own delay.
 fn array_tables(name: &'static str, array: Array) -> KernelError {
     let mut meter = KernelError::new("aps-label", name);
     let labeler = labeler(array, LabelConfig::released());

@@ -8,8 +8,6 @@ use aps_label::{
 use aps_tests::double_double::{self, DoubleDouble, dd};
 use aps_tests::label::{array_response, linear, path, q, squared_sinc};
 
-const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
 fn labeled(config: &LabelConfig, paths: &[PathSample]) -> Label {
     let label = Labeler::new(config).unwrap().label(paths).unwrap().unwrap();
     let all = [
@@ -27,7 +25,7 @@ fn labeled(config: &LabelConfig, paths: &[PathSample]) -> Label {
 fn relative_error(protocol: Protocol) -> f64 {
     match protocol {
         Protocol::Paper => 2.3e-7,
-        _ => 1e-11,
+        Protocol::Released => 1e-11,
     }
 }
 
@@ -70,7 +68,7 @@ fn check(config: &LabelConfig, paths: &[PathSample], root: f64, what: &str) -> f
 fn three_hundred_decibels_in_one_link() {
     let of = |i: f64| path(1e-7 + 2.7e-8 * i, -3.0 + 0.2 * i, -10.0 * i - 0.5);
     let paths: Vec<PathSample> = (0..=30).map(|i| of(i.into())).collect();
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let worst = check(&LabelConfig::of(protocol), &paths, 2e-14, "300 dB");
         eprintln!("{protocol}: powers over 300 dB, worst relative error {worst:.1e}");
     }
@@ -84,7 +82,7 @@ fn three_hundred_decibels_in_one_link() {
 /// wrong, and the work of the continuous search must not grow with the square of what coincides.
 #[test]
 fn ten_thousand_equal_paths_are_forty_decibels() {
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let config = LabelConfig {
             pdp: true,
             ..LabelConfig::of(protocol)
@@ -119,7 +117,7 @@ fn ten_thousand_different_paths_fit_in_memory() {
             )
         })
         .collect();
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let label = labeled(&LabelConfig::of(protocol), &paths);
         let labeler = Labeler::new(&LabelConfig::of(protocol)).unwrap();
         for bin in [0, 44, 45, 101, 179] {
@@ -159,7 +157,7 @@ fn one_path_is_its_own_label() {
 /// a wavelength. Expected: Q of 32 digits, and the same label for both signs.
 #[test]
 fn paths_at_quarter_and_half_turns() {
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let config = LabelConfig::of(protocol);
         for azimuth in [PI / 2.0, PI, 0.0, 1.5 * PI, 2.0 * PI, -7.0 * PI] {
             let [plus, minus] =

@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         path(610.0, 66.0, -101.0),
     ];
 
-    for protocol in [Protocol::Paper, Protocol::Released] {
+    for protocol in Protocol::ALL {
         let labeler = Labeler::new(&LabelConfig::of(protocol))?;
         let label = labeler.label(&paths)?.ok_or("no path counts")?;
         let peak_db = label.aps_db.iter().copied().fold(f64::MIN, f64::max);

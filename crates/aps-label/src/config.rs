@@ -113,7 +113,7 @@ impl LabelConfig {
         }
     }
 
-    /// The same label under a protocol: array and bandwidth stay, the delay axis becomes the protocol's unless it was
+    /// Settings of this label under a protocol: array and bandwidth stay, the delay axis becomes the protocol's unless it was
     /// this protocol's already.
     pub fn under(&self, protocol: Protocol) -> Self {
         let delay_axis = match self.protocol == protocol {

@@ -116,7 +116,7 @@ pub struct Labeler {
     config: LabelConfig,
     angles_deg: Vec<f64>,
     delays_s: Vec<f64>,
-    /// The same, padded.
+    /// Delays, padded to whole vectors.
     delay_lanes: Vec<Lanes>,
     columns: Columns,
 }

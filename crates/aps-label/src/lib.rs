@@ -112,3 +112,12 @@ pub const MAX_PATHS: usize = 16_384;
 /// Paths this far below the strongest one of their link \[dB\] are left out: no sum in f64 could show
 /// them, and products of such powers would underflow.
 pub const NEGLIGIBLE_DB: f64 = 1000.0;
+
+/// Threads can share what labels, and what comes out.
+const _: fn() = || {
+    fn is_shared<T: std::fmt::Debug + Clone + Send + Sync + 'static>() {}
+    is_shared::<(LabelConfig, DelayAxis, Array, ArrayForm, Axis, Protocol)>();
+    is_shared::<(Labeler, Scratch, Label, Status, PathSample)>();
+    is_shared::<(Normalization, Moments, MeanStd, ConfigError, PathError)>();
+    is_shared::<(NormalizationError, ParseProtocolError)>();
+};

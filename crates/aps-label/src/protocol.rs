@@ -55,7 +55,10 @@ pub enum Protocol {
 pub struct ParseProtocolError(String);
 
 impl Protocol {
-    /// `paper` or `released`.
+    /// Both protocols.
+    pub const ALL: [Self; 2] = [Self::Paper, Self::Released];
+
+    /// Name on the command line and in files: `paper` or `released`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -106,7 +109,7 @@ mod tests {
 
     #[test]
     fn names_are_read_back() {
-        for protocol in [Protocol::Paper, Protocol::Released] {
+        for protocol in Protocol::ALL {
             assert_eq!(protocol.to_string().parse(), Ok(protocol));
         }
         assert_eq!("Paper".parse(), Ok(Protocol::Paper));

@@ -21,7 +21,7 @@ pub struct Continuous {
     pub cells: Vec<Cell>,
     /// The pulses at eight points, a row a path.
     pub pulses: Vec<Lanes>,
-    /// The same in single precision, [`POINTS`] at once.
+    /// Pulses in single precision, [`POINTS`] at once.
     pub rows: Vec<[f32; POINTS]>,
     /// Per path: the distance of the nearest of eight points, and the bound of a pulse that is far.
     pub nearest: Vec<f64>,

@@ -3,8 +3,6 @@
 use aps_label::{Label, LabelConfig, Labeler, PathSample, Protocol};
 use proptest::prelude::*;
 
-pub const PROTOCOLS: [Protocol; 2] = [Protocol::Paper, Protocol::Released];
-
 /// Error of a square root of the array response or of the pulse, for the benchmark's array: N psi
 /// and f_s tau are up to 25 and 700 and carry a few relative 1e-16 each, NumPy's as well as ours.
 const ROOT_ERROR: f64 = 2e-14;

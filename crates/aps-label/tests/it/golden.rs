@@ -2,8 +2,7 @@
 //! elements of Q in 60 digits.
 
 use crate::common::{
-    MAXIMUM_ERROR, PROTOCOLS, assert_power, assert_power_db, label, labeler, linear, tolerance,
-    total_power,
+    MAXIMUM_ERROR, assert_power, assert_power_db, label, labeler, linear, tolerance, total_power,
 };
 use aps_label::{PathSample, Protocol};
 use serde_json::Value;
@@ -34,7 +33,7 @@ fn paths(scene: &Value) -> Vec<PathSample> {
 fn powers_agree_with_numpy() {
     for scene in golden("scenes") {
         let paths = paths(&scene);
-        for protocol in PROTOCOLS {
+        for protocol in Protocol::ALL {
             let what = format!("{protocol}, {}", scene["name"]);
             let want = &scene[protocol.to_string()];
             let label = label(&labeler(protocol), &paths);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::common::{PROTOCOLS, label};
+use crate::common::label;
 use aps_label::{
     Array, Label, LabelConfig, Labeler, MAX_DELAY_S, MAX_PATHS, PathError, PathSample, Protocol,
     Scratch, Status,
@@ -31,7 +31,7 @@ fn a_bad_path_is_named_and_leaves_no_label() {
             PathSample { gain_db: x, ..GOOD },
         ]
     });
-    for protocol in PROTOCOLS {
+    for protocol in Protocol::ALL {
         let labeler = labeler(protocol);
         let mut scratch = Scratch::default();
         let mut label = Label::default();

@@ -1,8 +1,7 @@
 //! Laws every label obeys, for links drawn at random.
 
 use crate::common::{
-    MAXIMUM_ERROR, PROTOCOLS, assert_power_db, label, labeler, linear, link, path, tolerance,
-    total_power,
+    MAXIMUM_ERROR, assert_power_db, label, labeler, linear, link, path, tolerance, total_power,
 };
 use aps_label::{Array, Label, LabelConfig, Labeler, PathSample, Protocol, Scratch, Status};
 use proptest::prelude::*;
@@ -28,7 +27,7 @@ proptest! {
         let mut other = paths.clone();
         other.rotate_left(seed.index(paths.len()));
         other.reverse();
-        for protocol in PROTOCOLS {
+        for protocol in Protocol::ALL {
             let labeler = labeler(protocol);
             prop_assert_eq!(label(&labeler, &paths), label(&labeler, &other));
         }
@@ -36,7 +35,7 @@ proptest! {
 
     #[test]
     fn buffers_used_before_do_not_change_a_bit(first in link(), second in link()) {
-        for protocol in PROTOCOLS {
+        for protocol in Protocol::ALL {
             let labeler = labeler(protocol);
             let mut scratch = Scratch::default();
             let mut got = Label::default();
@@ -64,7 +63,7 @@ proptest! {
     fn linear_array_labels_mirrored_paths_alike(paths in link()) {
         let mut mirrored = paths.clone();
         mirrored.iter_mut().for_each(|path| path.arrival_azimuth_rad = std::f64::consts::PI - path.arrival_azimuth_rad);
-        for protocol in PROTOCOLS {
+        for protocol in Protocol::ALL {
             let labeler = labeler(protocol);
             let total = total_power(protocol, &paths);
             let (a, b) = (label(&labeler, &paths), label(&labeler, &mirrored));
@@ -87,7 +86,7 @@ proptest! {
     fn another_path_never_lowers_a_bin(paths in link(), more in path()) {
         let mut superset = paths.clone();
         superset.push(more);
-        for protocol in PROTOCOLS {
+        for protocol in Protocol::ALL {
             for labeler in [labeler(protocol), circular(protocol, 16)] {
                 let (a, b) = (label(&labeler, &paths), label(&labeler, &superset));
                 for (a, b) in a.aps_db.iter().chain(&a.pdp_db).zip(b.aps_db.iter().chain(&b.pdp_db)) {
@@ -140,7 +139,7 @@ proptest! {
             1..12,
         ),
     ) {
-        for protocol in PROTOCOLS {
+        for protocol in Protocol::ALL {
             for labeler in [labeler(protocol), circular(protocol, 7)] {
                 if let Some(label) = labeler.label(&paths).expect("finite paths") {
                     let values = [&label.aps_db, &label.aps_delay_s, &label.pdp_db, &label.pdp_angle_deg];

@@ -8,5 +8,3 @@ mod golden;
 mod inputs;
 /// Laws every label obeys.
 mod laws;
-/// Traits of the public types.
-mod traits;
