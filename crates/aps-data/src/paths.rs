@@ -291,6 +291,12 @@ fn may_have_paths(status: LinkStatus, paths: usize) -> bool {
     match status {
         LinkStatus::Valid => paths > 0,
         LinkStatus::Unlabelled | LinkStatus::Other(_) => true,
-        _ => paths == 0,
+        LinkStatus::NoPath
+        | LinkStatus::TxInBuilding
+        | LinkStatus::RxInBuilding
+        | LinkStatus::OutsideArea
+        | LinkStatus::SamePoint
+        | LinkStatus::OnWall
+        | LinkStatus::Enclosed => paths == 0,
     }
 }

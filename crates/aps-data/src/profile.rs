@@ -73,7 +73,9 @@ impl Samples {
         match (self, other) {
             (Samples::F16(own), Samples::F16(other)) => own.extend_from_slice(&other[range]),
             (Samples::F32(own), Samples::F32(other)) => own.extend_from_slice(&other[range]),
-            _ => panic!("values in half and in single precision are kept apart"),
+            (Samples::F16(_), Samples::F32(_)) | (Samples::F32(_), Samples::F16(_)) => {
+                panic!("values in half and in single precision are kept apart")
+            }
         }
     }
 
@@ -124,7 +126,7 @@ impl Profile {
             (Samples::F32(a), Samples::F32(b)) => {
                 same(&a[here.clone()], &b[there.clone()], f32::to_bits)
             }
-            _ => false,
+            (Samples::F16(_), Samples::F32(_)) | (Samples::F32(_), Samples::F16(_)) => false,
         };
         let same_places = match (&self.argmax, &other.argmax) {
             (Some(a), Some(b)) => same(&a[here], &b[there], f16::to_bits),
@@ -325,43 +327,12 @@ mod tests {
     }
 
     #[test]
-    fn loss_of_half_precision_is_as_stated() {
-        // Every thousandth of a dB down to -512, below a maximum that f32 holds exactly.
-        let row: Vec<f64> = (0..512_000)
-            .map(|i| -80.0 - f64::from(i) / 1000.0)
-            .collect();
-        let stored = round_trip(&row, Precision::F16);
-        let mut worst = [0.0_f64; 10]; // [0, 1), [1, 2), [2, 4), ..., [256, 512)
-        for (before, after) in row.iter().zip(stored) {
-            let depth = -80.0 - before;
-            let range = match depth < 1.0 {
-                true => 0,
-                false => depth.log2() as usize + 1,
-            };
-            worst[range] = worst[range].max((before - after).abs());
-        }
-        for (k, worst) in worst.into_iter().skip(1).enumerate() {
-            let bound = f64::powi(2.0, k as i32 - 11);
-            assert!(
-                worst <= bound && worst > 0.9 * bound,
-                "[2^{k}, 2^{}) dB: {worst}",
-                k + 1
-            );
-        }
-    }
-
-    #[test]
     fn single_precision_returns_half_precision_input_exactly() {
         // Released labels: absolute dB in half precision, floor -350 dB.
         let released: Vec<f64> = (0..2000)
             .map(|i| f16::from_f64(-60.3 - f64::from(i) * 0.145).to_f64())
             .collect();
         assert_eq!(round_trip(&released, Precision::F32), released);
-    }
-
-    #[test]
-    fn depth_beyond_half_precision_is_cut_off() {
-        assert_eq!(round_trip(&[0.0, -1e5], Precision::F16), [0.0, FILL_DB]);
     }
 
     #[test]

@@ -76,7 +76,10 @@ impl Propbin {
                 );
                 (all.len() - length, ROOFTOP)
             }
-            _ => return refuse("its version has no such chain"),
+            (Entries::Points(_), Chain::Vertices(_) | Chain::Rooftop(_))
+            | (Entries::Words(_), Chain::Points(_)) => {
+                return refuse("its version has no such chain");
+            }
         };
         receiver.paths.end += 1;
         self.paths.push(Stored {

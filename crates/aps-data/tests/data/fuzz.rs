@@ -29,6 +29,15 @@ fn npy_file(dictionary: &str, claimed: u16, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
+fn changed(bytes: &[u8], changes: &[(Index, u8)]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for (at, value) in changes {
+        let at = at.index(bytes.len());
+        bytes[at] = *value;
+    }
+    bytes
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(1_000)))]
 
@@ -57,10 +66,7 @@ proptest! {
     ) {
         let mut bytes = Vec::new();
         npy::write_to(&mut bytes, &[2, 3], &[1_u8, 2, 3, 4, 5, 6]).unwrap();
-        for (at, value) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = value;
-        }
+        let bytes = changed(&bytes, &changes);
         read_all_ways(&bytes);
         read_all_ways(&bytes[..cut.index(bytes.len())]);
     }
@@ -69,6 +75,15 @@ proptest! {
 const FULL: &[u8] = include_bytes!("../../../../tests/golden/released/full.propbin");
 const COMPACT: &[u8] = include_bytes!("../../../../tests/golden/released/compact.propbin.gz");
 const SAMPLE: &[u8] = include_bytes!("../../../../tests/golden/released/sample.npz");
+
+#[test]
+fn unchanged_files_are_read() {
+    for bytes in [FULL, COMPACT] {
+        assert!(Propbin::from_bytes(bytes).is_ok());
+        read_propbin(bytes);
+    }
+    assert!(Sample::from_npz(SAMPLE).is_ok());
+}
 
 /// Checks that the reader returns on any bytes, and that its result is finite and no longer than the bytes.
 fn read_propbin(bytes: &[u8]) {
@@ -88,15 +103,6 @@ fn read_propbin(bytes: &[u8]) {
         }
     }
     assert!(paths <= file.to_bytes().expect("it was small enough to read").len() / 24);
-}
-
-fn changed(bytes: &[u8], changes: &[(Index, u8)]) -> Vec<u8> {
-    let mut bytes = bytes.to_vec();
-    for (at, value) in changes {
-        let at = at.index(bytes.len());
-        bytes[at] = *value;
-    }
-    bytes
 }
 
 proptest! {
