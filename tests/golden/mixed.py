@@ -1,4 +1,4 @@
-"""How far PyTorch's own autocast to bf16 is from f32: the yardstick of the tests of mixed precision (crates/aps-model/src/tests/mixed.rs).
+"""Measures the error of PyTorch's own autocast to bf16 against f32: the yardstick of the tests of mixed precision (crates/aps-model/src/tests/mixed.rs).
 
     python tests/golden/mixed.py     # needs map2aps with torch
 
