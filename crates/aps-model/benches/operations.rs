@@ -83,7 +83,7 @@ fn normalisation(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("loops", |bencher| {
         bencher.iter(|| {
-            let y = ops::batch_norm_relu(black_box(&x), tensors, true).unwrap();
+            let y = ops::batch_norm(black_box(&x), tensors, true, true).unwrap();
             y.sum_all().unwrap().backward().unwrap()
         });
     });
@@ -121,8 +121,8 @@ fn in_use(criterion: &mut Criterion) {
             };
             group.bench_function(format!("{name}, kernels {how}"), |bencher| {
                 bencher.iter(|| {
-                    let after = ops::After::Relu;
-                    ops::normed_conv2d(black_box(&x), &conv, norm, after, false).unwrap()
+                    let activation = ops::Activation::Relu;
+                    ops::normed_conv2d(black_box(&x), &conv, norm, activation, false).unwrap()
                 });
             });
         }

@@ -8,7 +8,7 @@ use aps_model::condition::{
 };
 use aps_model::data::{Examples, Mirrored, Samples};
 use aps_model::optim::{AdamConfig, AdamW};
-use aps_model::train::{Quantity, StepReport, TrainConfig, TrainError, Trainer};
+use aps_model::train::{StepReport, TrainConfig, TrainError, Trainer};
 use aps_model::weights::{Label, LoadReport};
 use aps_model::{Error, LabelFacts, Loss, Model, ModelKind, Preset, Regularizer};
 
@@ -23,7 +23,7 @@ fn types_can_be_shown_copied_and_shared() {
     is_shared::<(ModelKind, Preset, Regularizer, ConditionImages)>();
     is_shared::<(ConditionConfig, Rasters<'static>, InputKind, InputShape)>();
     is_shared::<(PolarShape, LabelFacts, Loss, Link, Samples, Label)>();
-    is_shared::<(LoadReport, AdamConfig, TrainConfig, StepReport, Quantity)>();
+    is_shared::<(LoadReport, AdamConfig, TrainConfig, StepReport)>();
     is_sent::<(AdamW, Trainer, Mirrored<Samples>)>();
     is_dyn::<dyn Model>();
     is_dyn::<dyn ModelInput>();
@@ -57,18 +57,13 @@ fn settings_survive_json_and_names_are_those_of_the_command_line() {
 #[test]
 fn no_message_repeats_its_cause() {
     let io = || std::io::Error::other("the cause");
-    let errors: [Box<dyn std::error::Error>; 2] = [
-        Box::new(Error::WeightsIo {
-            action: "read",
-            path: "file".into(),
-            source: io(),
-        }),
-        Box::new(TrainError::Io {
-            action: "read",
-            path: "file".into(),
-            source: io(),
-        }),
-    ];
+    let unread = || Error::WeightsIo {
+        action: "read",
+        path: "file".into(),
+        source: io(),
+    };
+    let errors: [Box<dyn std::error::Error>; 2] =
+        [Box::new(unread()), Box::new(TrainError::Model(unread()))];
     for error in errors {
         assert!(error.source().is_some());
         assert!(!error.to_string().contains("the cause"), "{error}");

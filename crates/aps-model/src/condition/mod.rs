@@ -95,8 +95,8 @@ pub trait ModelInput: Debug + Send + Sync {
         Ok(())
     }
 
-    /// Puts what the input of some links is made of onto the device, so that only numbers are sent for batches of them; `false`
-    /// where that saves nothing or there is no room for it.
+    /// Moves the data that the input of some links is made of to the device, so that only numbers are sent for batches of them;
+    /// `false` where that saves nothing or there is no room for it.
     ///
     /// # Errors
     /// As [`batch`](Self::batch).

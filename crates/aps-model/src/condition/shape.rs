@@ -56,7 +56,9 @@ impl InputShape {
             Self::Polar(shape) if shape.directions * shape.kinds > 0 && shape.features > 2 => {
                 Ok(shape)
             }
-            other => bail!("the model takes ways along rays, not {other:?}"),
+            Self::Images | Self::Polar(_) => {
+                bail!("the model takes ways along rays, not {self:?}")
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::ConvShape;
 use super::buffer::Buffer;
-use super::finish::Finish;
+use super::epilogue::Epilogue;
 use super::matmul::{Matrix, multiply};
 use super::regroup::apart;
 use super::unfold::Frame;
@@ -22,17 +22,17 @@ pub(crate) fn convolve(
     x: &[f32],
     weight: &[f32],
     cache: Option<&KernelCache>,
-    finish: Finish<'_>,
+    epilogue: Epilogue<'_>,
 ) -> Vec<f32> {
     assert_eq!(x.len(), shape.input_len());
     assert_eq!(weight.len(), shape.weight_len());
     let mut out = vec![0.0; shape.output_len()];
     if let Some(size) = winograd::suits(shape, cache.is_some()) {
-        winograd::convolve(size, shape, x, weight, cache, finish, &mut out);
+        winograd::convolve(size, shape, x, weight, cache, epilogue, &mut out);
     } else if shape.is_by_image() {
-        by_image(shape, x, weight, finish, &mut out);
+        by_image(shape, x, weight, epilogue, &mut out);
     } else {
-        together(shape, x, weight, finish, &mut out);
+        together(shape, x, weight, epilogue, &mut out);
     }
     out
 }
@@ -47,7 +47,7 @@ pub(super) fn tile_pixels(taps: usize, pixels: usize) -> usize {
 }
 
 /// Convolves each image in one thread, tile by tile.
-fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, out: &mut [f32]) {
+fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], epilogue: Epilogue<'_>, out: &mut [f32]) {
     let (taps, pixels) = (shape.taps(), shape.out_pixels());
     let tile = tile_pixels(taps, pixels);
     let frame = Frame::of(shape);
@@ -75,7 +75,7 @@ fn by_image(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, ou
             }
             for (channel, plane) in out.chunks_exact_mut(pixels).enumerate() {
                 let place = (number * shape.out_channels + channel) * pixels;
-                finish.apply(channel, place, plane);
+                epilogue.apply(channel, place, plane);
             }
         });
 }
@@ -88,7 +88,7 @@ struct Scratch {
 }
 
 /// Convolves all images side by side: all threads unfold them, once, and each computes some of the output channels.
-fn together(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, out: &mut [f32]) {
+fn together(shape: &ConvShape, x: &[f32], weight: &[f32], epilogue: Epilogue<'_>, out: &mut [f32]) {
     let (taps, pixels, batch) = (shape.taps(), shape.out_pixels(), shape.batch);
     let mut planes = Buffer::of(shape.output_len());
     let all = batch * pixels;
@@ -118,7 +118,7 @@ fn together(shape: &ConvShape, x: &[f32], weight: &[f32], finish: Finish<'_>, ou
         .with_min_len(64)
         .enumerate()
         .for_each(|(place, plane)| {
-            finish.apply(place % shape.out_channels, place * pixels, plane);
+            epilogue.apply(place % shape.out_channels, place * pixels, plane);
         });
 }
 

@@ -4,7 +4,7 @@ use multiversion::multiversion;
 
 /// `relu(scale * sum + shift + shortcut)`, each part where it is wanted.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Finish<'a> {
+pub(crate) struct Epilogue<'a> {
     /// A factor each output channel.
     pub scale: Option<&'a [f32]>,
     /// A summand each output channel.
@@ -14,7 +14,7 @@ pub(crate) struct Finish<'a> {
     pub relu: bool,
 }
 
-impl<'a> Finish<'a> {
+impl<'a> Epilogue<'a> {
     /// Adds a bias where there is one.
     pub fn bias(bias: Option<&'a [f32]>) -> Self {
         Self {

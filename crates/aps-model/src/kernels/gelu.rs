@@ -29,12 +29,7 @@ pub(super) fn gelu_of(x: &[f32], out: &mut [f32]) {
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2+fma"))]
 pub(super) fn multiply_by_slope(x: &[f32], grad: &mut [f32]) {
     for (g, &x) in grad.iter_mut().zip(x) {
-        *g *= slope(x);
+        let (density, below) = normal(x);
+        *g *= below + x * density;
     }
-}
-
-#[inline(always)]
-fn slope(x: f32) -> f32 {
-    let (density, below) = normal(x);
-    below + x * density
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::ConvShape;
 use super::convolution::{convolve, tile_pixels};
-use super::finish::Finish;
+use super::epilogue::Epilogue;
 use super::matmul::{Matrix, multiply};
 use super::regroup::{apart, side_by_side};
 use super::unfold::Frame;
@@ -27,7 +27,7 @@ pub(crate) fn input_gradient(shape: &ConvShape, grad: &[f32], weight: &[f32]) ->
             ..*shape
         };
         let weight = turn(shape, weight);
-        convolve(&flipped, grad, &weight, None, Finish::default())
+        convolve(&flipped, grad, &weight, None, Epilogue::default())
     } else {
         fold_together(shape, grad, weight)
     }

@@ -64,10 +64,10 @@ pub(crate) fn max_pool_gradient(shape: &ConvShape, x: &[f32], grad: &[f32]) -> V
         .zip(x.par_chunks(shape.in_pixels()))
         .zip(grad.par_chunks(shape.out_pixels()))
         .with_min_len(8)
-        .for_each_init(Winners::default, |winners, ((out, plane), grad)| {
+        .for_each_init(MaxIndices::default, |maxima, ((out, plane), grad)| {
             for (oy, grad) in grad.chunks_exact(shape.out_width()).enumerate() {
-                winners.find(shape, plane, oy);
-                for (&at, g) in winners.places.iter().zip(grad) {
+                maxima.find(shape, plane, oy);
+                for (&at, g) in maxima.places.iter().zip(grad) {
                     out[at as usize] += g;
                 }
             }
@@ -91,15 +91,15 @@ fn for_each_tap(shape: &ConvShape, oy: usize, mut tap: impl FnMut(Range<usize>, 
     }
 }
 
-/// The winners of one row of windows.
+/// Maxima of one row of windows, and their places.
 #[derive(Default)]
-struct Winners {
+struct MaxIndices {
     values: Vec<f32>,
     /// Places of the maxima in the plane.
     places: Vec<u32>,
 }
 
-impl Winners {
+impl MaxIndices {
     fn find(&mut self, shape: &ConvShape, plane: &[f32], oy: usize) {
         self.values.resize(shape.out_width(), 0.0);
         self.places.clear();

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-/// Values between channels.
-const GAP: usize = 16;
+/// Values between channels, so that they do not fall on the same cache lines.
+pub(super) const GAP: usize = 16;
 
 /// Channels of all images side by side: (channel, batch, pixel) of `x` (batch, channel, pixel), and how far the channels
 /// are apart: not a power of two, so that they do not fall on the same cache lines.

@@ -57,6 +57,6 @@ impl BatchNorm {
 impl ModuleT for BatchNorm {
     fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
         self.count(train)?;
-        ops::batch_norm(x, self.tensors(), train)
+        ops::batch_norm(x, self.tensors(), train, false)
     }
 }

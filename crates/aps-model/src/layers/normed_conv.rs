@@ -4,9 +4,9 @@ use candle_core::{Result, Tensor};
 use candle_nn::VarBuilder;
 
 use super::{BatchNorm, Conv2d};
-use crate::ops::{self, After};
+use crate::ops::{self, Activation};
 
-/// A convolution, batch normalisation, and the operation after it: see [`ops::normed_conv2d`].
+/// A convolution, batch normalisation, and the activation after it: see [`ops::normed_conv2d`].
 #[derive(Debug, Clone)]
 pub(crate) struct NormedConv {
     conv: Conv2d,
@@ -21,8 +21,14 @@ impl NormedConv {
     }
 
     /// Maps `x` (batch, in, height, width) to (batch, out, height', width').
-    pub fn forward_t(&self, x: &Tensor, after: After<'_>, train: bool) -> Result<Tensor> {
+    pub fn forward_t(&self, x: &Tensor, activation: Activation<'_>, train: bool) -> Result<Tensor> {
         self.norm.count(train)?;
-        ops::normed_conv2d(x, self.conv.tensors(), self.norm.tensors(), after, train)
+        ops::normed_conv2d(
+            x,
+            self.conv.tensors(),
+            self.norm.tensors(),
+            activation,
+            train,
+        )
     }
 }

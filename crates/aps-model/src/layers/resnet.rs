@@ -4,7 +4,7 @@ use candle_core::{ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
 use super::{Conv2d, NormedConv};
-use crate::ops::{self, After};
+use crate::ops::{self, Activation};
 
 /// Two 3 x 3 convolutions beside a shortcut: `conv1`, `bn1`, `conv2`, `bn2`, `downsample.0` and `.1`.
 #[derive(Debug, Clone)]
@@ -33,12 +33,13 @@ impl BasicBlock {
 
 impl ModuleT for BasicBlock {
     fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
-        let y = self.first.forward_t(x, After::Relu, train)?;
+        let y = self.first.forward_t(x, Activation::Relu, train)?;
         let shortcut = match &self.downsample {
             None => x.clone(),
-            Some(downsample) => downsample.forward_t(x, After::Nothing, train)?,
+            Some(downsample) => downsample.forward_t(x, Activation::Identity, train)?,
         };
-        self.second.forward_t(&y, After::AddRelu(&shortcut), train)
+        self.second
+            .forward_t(&y, Activation::AddRelu(&shortcut), train)
     }
 }
 
@@ -55,7 +56,7 @@ impl Stem {
 
 impl ModuleT for Stem {
     fn forward_t(&self, images: &Tensor, train: bool) -> Result<Tensor> {
-        ops::max_pool_3x3_s2_p1(&self.0.forward_t(images, After::Relu, train)?)
+        ops::max_pool_3x3_s2_p1(&self.0.forward_t(images, Activation::Relu, train)?)
     }
 }
 

@@ -4,7 +4,7 @@ use candle_core::{ModuleT, Result, Tensor};
 use candle_nn::VarBuilder;
 
 use super::{Conv2d, NormedConv};
-use crate::ops::After;
+use crate::ops::Activation;
 
 /// Twice a 3 x 3 convolution, batch normalisation and ReLU: `block.0`, `block.1`, `block.3`, `block.4`. It maps (batch,
 /// inputs, height, width) to (batch, outputs, height, width).
@@ -24,7 +24,7 @@ impl DoubleConv {
 
 impl ModuleT for DoubleConv {
     fn forward_t(&self, x: &Tensor, train: bool) -> Result<Tensor> {
-        let x = self.0[0].forward_t(x, After::Relu, train)?;
-        self.0[1].forward_t(&x, After::Relu, train)
+        let x = self.0[0].forward_t(x, Activation::Relu, train)?;
+        self.0[1].forward_t(&x, Activation::Relu, train)
     }
 }

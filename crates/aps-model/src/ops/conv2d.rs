@@ -4,15 +4,14 @@ use candle_core::{DType, Result, Tensor};
 
 use super::cpu::{Backward, apply, are_fast, is_on_cpu};
 use super::portable;
-use crate::kernels::finish::Finish;
+use crate::kernels::epilogue::Epilogue;
 use crate::kernels::{ConvShape, convolution::convolve, input_gradient, weight_gradient};
 use crate::recording::{Graph, Value, ints, recorded};
 
 /// [`portable::conv2d`], with f32 on the CPU several times as fast: unfolded tiles that stay in cache, one matrix product a
 /// tile, threads over the images (or over channels where images are small or few).
 ///
-/// Half-precision values on the CPU are widened to f32 and the result rounded back, as candle does in its matrix products
-/// of bf16; its convolution knows no bf16 there.
+/// Half-precision values on the CPU are widened to f32 and the result, bias included, rounded back once.
 pub(crate) fn conv2d(
     x: &Tensor,
     weight: &Tensor,
@@ -139,7 +138,7 @@ fn transposed_shape(x: &Tensor, w: &Tensor) -> Option<ConvShape> {
 }
 
 fn convolved(s: &ConvShape, x: &[f32], weight: &[f32], bias: Option<&[f32]>) -> Vec<f32> {
-    convolve(s, x, weight, None, Finish::bias(bias))
+    convolve(s, x, weight, None, Epilogue::bias(bias))
 }
 
 /// Computes the gradients by input and weight, the former only where something asks for it.

@@ -71,16 +71,6 @@ pub(super) fn apply<const N: usize>(
     }
 }
 
-/// [`apply`] for an operation that is only computed where no gradient is asked for.
-pub(super) fn apply_without_gradient<const N: usize>(
-    name: &'static str,
-    inputs: [&Tensor; N],
-    shape: &[usize],
-    forward: impl Fn([&[f32]; N]) -> Vec<f32> + Send + Sync + 'static,
-) -> Result<Tensor> {
-    apply(name, inputs, shape, forward, |_| [const { None }; N])
-}
-
 /// An operation of N inputs. It implements candle's three traits, of which [`apply`] uses the one for N.
 struct Operation<const N: usize> {
     name: &'static str,

@@ -28,8 +28,8 @@ pub(crate) use self::elementwise::{
     add, at_most, div, exp, log, mean_last, mul, scale, shift, sqrt, square, sub,
 };
 pub(crate) use self::linear::{linear, project};
-pub(crate) use self::norm::{batch_norm, batch_norm_relu};
-pub(crate) use self::normed_conv::{After, ConvTensors, normed_conv2d};
+pub(crate) use self::norm::batch_norm;
+pub(crate) use self::normed_conv::{Activation, ConvTensors, normed_conv2d};
 pub(crate) use self::pool::{adaptive_avg_pool, max_pool_2x2, max_pool_3x3_s2_p1};
 pub(crate) use self::portable::{BatchNormTensors, add_to_columns, at_least_f32};
 pub(crate) use self::resize::{resize_bilinear, upsample_nearest_2x};

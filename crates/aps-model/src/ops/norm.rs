@@ -7,21 +7,13 @@ use super::portable::{self, BatchNormTensors, EPSILON, MOMENTUM};
 use crate::kernels::batch_norm::{gradient, gradient_sums, moments, scale_shift};
 use crate::recording::{Graph, Value, float, recorded};
 
-/// [`portable::batch_norm`], with f32 on the CPU in two passes forward and two backward.
-pub(crate) fn batch_norm(x: &Tensor, tensors: BatchNormTensors<'_>, train: bool) -> Result<Tensor> {
-    normalised(x, tensors, train, false)
-}
-
-/// [`batch_norm`], then ReLU, in the same passes.
-pub(crate) fn batch_norm_relu(
+/// [`portable::batch_norm`], then ReLU if it is asked for: with f32 on the CPU in two passes forward and two backward.
+pub(crate) fn batch_norm(
     x: &Tensor,
-    tensors: BatchNormTensors<'_>,
+    t: BatchNormTensors<'_>,
     train: bool,
+    relu: bool,
 ) -> Result<Tensor> {
-    normalised(x, tensors, train, true)
-}
-
-fn normalised(x: &Tensor, t: BatchNormTensors<'_>, train: bool, relu: bool) -> Result<Tensor> {
     let (mean, variance) = (t.running_mean.as_tensor(), t.running_var.as_tensor());
     let inputs = [x, t.weight, t.bias, mean, variance];
     let nodes = |g: &mut Graph, v: &[Value]| {

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use candle_core::{Result, Tensor};
 
 use super::conv2d::conv_shape;
-use super::cpu::{apply_without_gradient, are_fast};
+use super::cpu::{apply, are_fast};
 use super::norm::inverse_std;
-use super::{BatchNormTensors, add_relu, batch_norm, batch_norm_relu, conv2d};
+use super::{BatchNormTensors, add_relu, batch_norm, conv2d};
 use crate::kernels::KernelCache;
 use crate::kernels::convolution::convolve;
-use crate::kernels::finish::Finish;
+use crate::kernels::epilogue::Epilogue;
 
 /// The tensors and sizes of a convolution, as [`conv2d`] takes them.
 #[derive(Debug, Clone)]
@@ -27,33 +27,33 @@ pub(crate) struct ConvTensors {
     pub cache: Option<Arc<KernelCache>>,
 }
 
-/// Operation after a normalised convolution.
+/// Activation after a normalised convolution.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum After<'a> {
-    Nothing,
+pub(crate) enum Activation<'a> {
+    Identity,
     Relu,
     /// ReLU of the sum with a tensor of the result's shape.
     AddRelu(&'a Tensor),
 }
 
-/// [`conv2d`], then [`batch_norm`], then the operation `after`: one function, because without training (in evaluation, with
+/// [`conv2d`], then [`batch_norm`], then the `activation`: one function, because without training (in evaluation, with
 /// tensors no gradient is asked of) f32 on the CPU does it all while the sums are in cache.
 pub(crate) fn normed_conv2d(
     x: &Tensor,
     conv: &ConvTensors,
     norm: BatchNormTensors<'_>,
-    after: After<'_>,
+    activation: Activation<'_>,
     train: bool,
 ) -> Result<Tensor> {
-    if !train && let Some(y) = fused(x, conv, norm, after)? {
+    if !train && let Some(y) = fused(x, conv, norm, activation)? {
         return Ok(y);
     }
     let bias = conv.bias.as_ref();
     let y = conv2d(x, &conv.weight, bias, conv.stride, conv.padding)?;
-    match after {
-        After::Nothing => batch_norm(&y, norm, train),
-        After::Relu => batch_norm_relu(&y, norm, train),
-        After::AddRelu(shortcut) => add_relu(&batch_norm(&y, norm, train)?, shortcut),
+    match activation {
+        Activation::Identity => batch_norm(&y, norm, train, false),
+        Activation::Relu => batch_norm(&y, norm, train, true),
+        Activation::AddRelu(shortcut) => add_relu(&batch_norm(&y, norm, train, false)?, shortcut),
     }
 }
 
@@ -62,15 +62,15 @@ fn fused(
     x: &Tensor,
     conv: &ConvTensors,
     norm: BatchNormTensors<'_>,
-    after: After<'_>,
+    activation: Activation<'_>,
 ) -> Result<Option<Tensor>> {
     let Some(s) = conv_shape(x, &conv.weight, conv.stride, conv.padding) else {
         return Ok(None);
     };
     let (running_mean, running_var) = (norm.running_mean.as_tensor(), norm.running_var.as_tensor());
-    let shortcut = match after {
-        After::AddRelu(shortcut) => Some(shortcut),
-        After::Nothing | After::Relu => None,
+    let shortcut = match activation {
+        Activation::AddRelu(shortcut) => Some(shortcut),
+        Activation::Identity | Activation::Relu => None,
     };
     let mut of_channels = vec![norm.weight, norm.bias, running_mean, running_var];
     of_channels.extend(&conv.bias);
@@ -83,25 +83,30 @@ fn fused(
         return Ok(None);
     }
     let (scale, shift) = folded(norm, conv.bias.as_ref())?;
-    let (cache, relu) = (conv.cache.clone(), !matches!(after, After::Nothing));
+    let (cache, relu) = (
+        conv.cache.clone(),
+        !matches!(activation, Activation::Identity),
+    );
     let forward = move |x: &[f32], weight: &[f32], shortcut: Option<&[f32]>| {
-        let finish = Finish {
+        let epilogue = Epilogue {
             scale: Some(&scale),
             shift: Some(&shift),
             shortcut,
             relu,
         };
-        convolve(&s, x, weight, cache.as_deref(), finish)
+        convolve(&s, x, weight, cache.as_deref(), epilogue)
     };
     let (name, dims, weight) = ("normalised conv2d", s.out_dims(), &conv.weight);
     let y = match shortcut {
         None => {
             let forward = move |[x, w]: [&[f32]; 2]| forward(x, w, None);
-            apply_without_gradient(name, [x, weight], &dims, forward)
+            apply(name, [x, weight], &dims, forward, |_| [None, None])
         }
         Some(added) => {
             let forward = move |[x, w, added]: [&[f32]; 3]| forward(x, w, Some(added));
-            apply_without_gradient(name, [x, weight, added], &dims, forward)
+            apply(name, [x, weight, added], &dims, forward, |_| {
+                [None, None, None]
+            })
         }
     };
     y.map(Some)

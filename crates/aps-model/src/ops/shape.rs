@@ -2,7 +2,7 @@
 
 use candle_core::{DType, Result, Tensor, bail};
 
-use crate::recording::{int, ints, recorded};
+use crate::recording::{Graph, Value, int, ints, recorded};
 
 /// Puts tensors one behind the other along a dimension.
 pub(crate) fn cat(parts: &[&Tensor], dim: usize) -> Result<Tensor> {
@@ -53,26 +53,25 @@ pub(crate) fn transpose(x: &Tensor) -> Result<Tensor> {
 
 /// Drops a dimension of length 1.
 pub(crate) fn squeeze(x: &Tensor, dim: usize) -> Result<Tensor> {
-    recorded(
-        &[x],
-        |g, v| {
-            let dim = g.whole(&[dim as i64]);
-            g.node("Squeeze", &[v[0], dim], [])
-        },
-        || x.squeeze(dim),
-    )
+    with_axis("Squeeze", x, dim, || x.squeeze(dim))
 }
 
 /// Adds a dimension of length 1.
 pub(crate) fn unsqueeze(x: &Tensor, dim: usize) -> Result<Tensor> {
-    recorded(
-        &[x],
-        |g, v| {
-            let dim = g.whole(&[dim as i64]);
-            g.node("Unsqueeze", &[v[0], dim], [])
-        },
-        || x.unsqueeze(dim),
-    )
+    with_axis("Unsqueeze", x, dim, || x.unsqueeze(dim))
+}
+
+fn with_axis(
+    operation: &str,
+    x: &Tensor,
+    dim: usize,
+    compute: impl FnOnce() -> Result<Tensor>,
+) -> Result<Tensor> {
+    let node = |g: &mut Graph, v: &[Value]| {
+        let dim = g.whole(&[dim as i64]);
+        g.node(operation, &[v[0], dim], [])
+    };
+    recorded(&[x], node, compute)
 }
 
 /// Repeats a tensor (1, ...) for each element of the first dimension of `like`.

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{flat, on_threads};
 use crate::kernels::KernelCache;
-use crate::ops::{self, After, BatchNormTensors, ConvTensors, portable};
+use crate::ops::{self, Activation, BatchNormTensors, ConvTensors, portable};
 
 type Operation<'a> = &'a dyn Fn(&[Tensor]) -> Result<Tensor>;
 
@@ -157,8 +157,7 @@ fn batch_normalisation_in_training_and_use() {
                         running_var,
                     };
                     let y = match (portable, relu) {
-                        (false, false) => ops::batch_norm(&t[0], tensors, train),
-                        (false, true) => ops::batch_norm_relu(&t[0], tensors, train),
+                        (false, relu) => ops::batch_norm(&t[0], tensors, train, relu),
                         (true, false) => portable::batch_norm(&t[0], tensors, train),
                         (true, true) => portable::batch_norm(&t[0], tensors, train)
                             .and_then(|y| portable::relu(&y)),
@@ -253,7 +252,7 @@ fn affine_maps() {
     }
 }
 
-/// candle's convolution knows no bf16 on a CPU; this one rounds what f32 gives.
+/// A convolution in half precision rounds what f32 gives.
 #[test]
 fn convolution_in_half_precision() {
     let rng = &mut ChaCha8Rng::seed_from_u64(15);
@@ -317,9 +316,9 @@ fn normalised_convolution_in_use() {
                         cache: cache.cloned(),
                     };
                     let after = match after {
-                        0 => After::Nothing,
-                        1 => After::Relu,
-                        _ => After::AddRelu(&t[2]),
+                        0 => Activation::Identity,
+                        1 => Activation::Relu,
+                        _ => Activation::AddRelu(&t[2]),
                     };
                     ops::normed_conv2d(&t[0], &conv, norm, after, false).unwrap()
                 } else {

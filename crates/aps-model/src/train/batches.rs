@@ -49,7 +49,7 @@ impl Order {
         }
     }
 
-    /// Keeps examples near each other whose input is made with less work then.
+    /// Groups examples whose inputs share work, so that they come near each other.
     pub fn grouped(self, examples: &dyn Examples, input: &dyn ModelInput) -> Self {
         let mut groups: BTreeMap<u64, Vec<u32>> = BTreeMap::new();
         for example in 0..self.examples {

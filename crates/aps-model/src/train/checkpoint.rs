@@ -117,7 +117,7 @@ pub(super) fn save<'a>(
     let written = replace(path, |partial| {
         safetensors::serialize_to_file(tensors, Some(metadata), partial).map_err(io::Error::other)
     });
-    written.map_err(io_error("write", path))
+    written.map_err(|e| crate::Error::weights_io("write", path, e).into())
 }
 
 /// Reads a checkpoint into networks of the same kind. The checkpoint's header must agree with `own`. Nothing changes unless
@@ -132,7 +132,7 @@ pub(super) fn load<'a>(
         path: path.into(),
         problem,
     };
-    let bytes = fs::read(path).map_err(io_error("read", path))?;
+    let bytes = fs::read(path).map_err(|e| crate::Error::weights_io("read", path, e))?;
     let header = read_header(&bytes).map_err(bad)?;
     if let Some(problem) = difference(&header, own) {
         return Err(bad(problem));
@@ -256,13 +256,4 @@ pub(super) fn digest(examples: &dyn Examples) -> u64 {
         std::iter::once(map.into()).chain(ends.into_iter().map(f64::to_bits))
     });
     fnv1a(words.flat_map(u64::to_le_bytes))
-}
-
-fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> TrainError {
-    let path = path.into();
-    move |source| TrainError::Io {
-        action,
-        path,
-        source,
-    }
 }

@@ -40,7 +40,7 @@ impl Precision {
     pub fn of_input(self, input: &Tensor, shape: InputShape) -> candle_core::Result<Tensor> {
         match (self, shape) {
             (Self::Mixed, InputShape::Images) => input.to_dtype(DType::BF16),
-            _ => Ok(input.clone()),
+            (Self::Full, _) | (Self::Mixed, InputShape::Polar(_)) => Ok(input.clone()),
         }
     }
 }

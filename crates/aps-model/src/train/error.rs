@@ -1,7 +1,5 @@
 //! Errors that end a training.
 
-use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::condition::Link;
@@ -10,15 +8,12 @@ use crate::condition::Link;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainError {
-    /// The model or its input failed.
+    /// The model or its input failed, or a file could not be read or written.
     #[error(transparent)]
     Model(#[from] crate::Error),
     /// A setting cannot be used.
     #[error("training settings: {0}")]
     Config(String),
-    /// There are no examples.
-    #[error("there is no example to train on")]
-    NoExamples,
     /// The loss or a gradient is not a number, or the loss is beyond any use. The weights are as they were before this
     /// step, but running statistics of the layers may not be.
     #[error(
@@ -29,8 +24,8 @@ pub enum TrainError {
     Diverged {
         /// The step that was not made, counted from 0.
         step: u64,
-        /// Quantity that is not sound.
-        quantity: Quantity,
+        /// Quantity that is not sound: a loss, or the norm of gradients.
+        quantity: &'static str,
         /// Value of the quantity.
         value: f64,
         /// Batch of the step: number and link of each example, the largest error first.
@@ -56,16 +51,6 @@ pub enum TrainError {
         /// Description of the fault and its remedy.
         problem: String,
     },
-    /// A file could not be read or written.
-    #[error("cannot {action} '{path}'")]
-    Io {
-        /// Action that failed, as a verb.
-        action: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
     /// The training failed before. Only [`Trainer::resume`](super::Trainer::resume) goes on.
     #[error(
         "the training failed in an earlier step and cannot go on or be saved; continue from its last checkpoint"
@@ -76,30 +61,6 @@ pub enum TrainError {
 impl From<candle_core::Error> for TrainError {
     fn from(error: candle_core::Error) -> Self {
         Self::Model(error.into())
-    }
-}
-
-/// Quantity checked at each step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Error of the prediction.
-    Loss,
-    /// Norm of the predictor's gradients.
-    Gradient,
-    /// Loss of the regularizer.
-    RegularizerLoss,
-    /// Norm of the regularizer's gradients.
-    RegularizerGradient,
-}
-
-impl fmt::Display for Quantity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Loss => "the loss",
-            Self::Gradient => "the gradient's norm",
-            Self::RegularizerLoss => "the regularizer's loss",
-            Self::RegularizerGradient => "the norm of the regularizer's gradient",
-        })
     }
 }
 

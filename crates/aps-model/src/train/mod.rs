@@ -70,7 +70,7 @@ mod schedule;
 mod trainer;
 
 pub use config::{Precision, TrainConfig};
-pub use error::{Quantity, TrainError};
+pub use error::TrainError;
 pub use predict::predict;
 #[cfg(test)]
 pub(crate) use schedule::{Budget, Schedule};

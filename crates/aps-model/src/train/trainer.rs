@@ -13,7 +13,7 @@ use super::checkpoint::{self, Header, Optimized};
 use super::clock::Clock;
 use super::held::HeldTargets;
 use super::schedule::{Budget, Schedule};
-use super::{Quantity, TrainConfig, TrainError};
+use super::{TrainConfig, TrainError};
 use crate::condition::ModelInput;
 use crate::data::Examples;
 use crate::loss::{Loss, bce_with_logits};
@@ -83,7 +83,7 @@ pub struct StepReport {
 enum StepError {
     Model(crate::Error),
     /// A loss or the norm of gradients is not finite, or too large.
-    Diverged(Quantity, f64),
+    Diverged(&'static str, f64),
 }
 
 impl<E: Into<crate::Error>> From<E> for StepError {
@@ -97,7 +97,7 @@ impl Trainer {
     /// [kind](crate::ModelKind::loss) or another.
     ///
     /// # Errors
-    /// [`TrainError::Config`], [`TrainError::NoExamples`].
+    /// [`TrainError::Config`], also without any example.
     pub fn new(
         model: Box<dyn Model>,
         parameters: &VarMap,
@@ -110,7 +110,7 @@ impl Trainer {
             return Err(TrainError::Config(problem));
         }
         if examples.is_empty() {
-            return Err(TrainError::NoExamples);
+            return Err(TrainError::Config("there is no example to train on".into()));
         }
         if u32::try_from(examples.len()).is_err() {
             let problem = format!("{} examples are more than can be numbered", examples.len());
@@ -152,7 +152,7 @@ impl Trainer {
         Ok(self)
     }
 
-    /// Tells what lies on the device.
+    /// Returns which parts lie on the device.
     pub fn held(&self) -> Held {
         self.held
     }
@@ -254,7 +254,7 @@ impl Trainer {
             share: 0.0,
             links: self.order.batch(),
             learning_rate,
-            loss: self.value(&error, Quantity::Loss)?,
+            loss: self.value(&error, "the loss")?,
             gradient_norm: 0.0,
             regularizer_loss: None,
             regularizer_gradient_norm: None,
@@ -271,8 +271,8 @@ impl Trainer {
                 let fake = score(&encoded, &predicted.detach())?;
                 let loss = (bce_with_logits(&real, &real.ones_like()?)?
                     + bce_with_logits(&fake, &fake.zeros_like()?)?)?;
-                report.regularizer_loss = Some(self.value(&loss, Quantity::RegularizerLoss)?);
-                let norm = self.descend(1, &loss, Quantity::RegularizerGradient)?;
+                report.regularizer_loss = Some(self.value(&loss, "the regularizer's loss")?);
+                let norm = self.descend(1, &loss, "the norm of the regularizer's gradient")?;
                 report.regularizer_gradient_norm = Some(norm);
                 // The encoding by the updated regularizer is a constant to the predictor.
                 let encoded = regularizer.encode(input, true)?.detach();
@@ -281,12 +281,17 @@ impl Trainer {
                 (adversarial + (error * self.config.l1_weight)?)?
             }
         };
-        report.gradient_norm = self.descend(0, &loss, Quantity::Gradient)?;
+        report.gradient_norm = self.descend(0, &loss, "the gradient's norm")?;
         Ok(report)
     }
 
     /// Updates the parameters of a network by the clipped gradients of `loss`; returns the norm before clipping.
-    fn descend(&mut self, network: usize, loss: &Tensor, of: Quantity) -> Result<f64, StepError> {
+    fn descend(
+        &mut self,
+        network: usize,
+        loss: &Tensor,
+        of: &'static str,
+    ) -> Result<f64, StepError> {
         let optimizer = &mut self.networks[network].optimizer;
         let norm = optimizer.backward_step_clipped(loss, self.config.clip_norm)?;
         match norm.is_finite() {
@@ -296,7 +301,7 @@ impl Trainer {
     }
 
     /// Returns the value of a loss, if training can go on from it.
-    fn value(&self, loss: &Tensor, quantity: Quantity) -> Result<f64, StepError> {
+    fn value(&self, loss: &Tensor, quantity: &'static str) -> Result<f64, StepError> {
         let value = f64::from(loss.to_dtype(DType::F32)?.to_scalar::<f32>()?);
         match value.abs() <= self.config.largest_loss {
             true => Ok(value),
@@ -310,7 +315,7 @@ impl Trainer {
         batch: &Batch,
         predicted: &Tensor,
         targets: &Tensor,
-        quantity: Quantity,
+        quantity: &'static str,
         value: f64,
     ) -> TrainError {
         let errors = || -> candle_core::Result<Vec<f32>> {
@@ -339,7 +344,7 @@ impl Trainer {
     /// whole on disk.
     ///
     /// # Errors
-    /// [`TrainError::Io`], [`TrainError::Failed`].
+    /// [`Error::WeightsIo`](crate::Error::WeightsIo), [`TrainError::Failed`].
     pub fn save(&mut self, path: impl AsRef<Path>, notes: &str) -> Result<(), TrainError> {
         if self.failed {
             return Err(TrainError::Failed);
@@ -354,7 +359,7 @@ impl Trainer {
     /// Later steps are, bit for bit, the steps that the checkpoint's training would have made.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`], [`TrainError::Io`]; nothing has then changed.
+    /// [`TrainError::Checkpoint`], [`Error::WeightsIo`](crate::Error::WeightsIo); nothing has then changed.
     pub fn resume(&mut self, path: impl AsRef<Path>) -> Result<String, TrainError> {
         let (path, own) = (path.as_ref(), self.header(""));
         // Half of all numbers where time ends the training, so that a step more is a number too.

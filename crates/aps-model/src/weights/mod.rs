@@ -1,7 +1,7 @@
 //! Weights in files.
 //!
-//! Written are safetensors, with a [`Label`] that says which model they are of. Read are safetensors and what `torch.save`
-//! writes: a state dict, or a checkpoint that holds one. In either, a model's tensors may lie below any prefix, as
+//! Weights are written as safetensors with a [`Label`] that names the model. Readable are safetensors and files of `torch.save`:
+//! a state dict, or a checkpoint that holds one. In either, a model's tensors may lie below any prefix, as
 //! `state_dict.` and `model.` of checkpoints, `module.` of `DataParallel` and `_orig_mod.` of `torch.compile`, and parts of a
 //! model may be wrapped as well. Of several copies that of `p_state_dict`, `g_state_dict`, `model_state_dict`, `state_dict`,
 //! `model_state`, `model` or `net` is meant, in this order; without such a name they are an error.

@@ -1,4 +1,4 @@
-//! What loading did.
+//! Result of loading.
 
 use std::fmt;
 

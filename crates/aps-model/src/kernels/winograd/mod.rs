@@ -18,8 +18,9 @@ use self::tiles::{Chunk, Size, Tiles};
 use self::transform::Planes;
 use super::ConvShape;
 use super::buffer::Buffer;
-use super::finish::Finish;
+use super::epilogue::Epilogue;
 use super::matmul::{Matrix, multiply};
+use super::regroup::GAP;
 
 /// Fewest channels, on both sides, that repay the transforms.
 const CHANNELS: usize = 16;
@@ -28,8 +29,6 @@ const TILES: usize = 48;
 const TILES_IF_CACHED: usize = 32;
 /// Output channels of one matrix product.
 const CHANNEL_BLOCK: usize = 128;
-/// Values between the transformed kernels of two output channels.
-const GAP: usize = 16;
 
 /// Returns the tiles by which a convolution is fastest; `None` where the plain way is faster, or the only one. It depends on
 /// whether transformed kernels are cached from call to call.
@@ -61,7 +60,7 @@ pub(super) fn convolve(
     x: &[f32],
     weight: &[f32],
     cache: Option<&KernelCache>,
-    finish: Finish<'_>,
+    epilogue: Epilogue<'_>,
     out: &mut [f32],
 ) {
     let stride = kernel_stride(size, shape);
@@ -72,8 +71,8 @@ pub(super) fn convolve(
     let len = shape.out_channels * stride;
     let kernels = KernelCache::get_or_make(cache, size, len, kernels);
     match size {
-        Size::Two => convolve_by::<Two, 2, 4>(shape, x, &kernels, finish, out),
-        Size::Four => convolve_by::<Four, 4, 6>(shape, x, &kernels, finish, out),
+        Size::Two => convolve_by::<Two, 2, 4>(shape, x, &kernels, epilogue, out),
+        Size::Four => convolve_by::<Four, 4, 6>(shape, x, &kernels, epilogue, out),
     }
 }
 
@@ -95,7 +94,7 @@ fn convolve_by<F: Filter<M, N>, const M: usize, const N: usize>(
     shape: &ConvShape,
     x: &[f32],
     kernels: &[f32],
-    finish: Finish<'_>,
+    epilogue: Epilogue<'_>,
     out: &mut [f32],
 ) {
     let tiles = Tiles::<M>::of(shape);
@@ -122,7 +121,7 @@ fn convolve_by<F: Filter<M, N>, const M: usize, const N: usize>(
         };
         let sizes = (count, outputs, inputs);
         multiply_values(sizes, factors, &mut products, stride, false);
-        transform_outputs::<F, M, N>(&tiles, &chunk, &products, finish, out);
+        transform_outputs::<F, M, N>(&tiles, &chunk, &products, epilogue, out);
     }
 }
 
@@ -259,7 +258,7 @@ fn transform_outputs<F: Filter<M, N>, const M: usize, const N: usize>(
     tiles: &Tiles<M>,
     chunk: &Chunk,
     products: &[f32],
-    finish: Finish<'_>,
+    epilogue: Epilogue<'_>,
     out: &mut [f32],
 ) {
     let (channels, pixels) = (tiles.shape.out_channels, tiles.shape.out_pixels());
@@ -282,7 +281,7 @@ fn transform_outputs<F: Filter<M, N>, const M: usize, const N: usize>(
             for (number, plane) in chunk.images.clone().zip(planes) {
                 let end = (M * chunk.rows.end * tiles.shape.out_width()).min(pixels);
                 let place = (number * channels + channel) * pixels + rows;
-                finish.apply(channel, place, &mut plane[rows..end]);
+                epilogue.apply(channel, place, &mut plane[rows..end]);
             }
         });
 }

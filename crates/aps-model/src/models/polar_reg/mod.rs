@@ -39,7 +39,7 @@ pub(crate) struct PolarReg {
     spectrum: Spectrum,
 }
 
-/// Makes a spectrum of shares of the power: the response of the array, divided by its maximum and standardised as the labels
+/// Converts shares of power to a normalised spectrum: the response of the array, divided by its maximum and standardised as the labels
 /// are. See [`LabelFacts`](crate::LabelFacts).
 #[derive(Debug, Clone)]
 struct Spectrum {

@@ -7,7 +7,7 @@ use candle_core::{DType, Result, Tensor};
 /// Kind of a matrix, and the sizes that it follows from.
 type Key = (&'static str, [usize; 3]);
 
-/// One entry a kind of matrix, sizes, type and device: the layers of a network take few.
+/// Cache of constant matrices: one entry a kind, sizes, type and device. The layers of a network take few.
 static KNOWN: Mutex<Vec<(Key, DType, Tensor)>> = Mutex::new(Vec::new());
 
 /// Returns the matrix of a key, in the type and on the device of `like`: `make` gives its values and shape.

@@ -7,7 +7,7 @@ use super::super::builder;
 use super::golden::Golden;
 use super::optimizer::{Adam, gradients};
 use super::rule::{images, set_weights, targets};
-use super::training::{Rigour, check_after, check_gradients, check_loss, scalar, tensors};
+use super::training::{Tolerances, check_after, check_gradients, check_loss, scalar, tensors};
 use crate::condition::InputShape;
 use crate::{ModelKind, Preset};
 
@@ -30,22 +30,22 @@ fn training_is_pytorch_s(dtype: DType, kind: ModelKind) -> Result<()> {
     };
     set_weights(&parameters);
     set_weights(&critic_parameters);
-    let (golden, rigour) = (Golden::of(kind.name()), Rigour::of(dtype));
+    let (golden, tolerances) = (Golden::of(kind.name()), Tolerances::of(dtype));
     let (images, targets) = (images(64).to_dtype(dtype)?, targets().to_dtype(dtype)?);
     let adam = || Adam::new(2e-4, [0.5, 0.999], 0.0);
     let (mut optimizer, mut critic_optimizer) = (adam(), adam());
-    for step in 0..rigour.steps {
+    for step in 0..tolerances.steps {
         let output = model.forward_t(&images, true)?;
         let real = cross_entropy(&score(&images, &targets)?, 1.0)?;
         let fake = cross_entropy(&score(&images, &output.detach())?, 0.0)?;
         let loss = (real + fake)?;
         let moves = gradients(&critic_parameters, &loss.backward()?);
         if step == 0 {
-            golden.check_absolute("train_64", &output, rigour.output);
-            check_gradients(&golden.rows("critic_gradients", &moves), &rigour);
+            golden.check_absolute("train_64", &output, tolerances.output);
+            check_gradients(&golden.rows("critic_gradients", &moves), &tolerances);
         }
         let losses = golden.values("critic_losses");
-        check_loss(&losses, step, scalar(&loss), &rigour);
+        check_loss(&losses, step, scalar(&loss), &tolerances);
         critic_optimizer.step(&critic_parameters, &moves);
 
         let fooled = cross_entropy(&score(&images, &output)?, 1.0)?;
@@ -53,12 +53,12 @@ fn training_is_pytorch_s(dtype: DType, kind: ModelKind) -> Result<()> {
         let loss = (fooled + (error * 100.0)?)?;
         let moves = gradients(&parameters, &loss.backward()?);
         if step == 0 {
-            check_gradients(&golden.rows("gradients", &moves), &rigour);
+            check_gradients(&golden.rows("gradients", &moves), &tolerances);
         }
-        check_loss(&golden.values("losses"), step, scalar(&loss), &rigour);
+        check_loss(&golden.values("losses"), step, scalar(&loss), &tolerances);
         optimizer.step(&parameters, &moves);
     }
-    if rigour.steps == 3 {
+    if tolerances.steps == 3 {
         check_after(&golden.rows("after", &tensors(&parameters)));
         check_after(&golden.rows("critic_after", &tensors(&critic_parameters)));
     }

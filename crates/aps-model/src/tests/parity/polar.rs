@@ -7,7 +7,7 @@ use super::super::{WAYS, builder};
 use super::golden::Golden;
 use super::optimizer::{Adam, gradients};
 use super::rule::{BATCH, set_weights, values};
-use super::training::{Rigour, check_after, check_gradients, check_loss, scalar, tensors};
+use super::training::{Tolerances, check_after, check_gradients, check_loss, scalar, tensors};
 use crate::condition::PolarShape;
 use crate::models::polar_reg::PolarReg;
 use crate::parameters::FIXED;
@@ -101,29 +101,29 @@ fn outputs_are_pytorch_s(dtype: DType, tolerance: f64) -> Result<()> {
 }
 
 fn training_is_pytorch_s(dtype: DType) -> Result<()> {
-    let (golden, rigour) = (Golden::of("polar_reg"), Rigour::of(dtype));
+    let (golden, tolerances) = (Golden::of("polar_reg"), Tolerances::of(dtype));
     let (model, parameters) = model(dtype);
     let array = tensors(&parameters);
     let array = array.iter().filter(|(name, _)| name == "fixed.array");
     let array: Vec<_> = array
         .map(|(_, array)| ("array".to_owned(), array.clone()))
         .collect();
-    check_gradients(&golden.rows("array", &array), &rigour);
+    check_gradients(&golden.rows("array", &array), &tolerances);
     let (ways, targets) = (ways(dtype), targets(dtype));
     let mut optimizer = Adam::new(3e-4, [0.9, 0.999], 0.01);
-    for step in 0..rigour.steps {
+    for step in 0..tolerances.steps {
         let output = model.forward_t(&ways, true)?;
         let loss = Loss::AbsoluteAndCosine.error(&output, &targets)?;
         let store = loss.backward()?;
         let moves = gradients(&parameters, &store);
         if step == 0 {
-            golden.check_absolute("train", &output, rigour.output);
-            check_gradients(&golden.rows("gradients", &moves), &rigour);
+            golden.check_absolute("train", &output, tolerances.output);
+            check_gradients(&golden.rows("gradients", &moves), &tolerances);
         }
-        check_loss(&golden.values("losses"), step, scalar(&loss), &rigour);
+        check_loss(&golden.values("losses"), step, scalar(&loss), &tolerances);
         optimizer.step(&parameters, &moves);
     }
-    if rigour.steps == 3 {
+    if tolerances.steps == 3 {
         let mut all = tensors(&parameters);
         all.retain(|(name, _)| !name.starts_with(FIXED));
         check_after(&golden.rows("after", &all));

@@ -13,7 +13,7 @@ use crate::models::{ms_areg, radiounet, resnet_conv1d, resnet_mlp, vit_reg};
 use crate::parameters::sorted;
 
 /// Number of steps and tolerances of a comparison, by precision.
-pub struct Rigour {
+pub struct Tolerances {
     pub steps: usize,
     /// Absolute tolerance of outputs.
     pub output: f64,
@@ -28,7 +28,7 @@ pub struct Rigour {
     pub outliers: f64,
 }
 
-impl Rigour {
+impl Tolerances {
     pub fn of(dtype: DType) -> Self {
         match dtype {
             DType::F64 => Self {
@@ -60,19 +60,19 @@ pub fn scalar(loss: &Tensor) -> f64 {
     flat(loss)[0]
 }
 
-pub fn check_loss(golden: &[f64], step: usize, found: f64, rigour: &Rigour) {
+pub fn check_loss(golden: &[f64], step: usize, found: f64, tolerances: &Tolerances) {
     let off = (found / golden[step] - 1.0).abs();
     println!("loss of step {step}: {found}, off by {off:.1e} relative");
     let expected = golden[step];
     assert!(
-        off <= rigour.loss,
+        off <= tolerances.loss,
         "loss of step {step}: {found}, not {expected}"
     );
 }
 
 /// Norms of groups (top-level modules), of single tensors to ten times that, and samples. To each comes 1e-2 of it of the
 /// group's norm: of a bias before a batch normalisation, whose mean takes it out again, only rounding is left.
-pub fn check_gradients(rows: &[Row], rigour: &Rigour) {
+pub fn check_gradients(rows: &[Row], tolerances: &Tolerances) {
     let group_of = |row: &Row| row.tensor.split('.').next().unwrap_or_default().to_owned();
     let mut groups: BTreeMap<String, (f64, f64)> = BTreeMap::new();
     for row in rows {
@@ -83,20 +83,20 @@ pub fn check_gradients(rows: &[Row], rigour: &Rigour) {
     for (name, (expected, found)) in &groups {
         let off = (found / expected - 1.0).abs();
         println!("gradient of {name}: {found:.6}, off by {off:.1e} relative");
-        let is_close = off <= rigour.gradient;
+        let is_close = off <= tolerances.gradient;
         assert!(is_close, "gradient of {name}: {found}, not {expected}");
     }
     let mut samples = Vec::new();
     for row in rows {
-        let floor = 1e-2 * rigour.gradient * groups[&group_of(row)].0;
+        let floor = 1e-2 * tolerances.gradient * groups[&group_of(row)].0;
         let (expected, found) = row.norm;
         assert!(
-            (found - expected).abs() <= 10.0 * rigour.gradient * expected + floor,
+            (found - expected).abs() <= 10.0 * tolerances.gradient * expected + floor,
             "gradient of {}: norm {found}, not {expected}",
             row.tensor
         );
         samples.extend(row.samples.iter().map(|(expected, found)| {
-            (found - expected).abs() / (rigour.gradient * row.rms + floor)
+            (found - expected).abs() / (tolerances.gradient * row.rms + floor)
         }));
     }
     samples.sort_by(f64::total_cmp);
@@ -109,7 +109,7 @@ pub fn check_gradients(rows: &[Row], rigour: &Rigour) {
         "half of all sampled gradients are off by {median} of what is allowed"
     );
     assert!(
-        worst <= rigour.outliers,
+        worst <= tolerances.outliers,
         "a sampled gradient is off by {worst} of what is allowed"
     );
 }
@@ -136,23 +136,23 @@ fn training_is_pytorch_s(dtype: DType, name: &str, build: Build) -> Result<()> {
     let parameters = VarMap::new();
     let model = build(builder(&parameters, dtype, 0))?;
     set_weights(&parameters);
-    let (golden, rigour) = (Golden::of(name), Rigour::of(dtype));
+    let (golden, tolerances) = (Golden::of(name), Tolerances::of(dtype));
     let (images, targets) = (images(64).to_dtype(dtype)?, targets().to_dtype(dtype)?);
     let mut optimizer = Adam::new(3e-4, [0.9, 0.999], 0.01);
-    for step in 0..rigour.steps {
+    for step in 0..tolerances.steps {
         let output = model.forward_t(&images, true)?;
         let loss = (&output - &targets)?.sqr()?.mean_all()?;
         let moves = gradients(&parameters, &loss.backward()?);
         if step == 0 {
-            golden.check_absolute("train_64", &output, rigour.output);
-            check_gradients(&golden.rows("gradients", &moves), &rigour);
+            golden.check_absolute("train_64", &output, tolerances.output);
+            check_gradients(&golden.rows("gradients", &moves), &tolerances);
         }
-        check_loss(&golden.values("losses"), step, scalar(&loss), &rigour);
-        if rigour.steps > 1 {
+        check_loss(&golden.values("losses"), step, scalar(&loss), &tolerances);
+        if tolerances.steps > 1 {
             optimizer.step(&parameters, &moves);
         }
     }
-    if rigour.steps == 3 {
+    if tolerances.steps == 3 {
         check_after(&golden.rows("after", &tensors(&parameters)));
     }
     Ok(())
