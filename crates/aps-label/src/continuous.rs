@@ -5,7 +5,7 @@
 //! functions, applied to f - M/2, whose modulus is at most M/2:
 //!
 //! - f(u) >= M cos^2(pi (u - u0)) for |u - u0| <= 1/2 (Duffin and Schaeffer, Bull. AMS 44, 1938).
-//!   So the sample of the cell that holds u0 is at least [`Cell::share`] of M: every other cell is
+//!   So the sample of the cell that holds u0 is at least [`Cell::share`](crate::cover::Cell::share) of M: every other cell is
 //!   out.
 //! - The n-th derivative of f is at most (2 pi)^n M/2 (Bernstein). So in a cell of half-width h <= 0.1725
 //!   the polynomial p that agrees with f at eight Chebyshev nodes is off by at most

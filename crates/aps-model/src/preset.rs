@@ -26,17 +26,4 @@ pub enum Preset {
     Small,
 }
 
-impl Preset {
-    /// Every preset.
-    pub const ALL: [Self; 2] = [Self::Paper, Self::Small];
-
-    /// Returns the name on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Small => "small",
-        }
-    }
-}
-
-named!(Preset, "preset");
+named!(Preset, "preset": Paper = "paper", Small = "small");

@@ -17,20 +17,7 @@ pub enum Frame {
     Receiver,
 }
 
-impl Frame {
-    /// Every frame.
-    pub const ALL: [Self; 2] = [Self::Map, Self::Receiver];
-
-    /// The name, as on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Map => "map",
-            Self::Receiver => "receiver",
-        }
-    }
-}
-
-named!(Frame, "frame");
+named!(Frame, "frame": Map = "map", Receiver = "receiver");
 
 /// Sums over maps, from which the average over any rectangle follows at once (Crow, SIGGRAPH 1984).
 #[derive(Debug, Clone)]

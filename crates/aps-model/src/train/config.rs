@@ -21,17 +21,6 @@ pub enum Precision {
 }
 
 impl Precision {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Full, Self::Mixed];
-
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Mixed => "mixed",
-        }
-    }
-
     /// Turns an input of a shape, in f32, into the type that the network takes it in. Ways along rays stay in f32, and so does all of
     /// Polar-Reg: bf16 has no room for the numbers of their directions.
     ///
@@ -45,7 +34,7 @@ impl Precision {
     }
 }
 
-named!(Precision, "precision");
+named!(Precision, "precision": Full = "full", Mixed = "mixed");
 
 /// Settings of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -97,7 +97,7 @@ fn convolve_by<F: Filter<M, N>, const M: usize, const N: usize>(
     epilogue: Epilogue<'_>,
     out: &mut [f32],
 ) {
-    let tiles = Tiles::<M>::of(shape);
+    let (tiles, planes) = (Tiles::<M>::of(shape), input_planes(shape, x));
     let (inputs, outputs, values) = (shape.in_channels, shape.out_channels, N * N);
     let stride = tiles.stride;
     let kernel_stride = kernels.len() / outputs;
@@ -105,13 +105,7 @@ fn convolve_by<F: Filter<M, N>, const M: usize, const N: usize>(
     let mut products = Buffer::of(values * outputs * stride);
     for chunk in tiles.chunks() {
         let count = tiles.count(&chunk);
-        transform_channels(
-            F::input,
-            input_planes(shape, x),
-            &tiles,
-            &chunk,
-            &mut transformed,
-        );
+        transform_channels(F::input, planes, &tiles, &chunk, &mut transformed);
         let factors = |value: usize, first: usize| {
             let kernels = &kernels[first * kernel_stride + value * inputs..];
             [
@@ -131,12 +125,12 @@ fn weight_gradient_by<F: Filter<M, N>, const M: usize, const N: usize>(
     grad: &[f32],
     out: &mut [f32],
 ) {
-    let tiles = Tiles::<M>::of(shape);
+    let (tiles, planes) = (Tiles::<M>::of(shape), input_planes(shape, x));
     let (inputs, outputs, values) = (shape.in_channels, shape.out_channels, N * N);
     let stride = tiles.stride;
     let mut transformed = Buffer::of(inputs * values * stride);
     let mut gradients = Buffer::of(outputs * values * stride);
-    let grad_planes = Planes {
+    let of_grad = Planes {
         data: grad,
         apart: outputs * shape.out_pixels(),
         height: shape.out_height(),
@@ -146,20 +140,8 @@ fn weight_gradient_by<F: Filter<M, N>, const M: usize, const N: usize>(
     let mut sums = Buffer::of(values * outputs * inputs);
     for (n, chunk) in tiles.chunks().enumerate() {
         let count = tiles.count(&chunk);
-        transform_channels(
-            F::input,
-            input_planes(shape, x),
-            &tiles,
-            &chunk,
-            &mut transformed,
-        );
-        transform_channels(
-            F::output_gradient,
-            grad_planes,
-            &tiles,
-            &chunk,
-            &mut gradients,
-        );
+        transform_channels(F::input, planes, &tiles, &chunk, &mut transformed);
+        transform_channels(F::output_gradient, of_grad, &tiles, &chunk, &mut gradients);
         let factors = |value: usize, first: usize| {
             let gradients = &gradients[(first * values + value) * stride..];
             [
