@@ -98,7 +98,7 @@ pub use axis::Axis;
 pub use config::{DelayAxis, LabelConfig};
 pub use error::{ConfigError, NormalizationError, PathError};
 pub use label::{Label, Labeler, Scratch, Status};
-pub use limits::MAX_DELAY_S;
+pub use limits::{MAX_DELAY_S, MAX_PATHS, NEGLIGIBLE_DB};
 pub use moments::{MeanStd, Moments};
 pub use normalize::{Normalization, SAMPLE_EPSILON, relative_power};
 pub use paths::{HEADINGS_DEG, PathSample};
@@ -106,12 +106,6 @@ pub use protocol::{ParseProtocolError, Protocol};
 
 /// Number of angle bins of an APS, in both protocols.
 pub const ANGLE_BINS: usize = 180;
-/// The most paths a link may have. A label takes memory in proportion to their number, and time for the
-/// continuous maximum, where none coincide, in proportion to its square: seconds for all of them.
-pub const MAX_PATHS: usize = 16_384;
-/// Paths this far below the strongest one of their link \[dB\] are left out: no sum in f64 could show
-/// them, and products of such powers would underflow.
-pub const NEGLIGIBLE_DB: f64 = 1000.0;
 
 /// Threads can share what labels, and what comes out.
 const _: fn() = || {
