@@ -460,11 +460,11 @@ mod tests {
             prop_assert!(bounds.iter().all(|b| b.to_bits() == bound.to_bits()));
             // With slopes.
             (a.slope, b.slope) = slopes;
-            let turn = wedge.turn(&a, &b);
+            let matrix = wedge.matrix(&a, &b);
             let [by_p, by_q, by_both] =
-                [turn.by_first, turn.by_second, turn.by_both].map(|slope| slope.norm_sqr());
+                [matrix.by_first, matrix.by_second, matrix.by_both].map(|slope| slope.norm_sqr());
             let mu = [a.slope, b.slope].map(f64::abs);
-            let squares = turn.value.norm_sqr() + mu[0] * by_p + mu[1] * by_q + mu[0] * mu[1] * by_both;
+            let squares = matrix.value.norm_sqr() + mu[0] * by_p + mu[1] * by_q + mu[0] * mu[1] * by_both;
             let mut columns = Directions::default();
             columns.push(&wedge.direction(&b));
             wedge.bound.of_each(&wedge.direction(&a), &columns, 0..1, &mut bounds);
@@ -497,7 +497,7 @@ mod tests {
         let mut touching = along;
         touching.slope = 0.0;
         let exact =
-            |ray: &Ray| (ray.slope * wedge.turn(&terminal, ray).by_second.norm_sqr()).sqrt();
+            |ray: &Ray| (ray.slope * wedge.matrix(&terminal, ray).by_second.norm_sqr()).sqrt();
         let mut columns = Directions::default();
         for ray in [&touching, &along] {
             columns.push(&wedge.direction(ray));
@@ -522,8 +522,8 @@ mod tests {
             let mut along = wedge.ray(DVec2::new(20.0, 0.0));
             along.slope = 1e-3;
             let other = wedge.ray(DVec2::from_angle(-phi) * 30.0);
-            let turn = wedge.turn(&along, &other);
-            let exact = (along.slope * turn.by_first.norm_sqr()).sqrt();
+            let matrix = wedge.matrix(&along, &other);
+            let exact = (along.slope * matrix.by_first.norm_sqr()).sqrt();
             let bound = wedge
                 .bound
                 .with_slopes::<false>(&wedge.direction(&along), &wedge.direction(&other));

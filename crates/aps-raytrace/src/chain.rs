@@ -15,7 +15,7 @@ use smallvec::SmallVec;
 
 use crate::images::{ImageTree, NO_PARENT};
 use crate::material::Reflector;
-use crate::occlusion::{Stretch, is_at_or_behind};
+use crate::occlusion::{LegSegment, is_at_or_behind};
 use crate::path::{Interaction, InteractionKind};
 use crate::scene::Scene;
 
@@ -131,7 +131,7 @@ fn is_obstructed(
     let mut start = (from, None);
     let ends = reflections.iter().map(|r| (r.point, Some(r.id)));
     ends.chain([(to, None)]).zip(lines).any(|(end, &line)| {
-        let leg = Stretch {
+        let leg = LegSegment {
             ends: [start.0, end.0],
             line,
             skip: [start.1, end.1],

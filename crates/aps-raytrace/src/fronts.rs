@@ -15,10 +15,10 @@ use smallvec::SmallVec;
 use crate::between::{Between, Leaving};
 use crate::bound::Direction;
 use crate::front_counts::Counts;
-use crate::legs::{Corners, Leg, Legs, Short};
+use crate::legs::{Corners, Leg, LegSummary, Legs};
 use crate::limits::Limits;
 use crate::path::{Interaction, InteractionKind, Interactions};
-use crate::strength::{Bound, Places, RowSum, Rows, Strength, Table};
+use crate::strength::{Bound, CornerStrengths, RowSum, Rows, Strength, Table};
 use crate::wedge::Ray;
 
 pub(crate) use blocks::{BlockFronts, Blocks};
@@ -116,19 +116,19 @@ impl<'t> Sources<'t> {
     }
 
     /// A leg that leaves the corner of a group, in short.
-    pub fn leg_after(&self, group: &Group, leg: u32) -> &'t Short {
+    pub fn leg_after(&self, group: &Group, leg: u32) -> &'t LegSummary {
         &self
             .between()
             .leaving(group.corner)
             .legs
-            .short(leg..leg + 1)[0]
+            .summaries(leg..leg + 1)[0]
     }
 }
 
 /// Memory of [`Fronts::extend`].
 #[derive(Debug, Default)]
 struct Memory {
-    places: Places,
+    corner_strengths: CornerStrengths,
     /// By block that begins at a corner.
     strengths: Vec<Strength>,
     /// With the corner where each ends.
@@ -213,11 +213,11 @@ impl Fronts {
         let first_wave = self.waves.len() as u32;
         let rows = self.table.add(ends.slots.len(), waves.len());
         let Memory {
-            places,
+            corner_strengths,
             strengths,
             blocks,
         } = memory;
-        places.clear(ends.slots.len());
+        corner_strengths.clear(ends.slots.len());
         strengths.clear();
         strengths.resize(ends.block_count, Strength::default());
         for (kind, wave) in waves.iter().enumerate() {
@@ -225,7 +225,7 @@ impl Fronts {
             let direction = wedge.direction(self.ray(of, wave.front));
             let strength = |place: usize| wave.strength * ends.strengths[place];
             let table = (&mut self.table, rows, kind);
-            places.add((&wedge.bound, &direction), (ends, count), strength, table);
+            corner_strengths.add((&wedge.bound, &direction), (ends, count), strength, table);
             self.waves.push(Wave {
                 first_front: self.amplitudes.len(),
                 ..*wave
@@ -239,7 +239,7 @@ impl Fronts {
             waves: first_wave..self.waves.len() as u32,
             rows,
         });
-        places.finish(ends, (&mut self.table, rows), |place, strength| {
+        corner_strengths.finish(ends, (&mut self.table, rows), |place, strength| {
             strengths[ends.blocks[place] as usize].add(&strength);
         });
         for (block, &strength) in leaving.blocks.iter().zip(&*strengths) {
@@ -394,13 +394,13 @@ impl Fronts {
                     slope: Complex64::ZERO,
                 };
             }
-            let turn = wedge.turn(before, out);
+            let matrix = wedge.matrix(before, out);
             let Amplitude { value, slope } = amplitude;
             let leg_factor = leg.coefficient / leg.ray.length_m.sqrt();
             let mu = Complex64::new(0.0, out.slope);
             Amplitude {
-                value: (value * turn.value + slope * turn.by_first) * leg_factor,
-                slope: (value * turn.by_second + slope * turn.by_both) * leg_factor * mu,
+                value: (value * matrix.value + slope * matrix.by_first) * leg_factor,
+                slope: (value * matrix.by_second + slope * matrix.by_both) * leg_factor * mu,
             }
         })
     }

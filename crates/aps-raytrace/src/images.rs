@@ -10,41 +10,41 @@ use multiversion::multiversion;
 use crate::beam::{Beam, Sweep, Window, visible_walls};
 use crate::scene::Scene;
 
-/// A wall as seen from a point: the point in the wall's frame and the window it sees.
+/// A wall that is seen from a point: the point in the wall's frame and the window it sees.
 ///
 /// The four numbers carry a factor of the wall's length squared or length, so that the test of a
 /// node needs no division.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sight {
+pub(crate) struct VisibleWall {
     pub wall: u32,
     /// Distance along the wall from its start, times its length \[m^2\].
     pub along: f64,
     /// Distance in front of the wall, times its length \[m^2\]; positive.
     pub outward: f64,
-    /// Window, times the wall's length squared \[m^2\].
+    /// Start of the window, times the wall's length squared \[m^2\].
     pub lo: f64,
-    /// See `lo`.
+    /// End of the window, in the unit of `lo`.
     pub hi: f64,
 }
 
-/// A look around from a point.
+/// All that is seen from a point.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Outlook {
+pub(crate) struct Visibility {
     /// The point \[m\].
     pub from: DVec2,
     sweep: Sweep,
-    /// The parts of walls that it sees, one window a wall, by wall id.
+    /// The parts of walls that are seen, one window a wall, by wall id.
     windows: Vec<Window>,
-    /// From which direction on, a quadrant counting two, which wall is the nearest.
+    /// Start directions of the nearest walls, in order, a quadrant counting two.
     nearest: Vec<(f64, u32)>,
 }
 
-impl Outlook {
+impl Visibility {
     /// Looks around from an outdoor point, once.
     pub fn from(scene: &Scene, from: DVec2) -> Self {
-        let mut outlook = Self::default();
-        outlook.look(scene, from);
-        outlook
+        let mut visibility = Self::default();
+        visibility.look(scene, from);
+        visibility
     }
 
     /// Looks around from another outdoor point.
@@ -73,15 +73,15 @@ impl Outlook {
         self.windows.retain(|window| !is_hidden(window));
     }
 
-    /// The walls that it sees, by id.
-    pub fn sights(&self, scene: &Scene) -> Vec<Sight> {
+    /// The walls that are seen, by id.
+    pub fn visible_walls(&self, scene: &Scene) -> Vec<VisibleWall> {
         let windows = self.windows.iter();
         windows
-            .map(|&window| Sight::new(scene, self.from, window))
+            .map(|&window| VisibleWall::new(scene, self.from, window))
             .collect()
     }
 
-    /// Tells if it sees a point.
+    /// Tells if a point is seen.
     #[inline]
     pub fn sees(&self, scene: &Scene, to: DVec2) -> bool {
         let from = self.from;
@@ -102,7 +102,7 @@ impl Outlook {
     }
 }
 
-impl Sight {
+impl VisibleWall {
     fn new(scene: &Scene, from: DVec2, window: Window) -> Self {
         let wall = &scene.walls()[window.wall as usize];
         let (along, outward) = wall.frame(from);
@@ -123,7 +123,7 @@ pub(crate) const NO_PARENT: u32 = u32::MAX;
 /// One image.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Image {
-    /// Its place \[m\].
+    /// Position \[m\].
     pub point: DVec2,
     /// Last wall of its sequence.
     pub wall: u32,
@@ -140,12 +140,12 @@ pub(crate) struct ImageTree {
     pub empty_beams: usize,
     /// First row of each wall in `rows`, and the end.
     first_row: Vec<u32>,
-    /// Their parents as seen from their walls, by wall, then by image.
-    rows: Vec<(Sight, u32)>,
+    /// Parents of the images with the walls they see, by wall, then by image.
+    rows: Vec<(VisibleWall, u32)>,
 }
 
 impl ImageTree {
-    /// Builds the tree of an outdoor point from a look around there.
+    /// Builds the tree of an outdoor point from what is seen there.
     ///
     /// # Errors
     /// The order at which more than `max_images` would be stored.
@@ -153,17 +153,17 @@ impl ImageTree {
         scene: &Scene,
         max_order: usize,
         max_images: usize,
-        outlook: &mut Outlook,
+        visibility: &mut Visibility,
     ) -> Result<Self, usize> {
         let mut tree = Self::default();
         let mut level = if max_order > 0 {
-            outlook.windows.clone()
+            visibility.windows.clone()
         } else {
             Vec::new()
         };
         let mut next_level = Vec::new();
         let limit = max_images.min(NO_PARENT as usize);
-        tree.add(scene, outlook.from, NO_PARENT, &level, limit)
+        tree.add(scene, visibility.from, NO_PARENT, &level, limit)
             .ok_or(1_usize)?;
         let mut begin = 0;
         for order in 2..=max_order {
@@ -172,7 +172,13 @@ impl ImageTree {
                 let Image { point, wall, .. } = tree.images[image];
                 let lit = next_level.len();
                 if let Some(beam) = Beam::through(point, &scene.walls()[wall as usize], window) {
-                    visible_walls(scene, &beam, &mut outlook.sweep, &mut next_level, |_, _| {});
+                    visible_walls(
+                        scene,
+                        &beam,
+                        &mut visibility.sweep,
+                        &mut next_level,
+                        |_, _| {},
+                    );
                 }
                 tree.empty_beams += usize::from(next_level.len() == lit);
                 tree.add(scene, point, image as u32, &next_level[lit..], limit)
@@ -200,8 +206,8 @@ impl ImageTree {
             return None;
         }
         for &window in seen {
-            let sight = Sight::new(scene, point, window);
-            self.rows.push((sight, self.images.len() as u32));
+            let visible = VisibleWall::new(scene, point, window);
+            self.rows.push((visible, self.images.len() as u32));
             self.images.push(Image {
                 point: scene.walls()[window.wall as usize].mirror(point),
                 wall: window.wall,
@@ -211,17 +217,18 @@ impl ImageTree {
         Some(())
     }
 
-    fn rows(&self, wall: usize) -> &[(Sight, u32)] {
+    fn rows(&self, wall: usize) -> &[(VisibleWall, u32)] {
         &self.rows[self.first_row[wall] as usize..self.first_row[wall + 1] as usize]
     }
 
-    /// Calls `visit` with every image whose line to the point with these sights passes the
+    /// Calls `visit` with every image whose line to the point that sees these walls passes the
     /// windows of its last wall, on both sides: the candidates for a path.
     #[inline]
-    pub fn for_each_candidate(&self, sights: &[Sight], mut visit: impl FnMut(u32)) {
-        for sight in sights {
-            for (row, image) in self.rows(sight.wall as usize) {
-                let [along, outward, lo, hi] = [sight.along, sight.outward, sight.lo, sight.hi];
+    pub fn for_each_candidate(&self, visible_walls: &[VisibleWall], mut visit: impl FnMut(u32)) {
+        for visible in visible_walls {
+            for (row, image) in self.rows(visible.wall as usize) {
+                let [along, outward, lo, hi] =
+                    [visible.along, visible.outward, visible.lo, visible.hi];
                 if row.is_candidate(along, outward, lo, hi) {
                     visit(*image);
                 }
@@ -230,17 +237,21 @@ impl ImageTree {
     }
 
     /// Finds the candidates for many points: point and image, in this order. `None` if they take more than `max_bytes`.
-    pub fn candidates(&self, sights: &SightsByWall, max_bytes: usize) -> Option<Vec<(u32, u32)>> {
+    pub fn candidates(
+        &self,
+        visible_walls: &VisibleWallColumns,
+        max_bytes: usize,
+    ) -> Option<Vec<(u32, u32)>> {
         let mut found = Vec::new();
         let mut hits = Vec::new();
-        for (wall, ends) in sights.first.windows(2).enumerate() {
+        for (wall, ends) in visible_walls.first.windows(2).enumerate() {
             let seen = ends[0] as usize..ends[1] as usize;
             for (row, image) in self.rows(wall) {
                 hits.clear();
                 hits.resize(seen.len(), false);
-                let columns = sights.columns.each_ref().map(|c| &c[seen.clone()]);
+                let columns = visible_walls.columns.each_ref().map(|c| &c[seen.clone()]);
                 select(row, columns, &mut hits);
-                let hits = hits.iter().zip(&sights.points[seen.clone()]);
+                let hits = hits.iter().zip(&visible_walls.points[seen.clone()]);
                 let hits = hits.filter_map(|(&hit, &point)| hit.then_some((point, *image)));
                 found.extend(hits);
                 if size_of_val(&*found) > max_bytes {
@@ -253,7 +264,7 @@ impl ImageTree {
     }
 }
 
-impl Sight {
+impl VisibleWall {
     /// Tells if the line from here, through the wall, to a point seen from its other side passes the windows of both.
     #[inline(always)]
     fn is_candidate(&self, along: f64, outward: f64, lo: f64, hi: f64) -> bool {
@@ -264,45 +275,39 @@ impl Sight {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn select(row: &Sight, columns: [&[f64]; 4], hits: &mut [bool]) {
+fn select(row: &VisibleWall, columns: [&[f64]; 4], hits: &mut [bool]) {
     let [along, outward, lo, hi] = columns.map(|column| &column[..hits.len()]);
     for (i, hit) in hits.iter_mut().enumerate() {
         *hit = row.is_candidate(along[i], outward[i], lo[i], hi[i]);
     }
 }
 
-/// Sights of many points by wall, in columns, so that one instruction takes several of them.
+/// Walls visible from many points, by wall, in columns, so that one instruction takes several of them.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct SightsByWall {
-    /// First sight of each wall, and the end.
+pub(crate) struct VisibleWallColumns {
+    /// First column entry of each wall, and the end.
     first: Vec<u32>,
     points: Vec<u32>,
-    /// Along, outward, lo and hi.
+    /// Columns `along`, `outward`, `lo`, `hi`.
     columns: [Vec<f64>; 4],
 }
 
-impl SightsByWall {
-    /// Memory of a sight.
+impl VisibleWallColumns {
+    /// Memory of a visible wall.
     pub const BYTES: usize = size_of::<u32>() + 4 * size_of::<f64>();
 
-    /// Sorts the sights of points by wall, those of a wall by point.
-    pub fn new(by_point: &[Vec<Sight>], walls: usize) -> Self {
-        let mut first = vec![0_u32; walls + 1];
-        for sight in by_point.iter().flatten() {
-            first[sight.wall as usize + 1] += 1;
-        }
-        for wall in 0..walls {
-            first[wall + 1] += first[wall];
-        }
+    /// Sorts the visible walls of points by wall, then by point.
+    pub fn new(by_point: &[Vec<VisibleWall>], walls: usize) -> Self {
+        let first = group_starts(by_point.iter().flatten().map(|seen| seen.wall), walls);
         let (mut next, count) = (first.clone(), first[walls] as usize);
         let mut points = vec![0; count];
         let mut columns = [(); 4].map(|()| vec![0.0; count]);
-        for (point, sights) in (0..).zip(by_point) {
-            for sight in sights {
-                let at = next[sight.wall as usize];
-                next[sight.wall as usize] += 1;
+        for (point, visible_walls) in (0..).zip(by_point) {
+            for visible in visible_walls {
+                let at = next[visible.wall as usize];
+                next[visible.wall as usize] += 1;
                 points[at as usize] = point;
-                let fields = [sight.along, sight.outward, sight.lo, sight.hi];
+                let fields = [visible.along, visible.outward, visible.lo, visible.hi];
                 for (column, field) in columns.iter_mut().zip(fields) {
                     column[at as usize] = field;
                 }

@@ -9,7 +9,7 @@ use crate::between::Between;
 use crate::bound::Direction;
 use crate::legs::{Corners, Leg, Legs};
 use crate::limits::Limits;
-use crate::strength::{Bound, Places, RowSum, Rows, Strength, Table};
+use crate::strength::{Bound, CornerStrengths, RowSum, Rows, Strength, Table};
 
 /// The steps at one corner.
 #[derive(Debug, Clone)]
@@ -71,22 +71,22 @@ impl LastSteps {
             return None;
         }
         steps.table.reserve_exact(rows, bounds);
-        let mut places = Places::default();
+        let mut corner_strengths = CornerStrengths::default();
         let mut blocks = Vec::new();
         for at in legs.at_corners() {
             let wedge = &corners.wedges[at.corner as usize].bound;
             let ends = between.arriving(at.corner);
             let rows = steps.table.add(ends.slots.len(), at.legs.len());
-            places.clear(ends.slots.len());
+            corner_strengths.clear(ends.slots.len());
             for (kind, i) in at.legs.clone().map(|i| i as usize).enumerate() {
                 let leg = &legs.all()[i];
                 let ray = (wedge, &steps.own[i]);
                 let table = (&mut steps.table, rows, kind);
-                places.add(ray, (ends, count(leg)), |_| leg.strength, table);
+                corner_strengths.add(ray, (ends, count(leg)), |_| leg.strength, table);
             }
             blocks.clear();
             blocks.resize(ends.block_count, Strength::default());
-            places.finish(ends, (&mut steps.table, rows), |place, strength| {
+            corner_strengths.finish(ends, (&mut steps.table, rows), |place, strength| {
                 blocks[ends.blocks[place] as usize].add(&strength);
             });
             let mut strength = Strength::default();

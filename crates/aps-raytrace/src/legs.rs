@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::chain::{self, Chain};
-use crate::images::{ImageTree, Outlook, Sight, SightsByWall};
+use crate::images::{ImageTree, Visibility, VisibleWall, VisibleWallColumns};
 use crate::material::Reflector;
 use crate::path::{self, Interaction};
 use crate::scene::Scene;
@@ -19,46 +19,52 @@ use crate::wedge::{Ray, Wedge};
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Corners {
     pub wedges: Vec<Wedge>,
-    sights: SightsByWall,
+    visible_walls: VisibleWallColumns,
 }
 
 impl Corners {
-    /// Finds the corners; `with_sights`: the walls they see too, which only reflections need. `None` if these take more than
+    /// Finds the corners; `with_visible_walls`: the walls they see too, which only reflections need. `None` if these take more than
     /// `max_bytes`.
     pub fn new(
         scene: &Scene,
         reflectors: &[Reflector],
         wavenumber_per_m: f64,
-        with_sights: bool,
+        with_visible_walls: bool,
         max_bytes: usize,
     ) -> Option<Self> {
         let wedges = scene.wedges(reflectors, wavenumber_per_m);
         let bytes = AtomicUsize::new(0);
-        let sights: Vec<Vec<Sight>> = wedges
+        let visible_walls: Vec<Vec<VisibleWall>> = wedges
             .par_iter()
-            .map_init(Outlook::default, |outlook, wedge| {
+            .map_init(Visibility::default, |visibility, wedge| {
                 // Once there are too many, none are of use: which are found depends on the threads, that there are too many does not.
-                if !with_sights || bytes.load(Ordering::Relaxed) > max_bytes {
+                if !with_visible_walls || bytes.load(Ordering::Relaxed) > max_bytes {
                     return Vec::new();
                 }
-                outlook.look(scene, wedge.point);
+                visibility.look(scene, wedge.point);
                 // Its own building hides what lies behind it.
-                outlook.hide(|window| {
+                visibility.hide(|window| {
                     let wall = &scene.walls()[window.wall as usize];
                     [window.lo, window.hi]
                         .iter()
                         .all(|&s| wedge.is_inside(wall.a + wall.along() * s))
                 });
-                let sights = outlook.sights(scene);
-                bytes.fetch_add(sights.len() * SightsByWall::BYTES, Ordering::Relaxed);
-                sights
+                let visible_walls = visibility.visible_walls(scene);
+                bytes.fetch_add(
+                    visible_walls.len() * VisibleWallColumns::BYTES,
+                    Ordering::Relaxed,
+                );
+                visible_walls
             })
             .collect();
         if bytes.into_inner() > max_bytes {
             return None;
         }
-        let sights = SightsByWall::new(&sights, scene.walls().len());
-        Some(Self { wedges, sights })
+        let visible_walls = VisibleWallColumns::new(&visible_walls, scene.walls().len());
+        Some(Self {
+            wedges,
+            visible_walls,
+        })
     }
 }
 
@@ -81,7 +87,7 @@ pub(crate) struct Leg {
 
 /// A leg in short: what a search asks of many.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Short {
+pub(crate) struct LegSummary {
     pub length_m: f64,
     pub strength: f64,
     pub reflections: u32,
@@ -111,7 +117,7 @@ pub(crate) const NEAREST_M: f64 = 1e-100;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Legs {
     legs: Vec<Leg>,
-    short: Vec<Short>,
+    summaries: Vec<LegSummary>,
     reflections: Vec<Interaction>,
     /// The corners that there are legs to.
     at: Vec<AtCorner>,
@@ -119,27 +125,27 @@ pub(crate) struct Legs {
 }
 
 impl Legs {
-    /// Finds them: `tree` holds the images of the point where `outlook` was taken, `own` is the corner that it is, if it is one.
+    /// Finds them: `tree` holds the images of the point where `visibility` was taken, `own` is the corner that it is, if it is one.
     /// `None` if they take more than `max_bytes`.
     pub fn find(
         scene: &Scene,
         reflectors: &[Reflector],
         corners: &Corners,
         own: Option<&Wedge>,
-        outlook: &Outlook,
+        visibility: &Visibility,
         tree: &ImageTree,
         max_bytes: usize,
     ) -> Option<Self> {
         let mut found = Self::default();
-        let from = outlook.from;
-        let candidates = tree.candidates(&corners.sights, max_bytes)?;
+        let from = visibility.from;
+        let candidates = tree.candidates(&corners.visible_walls, max_bytes)?;
         let mut candidates = candidates.into_iter().peekable();
         let leaves = |chain: &Chain| own.is_none_or(|wedge| !wedge.is_inside(chain.far_image));
         for (c, wedge) in (0..).zip(&corners.wedges) {
             let first = found.legs.len() as u32;
             let to = wedge.point;
             let direct = Chain::direct(from, to);
-            if from.distance(to) >= NEAREST_M && leaves(&direct) && outlook.sees(scene, to) {
+            if from.distance(to) >= NEAREST_M && leaves(&direct) && visibility.sees(scene, to) {
                 found.push(c, wedge, from, direct);
             }
             while let Some((_, image)) = candidates.next_if(|candidate| candidate.0 == c) {
@@ -152,13 +158,13 @@ impl Legs {
                 }
             }
             let mut strength = Strength::default();
-            for leg in &found.short[first as usize..] {
+            for leg in &found.summaries[first as usize..] {
                 strength.add(&Strength::of(leg.strength));
             }
             let legs = first..found.legs.len() as u32;
             if !legs.is_empty() {
-                let same = |p: &Short, q: &Short| p.reflections == q.reflections;
-                let counts = found.short[first as usize..]
+                let same = |p: &LegSummary, q: &LegSummary| p.reflections == q.reflections;
+                let counts = found.summaries[first as usize..]
                     .chunk_by(same)
                     .map(|legs| LegCount {
                         corner: c,
@@ -180,7 +186,7 @@ impl Legs {
     /// Memory they take, with the directions of [`Self::azimuths_rad`].
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.legs)
-            + size_of_val(&*self.short)
+            + size_of_val(&*self.summaries)
             + size_of_val(&*self.reflections)
             + size_of_val(&*self.counts)
             + self.legs.len() * size_of::<f64>()
@@ -198,7 +204,7 @@ impl Legs {
         }
         let strength = chain.coefficient.norm() / ray.length_m.sqrt();
         let reflections = chain.reflections.len() as u32;
-        self.short.push(Short {
+        self.summaries.push(LegSummary {
             length_m: ray.length_m,
             strength,
             reflections,
@@ -226,13 +232,13 @@ impl Legs {
     }
 
     /// The same in short.
-    pub fn short(&self, legs: Range<u32>) -> &[Short] {
-        &self.short[legs.start as usize..legs.end as usize]
+    pub fn summaries(&self, legs: Range<u32>) -> &[LegSummary] {
+        &self.summaries[legs.start as usize..legs.end as usize]
     }
 
     /// Most reflections on any of them.
     pub fn most_reflections(&self) -> u32 {
-        let reflections = self.short.iter().map(|leg| leg.reflections);
+        let reflections = self.summaries.iter().map(|leg| leg.reflections);
         reflections.max().unwrap_or(0)
     }
 

@@ -113,10 +113,10 @@ fn reflect(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, paths: &mut Vec<PathR
         let gain = chain.coefficient * map.friis.gain(chain.length_m);
         PathRecord::new(from, to, chain.reflections, chain.length_m, gain)
     };
-    if tx.outlook.sees(map.local(), to) {
+    if tx.visibility.sees(map.local(), to) {
         paths.push(record(Chain::direct(from, to)));
     }
-    tx.images.for_each_candidate(&rx.sights, |image| {
+    tx.images.for_each_candidate(&rx.visible_walls, |image| {
         let chain = chain::resolve(map.local(), &map.reflectors, &tx.images, image, from, to);
         paths.extend(chain.map(record));
     });

@@ -10,7 +10,7 @@ use crate::config::TraceConfig;
 use crate::corner_graph::CornerGraph;
 use crate::error::{ConfigError, TerminalError};
 use crate::friis::Friis;
-use crate::images::{ImageTree, Outlook};
+use crate::images::{ImageTree, Visibility};
 use crate::legs::{Corners, Legs};
 use crate::material::Reflector;
 use crate::scene::Scene;
@@ -61,9 +61,15 @@ impl<'s> Map<'s> {
             .collect();
         let diffractions = config.diffraction_limit();
         let corners = if diffractions > 0 || config.has_fallback() {
-            let with_sights = config.reflection_limit() > 0;
+            let with_visible_walls = config.reflection_limit() > 0;
             let limit = config.max_wave_bytes;
-            let corners = Corners::new(local, &reflectors, wavenumber_per_m, with_sights, limit);
+            let corners = Corners::new(
+                local,
+                &reflectors,
+                wavenumber_per_m,
+                with_visible_walls,
+                limit,
+            );
             corners.ok_or(ConfigError::TooManyWaves {
                 what: "walls that corners see",
                 setting: "max_reflections to 0",
@@ -110,10 +116,10 @@ impl<'s> Map<'s> {
         let slopes = self.config.slope_diffraction.then_some(self.friis);
         let between = Between::find(&self.corners, slopes, limit, |corner| {
             let wedge = &self.corners.wedges[corner];
-            let mut outlook = Outlook::from(self.local(), wedge.point);
-            let images = self.images(&mut outlook);
+            let mut visibility = Visibility::from(self.local(), wedge.point);
+            let images = self.images(&mut visibility);
             let images = images.map_err(ConfigError::Corner)?;
-            Ok(self.legs(Some(wedge), &outlook, &images))
+            Ok(self.legs(Some(wedge), &visibility, &images))
         })?;
         between.ok_or(ConfigError::TooManyWaves {
             what: "waves between corners",
@@ -130,27 +136,32 @@ impl<'s> Map<'s> {
         }
     }
 
-    /// Images of a point from a look around there.
-    pub fn images(&self, outlook: &mut Outlook) -> Result<ImageTree, TerminalError> {
-        let from = outlook.from;
+    /// Builds the images of a point from what is seen there.
+    pub fn images(&self, visibility: &mut Visibility) -> Result<ImageTree, TerminalError> {
+        let from = visibility.from;
         let (max_order, limit) = (self.config.reflection_limit(), self.config.max_images);
         let too_many = |order| TerminalError::TooManyImages {
             position: from + self.origin,
             order,
             limit,
         };
-        ImageTree::build(self.local(), max_order, limit, outlook).map_err(too_many)
+        ImageTree::build(self.local(), max_order, limit, visibility).map_err(too_many)
     }
 
-    /// Legs of a point from a look around there and its images; `own` is the corner that it is, if it is one. `None` if they take
+    /// Finds the legs of a point from what is seen there and its images; `own` is the corner that it is, if it is one. `None` if they take
     /// more memory than allowed.
-    pub fn legs(&self, own: Option<&Wedge>, outlook: &Outlook, images: &ImageTree) -> Option<Legs> {
+    pub fn legs(
+        &self,
+        own: Option<&Wedge>,
+        visibility: &Visibility,
+        images: &ImageTree,
+    ) -> Option<Legs> {
         Legs::find(
             self.local(),
             &self.reflectors,
             &self.corners,
             own,
-            outlook,
+            visibility,
             images,
             self.config.max_wave_bytes,
         )

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 /// A straight leg of a path.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stretch {
+pub(crate) struct LegSegment {
     /// Its two ends. Reflection points among them are rounded.
     pub ends: [DVec2; 2],
     /// Two points on its line, at its ends or beyond: a terminal, a corner or their images. They
@@ -20,7 +20,7 @@ pub(crate) struct Stretch {
     pub skip: [Option<u32>; 2],
 }
 
-impl Stretch {
+impl LegSegment {
     /// The straight leg between two points.
     pub fn between(p: DVec2, q: DVec2) -> Self {
         Self {
@@ -32,7 +32,7 @@ impl Stretch {
 
     /// Returns true when the leg enters the building at this wall, whatever the others.
     pub fn is_blocked_by(&self, walls: &[Wall], wall: u32) -> bool {
-        meets_building(walls, wall, self, &mut Grazed::default())
+        meets_building(walls, wall, self, &mut TouchedCorners::default())
     }
 
     /// Returns true when the leg meets the inside of a building: see [`crate::Scene::is_blocked`].
@@ -52,11 +52,11 @@ impl Stretch {
         .map(|(axis, limit)| HalfPlane { axis, limit });
         let mut near = Selected::new();
         index.select(&region, &mut near);
-        let mut grazed = Grazed::default();
+        let mut touched = TouchedCorners::default();
         near.into_iter().any(|id| {
             let is_skipped = |&s: &u32| is_at_or_behind(walls, id, s);
             !self.skip.iter().flatten().any(is_skipped)
-                && meets_building(walls, id, self, &mut grazed)
+                && meets_building(walls, id, self, &mut touched)
         })
     }
 }
@@ -80,23 +80,23 @@ pub(crate) fn is_convex(walls: &[Wall], id: u32) -> bool {
 
 /// On which sides of a leg corners were touched so far.
 #[derive(Default)]
-struct Grazed {
+struct TouchedCorners {
     left: bool,
     right: bool,
 }
 
 /// Returns true when a leg enters the building at wall `id` or at one of the wall's ends.
-fn meets_building(walls: &[Wall], id: u32, leg: &Stretch, grazed: &mut Grazed) -> bool {
+fn meets_building(walls: &[Wall], id: u32, leg: &LegSegment, touched: &mut TouchedCorners) -> bool {
     let Wall { a, b, .. } = walls[id as usize];
     let [from, to] = leg.line;
     let (side_a, side_b) = (orient(from, to, a), orient(from, to, b));
     if (side_a > 0.0 && side_b > 0.0) || (side_a < 0.0 && side_b < 0.0) {
         return false;
     }
-    if side_a == 0.0 && enters_at_corner(walls, id, leg, grazed) {
+    if side_a == 0.0 && enters_at_corner(walls, id, leg, touched) {
         return true;
     }
-    if side_b == 0.0 && enters_at_corner(walls, walls[id as usize].next, leg, grazed) {
+    if side_b == 0.0 && enters_at_corner(walls, walls[id as usize].next, leg, touched) {
         return true;
     }
     if side_a == 0.0 || side_b == 0.0 {
@@ -110,7 +110,12 @@ fn meets_building(walls: &[Wall], id: u32, leg: &Stretch, grazed: &mut Grazed) -
 
 /// Returns true when a leg whose line holds corner `id` (the start of wall `id`) passes it, or
 /// begins or ends there, and is inside the building just before or after.
-fn enters_at_corner(walls: &[Wall], id: u32, leg: &Stretch, grazed: &mut Grazed) -> bool {
+fn enters_at_corner(
+    walls: &[Wall],
+    id: u32,
+    leg: &LegSegment,
+    touched: &mut TouchedCorners,
+) -> bool {
     let wall = &walls[id as usize];
     let (c, next) = (wall.a, wall.b);
     let [p, q] = leg.ends;
@@ -137,10 +142,10 @@ fn enters_at_corner(walls: &[Wall], id: u32, leg: &Stretch, grazed: &mut Grazed)
     }
     for neighbour in [previous, next] {
         let side = orient(from, to, neighbour);
-        grazed.left |= side > 0.0;
-        grazed.right |= side < 0.0;
+        touched.left |= side > 0.0;
+        touched.right |= side < 0.0;
     }
-    grazed.left && grazed.right
+    touched.left && touched.right
 }
 
 #[cfg(test)]

@@ -160,8 +160,8 @@ impl Ends<'_> {
             return;
         }
         let wedge = &self.map.corners.wedges[rx.corner as usize].bound;
-        for (i, last) in rx.legs.clone().zip(self.rx.legs.short(rx.legs.clone())) {
-            for (j, leg) in tx.legs.clone().zip(self.tx.legs.short(tx.legs.clone())) {
+        for (i, last) in rx.legs.clone().zip(self.rx.legs.summaries(rx.legs.clone())) {
+            for (j, leg) in tx.legs.clone().zip(self.tx.legs.summaries(tx.legs.clone())) {
                 if !limits.allow(leg.reflections + last.reflections, 1) {
                     continue;
                 }
@@ -248,8 +248,8 @@ impl Ends<'_> {
         let turned = if before.slope == 0.0 {
             start * amplitude.value * wedge.coefficient(before, &leg.ray)
         } else {
-            let turn = wedge.turn(before, &leg.ray);
-            start * (amplitude.value * turn.value + amplitude.slope * turn.by_first)
+            let matrix = wedge.matrix(before, &leg.ray);
+            start * (amplitude.value * matrix.value + amplitude.slope * matrix.by_first)
         };
         let gain = turned * leg.coefficient / spread;
         Found {

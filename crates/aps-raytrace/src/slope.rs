@@ -28,9 +28,9 @@ use crate::legs::Leg;
 use crate::utd::Boundaries;
 use crate::wedge::Ray;
 
-/// A diffraction coefficient \[sqrt(m)\] and its derivatives by the angles of its rays \[sqrt(m) / rad\].
+/// Diffraction coefficient D \[sqrt(m)\] and its derivatives by the angles of its rays \[sqrt(m) / rad\].
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Turn {
+pub(crate) struct DiffractionMatrix {
     pub value: Complex64,
     pub by_first: Complex64,
     pub by_second: Complex64,
@@ -55,7 +55,7 @@ impl Boundaries {
         gamma_n: Complex64,
         slopes: &GammaSlopes,
         first_is_low: bool,
-    ) -> Turn {
+    ) -> DiffractionMatrix {
         let [near, far, at_0, at_n] = self.with_slopes(n, kl);
         // The difference of the angles falls with the lower of them.
         let [of_first, of_second] = if first_is_low {
@@ -67,7 +67,7 @@ impl Boundaries {
         let reflected = |i: usize| at_n[i] * gamma_n - at_0[i] * gamma_0;
         let varying =
             |ray: usize, i: usize| at_n[i] * slopes.gamma_n[ray] - at_0[i] * slopes.gamma_0[ray];
-        Turn {
+        DiffractionMatrix {
             // In the order of `terms`: a ray along a perfectly conducting 0-face gives exactly 0.
             value: (far[0] + at_n[0] * gamma_n) - (near[0] + at_0[0] * gamma_0),
             by_first: direct(1) * of_first + reflected(1) + varying(0, 0),
@@ -77,7 +77,7 @@ impl Boundaries {
     }
 }
 
-impl Turn {
+impl DiffractionMatrix {
     /// The same by the angles from the other face.
     pub fn turned_over(self) -> Self {
         Self {
@@ -124,7 +124,7 @@ mod tests {
 
     const PERFECT: Complex64 = Complex64::new(-1.0, 0.0);
 
-    fn turn(n: f64, kl: f64, [p, q]: [f64; 2], gammas: [Complex64; 2]) -> Turn {
+    fn matrix(n: f64, kl: f64, [p, q]: [f64; 2], gammas: [Complex64; 2]) -> DiffractionMatrix {
         let boundaries = Boundaries::new(n, p, q);
         let slopes = GammaSlopes::default();
         boundaries.slopes(n, kl, gammas[0], gammas[1], &slopes, p <= q)
@@ -148,7 +148,7 @@ mod tests {
                 let [p, q] = [angles[0] + dp, angles[1] + dq];
                 Boundaries::new(n, p, q).terms(n, kl, gammas[0], gammas[1])
             };
-            let found = turn(n, kl, angles, gammas);
+            let found = matrix(n, kl, angles, gammas);
             let h = 1e-4 / kl.sqrt();
             let by_first = (at(h, 0.0) - at(-h, 0.0)) / (2.0 * h);
             let by_second = (at(0.0, h) - at(0.0, -h)) / (2.0 * h);
@@ -166,7 +166,7 @@ mod tests {
             (p, q) in (0.0..=1.0, 0.0..=1.0),
         ) {
             let gammas = [Complex64::new(-0.7, 0.1), Complex64::new(-0.4, 0.0)];
-            let [forth, back] = [[p, q], [q, p]].map(|angles| turn(n, 100.0, angles.map(|a| a * n * PI), gammas));
+            let [forth, back] = [[p, q], [q, p]].map(|angles| matrix(n, 100.0, angles.map(|a| a * n * PI), gammas));
             prop_assert!((forth.by_first - back.by_second).norm() < 1e-9);
             prop_assert!((forth.by_second - back.by_first).norm() < 1e-9);
             prop_assert!((forth.by_both - back.by_both).norm() < 1e-9);
@@ -182,7 +182,7 @@ mod tests {
                 _ => (2.0 * n - 1.0) * PI - phi,
             };
             prop_assume!(other > 1e-3 && other < n * PI - 1e-3);
-            let [before, after] = [-1e-9, 1e-9].map(|d| turn(n, 500.0, [phi, other + d], [PERFECT; 2]));
+            let [before, after] = [-1e-9, 1e-9].map(|d| matrix(n, 500.0, [phi, other + d], [PERFECT; 2]));
             prop_assert!((before.value - after.value).norm() > 1.0);
             prop_assert!((before.by_first - after.by_first).norm() < 1e-4 * before.by_first.norm());
             prop_assert!((before.by_second - after.by_second).norm() < 1e-4 * before.by_second.norm());
@@ -200,7 +200,7 @@ mod tests {
             let angles = [FRAC_PI_2, FRAC_PI_2 + PI + 1e-9];
             let at = |lengths: [f64; 2], angles| {
                 let distance = utd::distance_m(lengths[0], lengths[1]);
-                turn(2.0, distance, angles, [Complex64::ZERO; 2]).scaled(utd::factor(2.0, 1.0))
+                matrix(2.0, distance, angles, [Complex64::ZERO; 2]).scaled(utd::factor(2.0, 1.0))
             };
             let (first, second) = (at([s_0, s_1], angles), at([s_1, s_2], angles));
             let spread = ((s_0 + s_1 + s_2) / (s_0 * s_1 * s_2)).sqrt();

@@ -137,15 +137,15 @@ impl Table {
 
 /// Strengths at one corner, kind by kind, a place for each leg end, and what they come to together.
 #[derive(Debug, Default)]
-pub(crate) struct Places {
+pub(crate) struct CornerStrengths {
     bounds: Vec<f64>,
     max: Vec<f64>,
     power: Vec<f64>,
-    /// Places that any kind reached.
+    /// CornerStrengths that any kind reached.
     count: usize,
 }
 
-impl Places {
+impl CornerStrengths {
     /// Starts at another corner, with so many places.
     pub fn clear(&mut self, places: usize) {
         for column in [&mut self.max, &mut self.power] {

@@ -8,7 +8,7 @@ use crate::chains::Chains;
 use crate::error::TerminalError;
 use crate::fallback::Arrivals;
 use crate::fronts::{Fronts, Sources};
-use crate::images::{ImageTree, Outlook, Sight};
+use crate::images::{ImageTree, Visibility, VisibleWall};
 use crate::last_steps::LastSteps;
 use crate::legs::Legs;
 use crate::map::Map;
@@ -22,7 +22,7 @@ pub struct Transmitter {
     pub(crate) position: DVec2,
     pub(crate) place: DVec2,
     pub(crate) courtyard: Option<usize>,
-    pub(crate) outlook: Outlook,
+    pub(crate) visibility: Visibility,
     pub(crate) images: ImageTree,
     pub(crate) legs: Legs,
     /// Direction in which each leg leaves \[rad\].
@@ -41,7 +41,7 @@ pub struct Receiver {
     position: DVec2,
     pub(crate) place: DVec2,
     pub(crate) courtyard: Option<usize>,
-    pub(crate) sights: Vec<Sight>,
+    pub(crate) visible_walls: Vec<VisibleWall>,
     pub(crate) legs: Legs,
     /// Direction in which each leg leaves \[rad\].
     pub(crate) azimuths_rad: Vec<f64>,
@@ -57,9 +57,9 @@ impl Transmitter {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
-        let mut outlook = Outlook::from(map.local(), place);
-        let images = map.images(&mut outlook)?;
-        let legs = legs(map, given, courtyard, &outlook, &images)?;
+        let mut visibility = Visibility::from(map.local(), place);
+        let images = map.images(&mut visibility)?;
+        let legs = legs(map, given, courtyard, &visibility, &images)?;
         let of = Sources {
             corners: &map.corners,
             between: map.between.as_ref(),
@@ -72,7 +72,7 @@ impl Transmitter {
             place,
             courtyard,
             fronts: fronts.ok_or_else(|| too_many(map, given))?,
-            outlook,
+            visibility,
             images,
             azimuths_rad: legs.azimuths_rad(&map.corners, place),
             legs,
@@ -112,16 +112,16 @@ impl Receiver {
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
         let place = given - map.origin;
-        let mut outlook = Outlook::from(map.local(), place);
-        let sights = if map.config.reflection_limit() == 0 {
+        let mut visibility = Visibility::from(map.local(), place);
+        let visible_walls = if map.config.reflection_limit() == 0 {
             Vec::new()
         } else {
-            outlook.sights(map.local())
+            visibility.visible_walls(map.local())
         };
         // Legs need the receiver's own images; without corners there are no legs.
         let legs = if map.may_reach_corners(courtyard) {
-            let images = map.images(&mut outlook)?;
-            legs(map, given, courtyard, &outlook, &images)?
+            let images = map.images(&mut visibility)?;
+            legs(map, given, courtyard, &visibility, &images)?
         } else {
             Legs::default()
         };
@@ -136,7 +136,7 @@ impl Receiver {
             position: given,
             place,
             courtyard,
-            sights,
+            visible_walls,
             azimuths_rad: legs.azimuths_rad(&map.corners, place),
             legs,
             steps: steps.ok_or_else(|| too_many(map, given))?,
@@ -155,13 +155,13 @@ fn legs(
     map: &Map<'_>,
     given: DVec2,
     courtyard: Option<usize>,
-    outlook: &Outlook,
+    visibility: &Visibility,
     images: &ImageTree,
 ) -> Result<Legs, TerminalError> {
     if !map.may_reach_corners(courtyard) {
         return Ok(Legs::default());
     }
-    let legs = map.legs(None, outlook, images);
+    let legs = map.legs(None, visibility, images);
     legs.ok_or_else(|| too_many(map, given))
 }
 

@@ -15,7 +15,7 @@ use crate::bound::{Direction, WedgeBound};
 use crate::material::Reflector;
 use crate::predicates::{orient, strictly_between};
 use crate::scene::{Scene, Wall};
-use crate::slope::{GammaSlopes, Turn};
+use crate::slope::{DiffractionMatrix, GammaSlopes};
 use crate::utd::{self, Boundaries};
 
 /// A ray nearer to a face than this \[rad\] runs along it.
@@ -170,7 +170,7 @@ impl Wedge {
     }
 
     /// The diffraction coefficient and its slopes, by the angles of both rays from the 0-face. The value is 0 for a leg that runs along a face.
-    pub fn turn(&self, p: &Ray, q: &Ray) -> Turn {
+    pub fn matrix(&self, p: &Ray, q: &Ray) -> DiffractionMatrix {
         let n = self.n;
         let kl = self.wavenumber_per_m * utd::distance_m(p.length_m, q.length_m);
         let (near_0, near_n) = (p.from_0 <= q.from_0, p.from_n <= q.from_n);
@@ -179,26 +179,26 @@ impl Wedge {
         let [slopes_0, slopes_n] = self.gamma_slopes(p, q);
         let is_from_0 = p.from_0.min(q.from_0) <= p.from_n.min(q.from_n);
         let boundaries = self.boundaries(is_from_0, p, q);
-        let turn = |gammas: [Complex64; 2], of_low, of_high: [Complex64; 2], p_is_low| {
+        let matrix = |gammas: [Complex64; 2], of_low, of_high: [Complex64; 2], p_is_low| {
             let slopes = GammaSlopes {
                 gamma_0: of_low,
                 gamma_n: of_high.map(|s| -s),
             };
             boundaries.slopes(n, kl, gammas[0], gammas[1], &slopes, p_is_low)
         };
-        let turn = match is_from_0 {
-            true => turn([gamma_0, gamma_n], slopes_0, slopes_n, near_0),
-            false => turn([gamma_n, gamma_0], slopes_n, slopes_0, near_n).turned_over(),
+        let matrix = match is_from_0 {
+            true => matrix([gamma_0, gamma_n], slopes_0, slopes_n, near_0),
+            false => matrix([gamma_n, gamma_0], slopes_n, slopes_0, near_n).turned_over(),
         };
-        let mut turn = turn.scaled(self.factor);
+        let mut matrix = matrix.scaled(self.factor);
         // The whole pattern is 0 along a face, whatever the other ray does.
         if p.is_slope_alone() {
-            (turn.value, turn.by_second) = (Complex64::ZERO, Complex64::ZERO);
+            (matrix.value, matrix.by_second) = (Complex64::ZERO, Complex64::ZERO);
         }
         if q.is_slope_alone() {
-            (turn.value, turn.by_first) = (Complex64::ZERO, Complex64::ZERO);
+            (matrix.value, matrix.by_first) = (Complex64::ZERO, Complex64::ZERO);
         }
-        turn
+        matrix
     }
 
     /// Slopes of the reflection coefficients of the 0-face and of the n-face with the angles of two rays from those: of legs along them, else 0.

@@ -11,7 +11,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::error::PolarError;
-use crate::images::Outlook;
+use crate::images::Visibility;
 use crate::predicates::orient;
 use crate::scene::Scene;
 
@@ -67,13 +67,13 @@ impl Corners {
         let bytes = AtomicUsize::new(0);
         // The order of counting does not change if there is too much.
         let take = |size: usize| bytes.fetch_add(size, Ordering::Relaxed) + size <= MAX_BYTES;
-        let next_of = |outlook: &mut Outlook, near: &Corner| {
-            outlook.look(scene, near.point);
+        let next_of = |visibility: &mut Visibility, near: &Corner| {
+            visibility.look(scene, near.point);
             let is_next = |far: &Corner| near.bends(far.point) && far.bends(near.point);
-            let next = in_sight(scene, &corners, outlook, is_next);
+            let next = in_sight(scene, &corners, visibility, is_next);
             next.take_while(|_| take(size_of::<(u32, f64)>())).collect()
         };
-        let next = corners.par_iter().map_init(Outlook::default, next_of);
+        let next = corners.par_iter().map_init(Visibility::default, next_of);
         let next = next.collect();
         if bytes.into_inner() > MAX_BYTES {
             return Err(PolarError::TooManyCorners { limit: MAX_BYTES });
@@ -94,8 +94,8 @@ impl Corners {
 
     /// Corners in sight of a place, with their distance \[m\].
     pub fn in_sight(&self, scene: &Scene, from: DVec2) -> Vec<(u32, f64)> {
-        let outlook = Outlook::from(scene, from);
-        in_sight(scene, &self.corners, &outlook, |_| true).collect()
+        let visibility = Visibility::from(scene, from);
+        in_sight(scene, &self.corners, &visibility, |_| true).collect()
     }
 
     /// Selects the corners in sight of a place that a tight string from there bends at.
@@ -169,17 +169,17 @@ impl TightString {
     };
 }
 
-/// The corners of a kind in sight of the place where `outlook` was taken, with their distance \[m\].
+/// The corners of a kind in sight of the place where `visibility` was taken, with their distance \[m\].
 fn in_sight(
     scene: &Scene,
     corners: &[Corner],
-    outlook: &Outlook,
+    visibility: &Visibility,
     is_of_kind: impl Fn(&Corner) -> bool,
 ) -> impl Iterator<Item = (u32, f64)> {
-    let is_seen = move |corner: &Corner| outlook.sees(scene, corner.point);
+    let is_seen = move |corner: &Corner| visibility.sees(scene, corner.point);
     let all = (0..).zip(corners);
     let seen = all.filter(move |(_, corner)| is_of_kind(corner) && is_seen(corner));
-    seen.map(move |(c, corner)| (c, outlook.from.distance(corner.point)))
+    seen.map(move |(c, corner)| (c, visibility.from.distance(corner.point)))
 }
 
 /// The corners that diffract: ways bend around the same.

@@ -28,7 +28,7 @@ pub use tiles::{Tile, Tiling, TilingError};
 
 use crate::error::SceneError;
 use crate::material::Material;
-use crate::occlusion::{self, Stretch};
+use crate::occlusion::{self, LegSegment};
 use crate::wall_index::WallIndex;
 
 /// Buildings below this area \[m^2\] are dropped as slivers.
@@ -314,19 +314,19 @@ impl Scene {
     #[inline]
     #[must_use]
     pub fn is_blocked(&self, p: DVec2, q: DVec2) -> bool {
-        self.is_obstructed(&Stretch::between(p, q))
+        self.is_obstructed(&LegSegment::between(p, q))
     }
 
     /// Returns true when one wall already blocks the segment from `p` to `q`.
     #[inline]
     pub(crate) fn is_blocked_by(&self, p: DVec2, q: DVec2, wall: Option<u32>) -> bool {
-        let leg = Stretch::between(p, q);
+        let leg = LegSegment::between(p, q);
         wall.is_some_and(|wall| leg.is_blocked_by(&self.walls, wall))
     }
 
     /// The same for a leg whose ends may be rounded.
     #[inline]
-    pub(crate) fn is_obstructed(&self, leg: &Stretch) -> bool {
+    pub(crate) fn is_obstructed(&self, leg: &LegSegment) -> bool {
         leg.is_blocked(&self.walls, &self.index)
     }
 

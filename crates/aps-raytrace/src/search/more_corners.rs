@@ -166,7 +166,7 @@ impl Ends<'_> {
         let at = &self.rx.steps.corners()[crossing.at as usize];
         let group = self.tx.fronts.group(crossing.group);
         let leg = self.sources.leg_after(group, crossing.leg);
-        let own = self.rx.legs.short(at.legs.clone());
+        let own = self.rx.legs.summaries(at.legs.clone());
         let strengths = self.rx.steps.of_leg(at, crossing.slot);
         for ((i, last), strength) in at.legs.clone().zip(own).zip(strengths) {
             let strength = strength.get();
