@@ -3,9 +3,7 @@
 use crate::error::ConfigError;
 use crate::limits::Limits;
 use crate::material::{Material, MaterialSource, SPEED_OF_LIGHT_M_PER_S};
-
-/// Carriers \[Hz\]: from long wave to X-rays.
-pub(crate) const FREQUENCY_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e18;
+use crate::ranges::FREQUENCY_HZ;
 
 /// Largest limit of reflections, of diffractions, and of those of fallback chains.
 pub const MAX_INTERACTIONS: usize = 1000;

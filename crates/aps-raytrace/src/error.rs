@@ -3,6 +3,8 @@
 use glam::DVec2;
 use thiserror::Error;
 
+use crate::ranges::{FREQUENCY_HZ, MAX_CONDUCTIVITY_S_PER_M, MAX_PERMITTIVITY};
+
 /// Footprints that no repair can make sense of. Buildings, rings and vertices count from 0.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -84,15 +86,15 @@ pub enum ConfigError {
     /// Carrier frequency outside its range.
     #[error(
         "carrier frequency {0} Hz must be between {min:e} and {max:e} Hz",
-        min = crate::config::FREQUENCY_HZ.start(),
-        max = crate::config::FREQUENCY_HZ.end()
+        min = FREQUENCY_HZ.start(),
+        max = FREQUENCY_HZ.end()
     )]
     Frequency(f64),
     /// Material values out of range.
     #[error(
         "relative permittivity {relative_permittivity} must be between 1 and {eps:e}, conductivity {conductivity_s_per_m} S/m between 0 and {sigma:e}",
-        eps = crate::material::MAX_PERMITTIVITY,
-        sigma = crate::material::MAX_CONDUCTIVITY_S_PER_M
+        eps = MAX_PERMITTIVITY,
+        sigma = MAX_CONDUCTIVITY_S_PER_M
     )]
     Material {
         /// Real relative permittivity.

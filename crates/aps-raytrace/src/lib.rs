@@ -87,6 +87,7 @@ mod path;
 pub mod polar;
 pub mod predicates;
 mod products;
+mod ranges;
 pub mod scene;
 mod search;
 mod slope;

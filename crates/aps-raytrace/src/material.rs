@@ -6,17 +6,13 @@ use std::str::FromStr;
 use num_complex::Complex64;
 
 use crate::error::ConfigError;
+use crate::ranges::{MAX_CONDUCTIVITY_S_PER_M, MAX_PERMITTIVITY};
 
 /// Speed of light in vacuum \[m/s\], exact by definition of the metre.
 pub const SPEED_OF_LIGHT_M_PER_S: f64 = 299_792_458.0;
 
 /// Vacuum permittivity \[F/m\] (CODATA 2018).
 pub const VACUUM_PERMITTIVITY_F_PER_M: f64 = 8.854_187_812_8e-12;
-
-/// Far beyond any material; reflection coefficients are finite up to here.
-pub(crate) const MAX_PERMITTIVITY: f64 = 1e9;
-/// The same \[S/m\]; silver has 6e7.
-pub(crate) const MAX_CONDUCTIVITY_S_PER_M: f64 = 1e12;
 
 /// The electrical description of a wall.
 ///

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 
-use super::Wall;
+use super::wall::Wall;
 use crate::predicates::orient;
 
 /// Walls of each courtyard, the smallest courtyard first.
