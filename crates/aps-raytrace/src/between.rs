@@ -8,10 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use crate::bound::{Direction, Directions};
+use crate::bound::Directions;
 use crate::friis::Friis;
-use crate::legs::{Corners, Leg, Legs};
-use crate::wedge::Ray;
+use crate::leg_ends::LegEnds;
+use crate::legs::{Corners, Legs};
+use crate::ray::Ray;
 
 /// The legs from one corner to another.
 #[derive(Debug, Clone)]
@@ -23,23 +24,6 @@ pub(crate) struct Block {
     pub legs: Range<u32>,
     /// The slot of the first of them at the second corner.
     pub first_slot: u32,
-}
-
-/// The ends of legs at one corner, the fewest reflections first, so that the legs a limit allows come first.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct LegEnds {
-    /// Directions of the legs at this corner.
-    pub directions: Directions,
-    /// Magnitude of each leg's reflection coefficients over the square root of its length.
-    pub strengths: Vec<f64>,
-    /// The block of each, by its place among those that begin or end at this corner.
-    pub blocks: Vec<u32>,
-    /// Number of these blocks.
-    pub block_count: usize,
-    /// A slot for each, those of a block side by side.
-    pub slots: Vec<u32>,
-    /// By number of reflections: the number of ends with at most so many.
-    up_to: Vec<u32>,
 }
 
 /// The legs that leave a corner, sorted by the corner they reach.
@@ -148,7 +132,14 @@ impl Between {
                 let mut ends = LegEnds::default();
                 for end in &arriving {
                     let leg = leg(end);
-                    ends.push(&wedge.direction(&leg.ray), leg, end.block, end.slot);
+                    let direction = wedge.direction(&leg.ray);
+                    ends.push(
+                        &direction,
+                        leg.strength,
+                        leg.reflections,
+                        end.block,
+                        end.slot,
+                    );
                 }
                 ends
             })
@@ -187,7 +178,7 @@ impl Leaving {
         let rays = legs.all_mut().iter_mut().map(|leg| {
             let mut ray = wedge.ray(leg.corner_image);
             if let Some(friis) = slopes {
-                ray.slope = friis.slope(leg, &ray);
+                ray.slope = friis.slope(leg.reflections, [&ray, &leg.ray]);
                 leg.ray.slope = ray.slope;
             }
             ray
@@ -204,7 +195,14 @@ impl Leaving {
             .collect();
         for (place, &i) in (0..).zip(&order) {
             let direction = wedge.direction(&rays[i]);
-            ends.push(&direction, &all[i], block_of[i], i as u32);
+            let leg = &all[i];
+            ends.push(
+                &direction,
+                leg.strength,
+                leg.reflections,
+                block_of[i],
+                i as u32,
+            );
             places[i] = place;
         }
         Self {
@@ -214,24 +212,5 @@ impl Leaving {
             ends,
             places,
         }
-    }
-}
-
-impl LegEnds {
-    fn push(&mut self, direction: &Direction, leg: &Leg, block: u32, slot: u32) {
-        self.directions.push(direction);
-        self.strengths.push(leg.strength);
-        self.blocks.push(block);
-        self.block_count = self.block_count.max(block as usize + 1);
-        self.slots.push(slot);
-        let before = self.up_to.last().copied().unwrap_or(0);
-        self.up_to.resize(leg.reflections as usize + 1, before);
-        self.up_to[leg.reflections as usize] += 1;
-    }
-
-    /// Number of ends with at most so many reflections.
-    pub fn with_at_most(&self, reflections: u32) -> usize {
-        let places = self.up_to.get(reflections as usize).or(self.up_to.last());
-        places.map_or(0, |&n| n as usize)
     }
 }

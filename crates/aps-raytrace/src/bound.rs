@@ -33,7 +33,7 @@ use std::ops::Range;
 use multiversion::multiversion;
 use num_complex::Complex64;
 
-use crate::wedge::Ray;
+use crate::ray::Ray;
 
 /// A product counts as far from its boundary from this x on: both bounds of it are about equal here.
 const FAR: f64 = 0.7;

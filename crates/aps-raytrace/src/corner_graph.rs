@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use crate::error::ConfigError;
 use crate::legs::{Corners, NEAREST_M};
+use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::wedge::{Ray, Wedge};
+use crate::wedge::Wedge;
 
 /// A corner as seen from another.
 #[derive(Debug, Clone, Copy)]

@@ -18,8 +18,8 @@ use crate::front_counts::Counts;
 use crate::legs::{Corners, Leg, LegSummary, Legs};
 use crate::limits::Limits;
 use crate::path::{Interaction, InteractionKind, Interactions};
+use crate::ray::Ray;
 use crate::strength::{Bound, CornerStrengths, RowSum, Rows, Strength, Table};
-use crate::wedge::Ray;
 
 pub(crate) use blocks::{BlockFronts, Blocks};
 

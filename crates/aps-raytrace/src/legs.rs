@@ -11,9 +11,10 @@ use crate::chain::{self, Chain};
 use crate::images::{ImageTree, Visibility, VisibleWall, VisibleWallColumns};
 use crate::material::Reflector;
 use crate::path::{self, Interaction};
+use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::strength::Strength;
-use crate::wedge::{Ray, Wedge};
+use crate::wedge::Wedge;
 
 /// Corners of a scene that diffract, and the walls that each sees: prepared once a map.
 #[derive(Debug, Clone, Default)]

@@ -10,12 +10,11 @@ use multiversion::multiversion;
 use num_complex::Complex64;
 
 use crate::transition::{each_with_slopes, horner};
-use crate::utd::Boundaries;
 
-/// One value for each boundary.
-type Four = [f64; 4];
+/// One value for each boundary: of the shadow, past the other face, of the reflections on the 0-face and on the n-face.
+pub(crate) type Four = [f64; 4];
 
-/// Below this \[rad\] the derivatives of g are taken from their series: the closed form subtracts large numbers.
+/// Angle from a boundary \[rad\] below which the derivatives of g are taken from their series: the closed form subtracts large numbers.
 const SMALL_RAD: f64 = 1e-3;
 
 /// Coefficients of sin(pi f)/(pi f) in f^2 on |f| <= 1/2; Chebyshev fit in 60 digits, error 2.1e-19 before the rounding of the
@@ -32,40 +31,28 @@ const SINC: [f64; 9] = [
     2.4502943624559793e-07,
 ];
 
-impl Boundaries {
-    /// The values of the products: of the shadow boundary, of the one past the other face, and of the reflections on the 0-face and on
-    /// the n-face. `kl` is wavenumber times distance parameter.
-    pub fn values(&self, n: f64, kl: f64) -> [Complex64; 4] {
-        let mut parts = [[[0.0; 4]; 2]; 1];
-        values(&self.deltas(), n, kl, &mut parts);
-        let [[re, im]] = parts;
-        std::array::from_fn(|l| Complex64::new(re[l], im[l]))
-    }
+/// Values of the products at angles from the boundaries. `kl` is wavenumber times distance parameter.
+pub(crate) fn values(deltas: &Four, n: f64, kl: f64) -> [Complex64; 4] {
+    let mut parts = [[[0.0; 4]; 2]; 1];
+    fill_values(deltas, n, kl, &mut parts);
+    let [[re, im]] = parts;
+    std::array::from_fn(|l| Complex64::new(re[l], im[l]))
+}
 
-    /// The same with their first and second derivatives by delta.
-    pub fn with_slopes(&self, n: f64, kl: f64) -> [[Complex64; 3]; 4] {
-        let mut parts = [[[0.0; 4]; 2]; 3];
-        with_slopes(&self.deltas(), n, kl, &mut parts);
-        std::array::from_fn(|l| parts.map(|[re, im]| Complex64::new(re[l], im[l])))
-    }
-
-    fn deltas(&self) -> Four {
-        [
-            self.shadow,
-            self.shadow_far,
-            self.reflection_0,
-            self.reflection_n,
-        ]
-    }
+/// Values of the products with their first and second derivatives by delta.
+pub(crate) fn with_slopes(deltas: &Four, n: f64, kl: f64) -> [[Complex64; 3]; 4] {
+    let mut parts = [[[0.0; 4]; 2]; 3];
+    fill_with_slopes(deltas, n, kl, &mut parts);
+    std::array::from_fn(|l| parts.map(|[re, im]| Complex64::new(re[l], im[l])))
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn values(deltas: &Four, n: f64, kl: f64, out: &mut [[Four; 2]; 1]) {
+fn fill_values(deltas: &Four, n: f64, kl: f64, out: &mut [[Four; 2]; 1]) {
     products(deltas, n, kl, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn with_slopes(deltas: &Four, n: f64, kl: f64, out: &mut [[Four; 2]; 3]) {
+fn fill_with_slopes(deltas: &Four, n: f64, kl: f64, out: &mut [[Four; 2]; 3]) {
     products(deltas, n, kl, out);
 }
 
@@ -138,23 +125,18 @@ mod tests {
         }
     }
 
-    fn at(shadow: f64) -> Boundaries {
-        Boundaries {
-            shadow,
-            shadow_far: -shadow,
-            reflection_0: f64::MIN_POSITIVE,
-            reflection_n: -f64::MIN_POSITIVE,
-        }
+    fn at(shadow: f64) -> Four {
+        [shadow, -shadow, f64::MIN_POSITIVE, -f64::MIN_POSITIVE]
     }
 
     #[test]
     fn values_are_the_same_bits_with_slopes() {
         for n in [1.001, 1.5, 2.0] {
             for (i, kl) in (0..400).zip([1e-3, 1.0, 18.0, 1e3, 1e6].into_iter().cycle()) {
-                let boundaries = at(n * PI * f64::from(i + 1) / 400.0);
-                let values = boundaries.values(n, kl);
+                let deltas = at(n * PI * f64::from(i + 1) / 400.0);
+                let values = values(&deltas, n, kl);
                 assert!(values.iter().all(|value| value.is_finite()));
-                let with_slopes = boundaries.with_slopes(n, kl);
+                let with_slopes = with_slopes(&deltas, n, kl);
                 assert_eq!(values, with_slopes.map(|[value, ..]| value));
                 assert!(with_slopes.iter().flatten().all(|value| value.is_finite()));
                 // On a boundary a product is n sqrt(pi kl 2) e^{j pi / 4}, on the side that its sign tells.
@@ -165,12 +147,12 @@ mod tests {
         }
     }
 
-    /// Where the series of g gives way to its closed form.
+    /// Argument at which the series of g is replaced by its closed form.
     #[test]
     fn derivatives_do_not_jump_where_their_series_ends() {
         for n in [1.1, 1.5, 2.0] {
             let [below, above] =
-                [SMALL_RAD.next_down(), SMALL_RAD].map(|d| at(d).with_slopes(n, 50.0)[0]);
+                [SMALL_RAD.next_down(), SMALL_RAD].map(|d| with_slopes(&at(d), n, 50.0)[0]);
             for (below, above) in below.into_iter().zip(above) {
                 assert!(
                     (below - above).norm() < 1e-5 * above.norm(),

@@ -24,9 +24,9 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 
 use crate::friis::Friis;
-use crate::legs::Leg;
+use crate::products;
+use crate::ray::Ray;
 use crate::utd::Boundaries;
-use crate::wedge::Ray;
 
 /// Diffraction coefficient D \[sqrt(m)\] and its derivatives by the angles of its rays \[sqrt(m) / rad\].
 #[derive(Debug, Clone, Copy, Default)]
@@ -56,7 +56,7 @@ impl Boundaries {
         slopes: &GammaSlopes,
         first_is_low: bool,
     ) -> DiffractionMatrix {
-        let [near, far, at_0, at_n] = self.with_slopes(n, kl);
+        let [near, far, at_0, at_n] = products::with_slopes(&self.deltas(), n, kl);
         // The difference of the angles falls with the lower of them.
         let [of_first, of_second] = if first_is_low {
             [-1.0, 1.0]
@@ -78,7 +78,7 @@ impl Boundaries {
 }
 
 impl DiffractionMatrix {
-    /// The same by the angles from the other face.
+    /// Takes the derivatives by the angles from the other face.
     pub fn turned_over(self) -> Self {
         Self {
             by_first: -self.by_first,
@@ -87,7 +87,7 @@ impl DiffractionMatrix {
         }
     }
 
-    /// The same times a factor.
+    /// Multiplies all by a factor.
     pub fn scaled(self, factor: Complex64) -> Self {
         Self {
             value: self.value * factor,
@@ -99,16 +99,16 @@ impl DiffractionMatrix {
 }
 
 impl Friis {
-    /// mu / j for a leg from a corner, where `ray` leaves, to another, at most 1: its sign is that of the reflections on it.
-    pub fn slope(self, leg: &Leg, ray: &Ray) -> f64 {
-        let sign = if leg.reflections.is_multiple_of(2) {
+    /// mu / j for a leg between corners with its rays at both ends, at most 1: its sign is that of the reflections on it.
+    pub fn slope(self, reflections: u32, [leaving, arriving]: [&Ray; 2]) -> f64 {
+        let sign = if reflections.is_multiple_of(2) {
             1.0
         } else {
             -1.0
         };
-        let is_along_a_wall = ray.is_along_a_face() && leg.ray.is_along_a_face();
+        let is_along_a_wall = leaving.is_along_a_face() && arriving.is_along_a_face();
         let share = if is_along_a_wall { 0.5 } else { 1.0 };
-        let distance = TAU * ray.length_m / self.wavelength_m;
+        let distance = TAU * leaving.length_m / self.wavelength_m;
         sign * share * distance.min(distance.recip())
     }
 }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::between::LegEnds;
 use crate::bound::{Direction, WedgeBound, rounded_up};
+use crate::leg_ends::LegEnds;
 
 /// The strength of some waves together.
 #[derive(Debug, Clone, Copy, Default)]

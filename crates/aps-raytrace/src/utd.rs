@@ -34,6 +34,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use num_complex::Complex64;
 
+use crate::products;
+
 /// The diffraction coefficient D \[sqrt(m)\] of a wedge with an open angle of `n` pi.
 ///
 /// `phi_1` and `phi_2` are the angles of the two rays from the 0-face \[rad\], 0 to n pi, in
@@ -99,7 +101,7 @@ pub(crate) struct Boundaries {
     /// Beyond the shadow boundary: the difference of the angles less pi. Negative: the rays see
     /// each other.
     pub shadow: f64,
-    /// The same past the other face. Only a wedge with n = 1 has this boundary, at grazing.
+    /// Beyond the shadow boundary of the other face, in the same sense. Only a wedge with n = 1 has this boundary, at grazing.
     pub shadow_far: f64,
     /// Beyond the reflection on the 0-face: the sum of the angles less pi. Negative: there is
     /// one.
@@ -110,7 +112,7 @@ pub(crate) struct Boundaries {
 }
 
 impl Boundaries {
-    /// From two angles alone. On a boundary the direct ray and the reflection on the 0-face
+    /// Computes the angles from those of two rays alone. On a boundary the direct ray and the reflection on the 0-face
     /// count as present, that on the n-face as absent.
     pub fn new(n: f64, phi_1: f64, phi_2: f64) -> Self {
         let difference = (phi_1 - phi_2).abs();
@@ -127,9 +129,19 @@ impl Boundaries {
     /// coefficient; `kl` is wavenumber times distance parameter.
     #[inline]
     pub fn terms(&self, n: f64, kl: f64, gamma_0: Complex64, gamma_n: Complex64) -> Complex64 {
-        let [near, far, at_0, at_n] = self.values(n, kl);
+        let [near, far, at_0, at_n] = products::values(&self.deltas(), n, kl);
         // In this order a ray along a perfectly conducting 0-face gives exactly 0.
         (far + at_n * gamma_n) - (near + at_0 * gamma_0)
+    }
+
+    /// All four angles, in the order of [`products`].
+    pub fn deltas(&self) -> [f64; 4] {
+        [
+            self.shadow,
+            self.shadow_far,
+            self.reflection_0,
+            self.reflection_n,
+        ]
     }
 }
 
