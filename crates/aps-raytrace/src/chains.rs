@@ -11,24 +11,27 @@ use smallvec::SmallVec;
 use crate::corner_graph::{CornerGraph, turn};
 use crate::legs::{Corners, Leg};
 
-/// Marks a chain that has no edge before its last.
+/// Marker of a chain that has no edge before its last.
 const NO_EDGE: u32 = u32::MAX;
+
+/// Edges into each corner that a receiver sees directly, each edge with the magnitude of D for the turn towards the receiver.
+pub(crate) type Arrivals = Vec<(Leg, Vec<(u32, f64)>)>;
 
 /// The best chains of one transmitter, made when links ask for them.
 #[derive(Debug, Clone)]
 pub(crate) struct Chains {
     /// The transmitter's direct legs: its first corners.
     pub starts: Vec<Leg>,
-    /// By corner: the start there, if there is one.
+    /// Index of the start at each corner.
     start_at: Vec<Option<u32>>,
-    /// `layers[d - 2]`: chains of d corners.
+    /// Chains of d corners in `layers[d - 2]`.
     layers: Vec<OnceLock<Layer>>,
 }
 
 /// Best chains by last edge.
 #[derive(Debug, Clone)]
 struct Layer {
-    /// Over all starts, zero for none.
+    /// Strength of the best chain over all starts; zero if there is none.
     strongest: Vec<f64>,
     rows: Vec<OnceLock<Row>>,
 }
@@ -36,7 +39,7 @@ struct Layer {
 /// Best chains that end with one edge, by start.
 #[derive(Debug, Clone)]
 struct Row {
-    /// Zero for none.
+    /// Strength of the best chain; zero if there is none.
     strength: Vec<f64>,
     /// The edge before.
     before: Vec<u32>,
@@ -50,7 +53,7 @@ pub(crate) struct Graph<'g> {
 }
 
 impl Chains {
-    /// None yet, of up to `longest` corners.
+    /// Creates empty chains of up to `longest` corners.
     pub fn new(of: Graph<'_>, starts: Vec<Leg>, longest: usize) -> Self {
         let mut start_at = vec![None; of.corners.wedges.len()];
         for (i, start) in (0..).zip(&starts) {
@@ -87,7 +90,7 @@ impl Chains {
         })
     }
 
-    /// Strength of the strongest chain of `d` corners by last edge, zero for none.
+    /// Strength of the strongest chain of `d` corners by last edge; zero if there is none.
     pub fn strongest(&self, of: Graph<'_>, d: usize) -> &[f64] {
         &self.layer(of, d).strongest
     }
@@ -178,7 +181,7 @@ impl Row {
     }
 }
 
-/// One more corner: the strongest continuation over each edge.
+/// Extends chains by one corner: the strongest continuation over each edge.
 fn relax(graph: &CornerGraph, old: &[f64]) -> Vec<f64> {
     let mut new = vec![0.0; old.len()];
     for c in 0..graph.corner_count() {

@@ -10,7 +10,7 @@
 use multiversion::multiversion;
 use num_complex::Complex64;
 
-use crate::chains::{Chains, Graph};
+use crate::chains::{Arrivals, Chains, Graph};
 use crate::error::TraceError;
 use crate::legs::Leg;
 use crate::link::Link;
@@ -18,11 +18,8 @@ use crate::map::Map;
 use crate::path::{Interaction, InteractionKind, Interactions, PathRecord};
 use crate::terminal::{Receiver, Transmitter};
 
-/// For the rounding of strengths and gains, and for the tie-breaks of corners.
+/// Factor for the rounding of strengths and gains, and for the tie-breaks of corners.
 const ROUNDING: f64 = 1.0 + 1e-6;
-
-/// Edges into each corner that a receiver sees directly, each edge with the magnitude of D for the turn towards the receiver.
-pub(crate) type Arrivals = Vec<(Leg, Vec<(u32, f64)>)>;
 
 fn arrivals(of: Graph<'_>, rx: &Receiver) -> Arrivals {
     direct(rx.legs.all())
@@ -94,7 +91,7 @@ pub(crate) fn fall_back(
     Ok(())
 }
 
-/// Chains of one corner: those both ends see.
+/// Adds the chains of one corner: those both ends see.
 fn single(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
     for last in direct(rx.legs.all()) {
         for start in direct(tx.legs.to(last.corner)) {
@@ -105,7 +102,7 @@ fn single(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, link: &mut Link) {
     cut_chains(map, link);
 }
 
-/// The best chain of `d` corners from each first to each last corner.
+/// Adds the best chain of `d` corners from each first to each last corner.
 fn join_chains(
     map: &Map<'_>,
     of: Graph<'_>,
@@ -180,7 +177,7 @@ fn join_chains(
     cut_chains(map, link);
 }
 
-/// Raises each to the value in the row times the turn.
+/// Raises each of the best values to the one in the row times the turn.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn raise(best: &mut [f64], row: &[f64], turn: f64) {
     for (best, &value) in best.iter_mut().zip(row) {

@@ -76,6 +76,7 @@ mod friis;
 mod front_counts;
 mod fronts;
 mod images;
+mod join;
 mod last_steps;
 mod leg_ends;
 mod legs;

@@ -4,9 +4,8 @@ use std::sync::OnceLock;
 
 use glam::DVec2;
 
-use crate::chains::Chains;
+use crate::chains::{Arrivals, Chains};
 use crate::error::TerminalError;
-use crate::fallback::Arrivals;
 use crate::fronts::{Fronts, Sources};
 use crate::images::{ImageTree, Visibility, VisibleWall};
 use crate::last_steps::LastSteps;

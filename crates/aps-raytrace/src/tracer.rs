@@ -6,7 +6,8 @@ use glam::DVec2;
 
 use crate::config::TraceConfig;
 use crate::error::{ConfigError, TerminalError, TraceError};
-use crate::link::{self, Link};
+use crate::join;
+use crate::link::Link;
 use crate::map::Map;
 use crate::scene::Scene;
 use crate::terminal::{Receiver, Transmitter};
@@ -91,7 +92,7 @@ impl<'s> Tracer<'s> {
     /// both terminals are at one point,
     /// [`TraceError::TooManyChains`] when what a link without a path needs exceeds `max_wave_bytes`.
     pub fn link(&self, tx: &Transmitter, rx: &Receiver, link: &mut Link) -> Result<(), TraceError> {
-        link::trace(&self.map, tx, rx, link)
+        join::trace(&self.map, tx, rx, link)
     }
 
     /// Finds all paths between two points.
@@ -122,7 +123,7 @@ impl<'s> Tracer<'s> {
 }
 
 impl Tracer<'static> {
-    /// Prepares a scene and keeps it, for whoever cannot keep the two together.
+    /// Prepares a tracer that owns its scene.
     ///
     /// # Errors
     /// As [`Tracer::new`].

@@ -1,27 +1,15 @@
 //! The records of the paths that a search found.
 
-use super::{Ends, Found, Search};
+use super::buffers::{Buffers, Found};
+use super::state::Search;
 use crate::link::Link;
 use crate::path::{Interactions, PathRecord};
 
-impl Search {
-    /// Takes back what the former link's paths were made of, and lets go of what was left of those before.
-    pub fn take_back(&mut self, paths: &mut Vec<PathRecord>) {
-        self.spare.clear();
-        let former = paths.drain(..).map(|path| path.interactions);
-        let long = former.filter(|interactions| interactions.spilled());
-        self.spare.extend(long.map(|mut interactions| {
-            interactions.clear();
-            interactions
-        }));
-    }
-}
-
-impl Ends<'_> {
+impl Search<'_> {
     /// Applies the dynamic range to all paths and assembles the diffracted ones that remain, the shortest first.
-    pub(super) fn cut(&self, search: &mut Search, link: &mut Link) {
+    pub(super) fn cut(&self, buffers: &mut Buffers, link: &mut Link) {
         let reflected = link.paths.iter().map(PathRecord::power);
-        let diffracted = search.found.iter().map(|f| f.gain.norm_sqr());
+        let diffracted = buffers.found.iter().map(|f| f.gain.norm_sqr());
         let strongest = reflected.chain(diffracted).fold(0.0, f64::max);
         let floor = strongest * self.map.range * self.map.range;
         let omitted = &mut link.omitted;
@@ -35,32 +23,32 @@ impl Ends<'_> {
             keep
         };
         link.paths.retain(|p| keep(p.power()));
-        search.found.retain(|f| keep(f.gain.norm_sqr()));
-        if search.found.is_empty() {
+        buffers.found.retain(|f| keep(f.gain.norm_sqr()));
+        if buffers.found.is_empty() {
             return;
         }
         // Records are large: sort the small parts that they are made from.
-        search
+        buffers
             .found
             .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));
         link.paths
             .sort_unstable_by(|p, q| p.length_m.total_cmp(&q.length_m));
-        std::mem::swap(&mut search.reflected, &mut link.paths);
-        let mut reflected = search.reflected.drain(..).peekable();
-        for (i, found) in search.found.iter().enumerate() {
+        std::mem::swap(&mut buffers.reflected, &mut link.paths);
+        let mut reflected = buffers.reflected.drain(..).peekable();
+        for (i, found) in buffers.found.iter().enumerate() {
             while let Some(shorter) = reflected.next_if(|p| p.length_m <= found.length_m) {
                 link.paths.push(shorter);
             }
             // The interactions of paths of one length decide their order.
             let before = link.paths.last().map(|path| path.length_m);
-            let after = search.found.get(i + 1).map(|found| found.length_m);
+            let after = buffers.found.get(i + 1).map(|found| found.length_m);
             let is_tied = [before, after].contains(&Some(found.length_m));
-            search.path.clear();
+            buffers.path.clear();
             if is_tied || !link.leaves_out_interactions {
-                self.interactions(found, &mut search.path);
+                self.interactions(found, &mut buffers.path);
             }
             link.paths
-                .push(self.record(found, &search.path, &mut search.spare));
+                .push(self.record(found, &buffers.path, &mut buffers.spare));
         }
         link.paths.extend(reflected);
     }

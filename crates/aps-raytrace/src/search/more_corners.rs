@@ -1,43 +1,18 @@
 //! Candidates over more than one corner: blocks, the legs of blocks, then waves and last steps along a leg.
 
-use super::{Candidate, Ends, Search};
+use super::buffers::{Buffers, Candidate, Crossing, Part};
+use super::state::Search;
 use crate::fronts::{BlockFronts, FrontId};
-use crate::strength::RowSum;
 
-/// A leg between corners along which some path may reach the floor.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Crossing {
-    /// The corner where it ends, by its place among those that the receiver sees.
-    at: u32,
-    /// The waves at the corner where it begins.
-    group: u32,
-    /// Among the legs that leave there, and its slot where it arrives.
-    leg: u32,
-    slot: u32,
-    /// The fronts along it.
-    before: RowSum,
-    /// The last steps that begin with it.
-    after: RowSum,
-}
-
-/// A leg between corners and a last step.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
-    strength: f64,
-    length_m: f64,
-    reflections: u32,
-    leg: u32,
-}
-
-impl Ends<'_> {
-    /// Candidates over several corners.
-    pub(super) fn over_more_corners(&mut self, search: &mut Search) {
-        search.candidates.clear();
+impl Search<'_> {
+    /// Finds the candidates over several corners.
+    pub(super) fn over_more_corners(&mut self, buffers: &mut Buffers) {
+        buffers.candidates.clear();
         if self.floor == 0.0 && self.map.range > 0.0 {
-            self.look_for_a_floor(search);
+            self.look_for_a_floor(buffers);
         }
-        self.select_blocks(&mut search.blocks);
-        self.over_blocks(search);
+        self.select_blocks(&mut buffers.blocks);
+        self.over_blocks(buffers);
     }
 
     /// Picks the blocks of which some path may reach the floor.
@@ -73,7 +48,7 @@ impl Ends<'_> {
     }
 
     /// Computes one promising path, where nothing is known of the link.
-    fn look_for_a_floor(&mut self, search: &mut Search) {
+    fn look_for_a_floor(&mut self, buffers: &mut Buffers) {
         let (fronts, steps) = (self.tx.fronts.blocks(), &self.rx.steps);
         let all = (0..).zip(steps.corners()).flat_map(|(i, at)| {
             let blocks = fronts.at(at.corner).iter();
@@ -85,22 +60,22 @@ impl Ends<'_> {
         let Some((_, at, best)) = all.max_by(|p, q| p.0.total_cmp(&q.0)) else {
             return;
         };
-        search.blocks.clear();
-        search.blocks.push((at, best));
-        self.over_blocks(search);
-        self.raise_floor_by(&mut search.candidates);
+        buffers.blocks.clear();
+        buffers.blocks.push((at, best));
+        self.over_blocks(buffers);
+        self.raise_floor_by(&mut buffers.candidates);
     }
 
-    /// Candidates along the legs of the selected blocks: those fronts that reach the floor with the best of the steps, with those
+    /// Finds the candidates along the legs of the selected blocks: those fronts that reach the floor with the best of the steps, with those
     /// steps that do with the best of the fronts.
-    fn over_blocks(&mut self, search: &mut Search) {
-        self.select_crossings(&search.blocks, &mut search.crossings);
+    fn over_blocks(&mut self, buffers: &mut Buffers) {
+        self.select_crossings(&buffers.blocks, &mut buffers.crossings);
         let limits = self.map.config.limits();
         let spread = self.map.friis.amplitude(1.0);
         let at_most = self.of_strengths;
         let fronts = &self.tx.fronts;
-        for crossing in &search.crossings {
-            self.last_parts(crossing, &mut search.parts);
+        for crossing in &buffers.crossings {
+            self.last_parts(crossing, &mut buffers.parts);
             let enough = self.floor / (at_most * crossing.after.max());
             let group = fronts.group(crossing.group);
             let strengths = fronts.along_leg(group, crossing.leg);
@@ -110,7 +85,7 @@ impl Ends<'_> {
                     self.omit(at_most * strength, crossing.after.power());
                     continue;
                 }
-                for part in &search.parts {
+                for part in &buffers.parts {
                     let reflections = wave.reflections + part.reflections;
                     if !limits.allow(reflections, wave.diffractions + 2) {
                         continue;
@@ -121,7 +96,7 @@ impl Ends<'_> {
                         front: FrontId::after(id, crossing.leg),
                         leg: part.leg,
                     };
-                    self.consider(candidate, &mut search.candidates);
+                    self.consider(candidate, &mut buffers.candidates);
                 }
             }
         }
@@ -158,7 +133,7 @@ impl Ends<'_> {
         }
     }
 
-    /// The last steps along a leg that reach the floor with the best of fronts.
+    /// Picks the last steps along a leg that reach the floor with the best of fronts.
     fn last_parts(&mut self, crossing: &Crossing, parts: &mut Vec<Part>) {
         parts.clear();
         let at_most = self.of_strengths;
