@@ -24,7 +24,7 @@ pub(crate) fn trace(
     link.fallback_diffractions = None;
     link.is_enclosed = false;
     for (terminal, own) in [("transmitter", tx.map), ("receiver", rx.map)] {
-        if own != map.number {
+        if own != map.scene.id {
             return Err(TraceError::Foreign { terminal });
         }
     }
@@ -47,9 +47,9 @@ pub(crate) fn trace(
         let paths = link.paths.iter_mut();
         paths.for_each(|path| path.interactions.clear());
     }
-    if map.origin != DVec2::ZERO {
+    if map.scene.origin != DVec2::ZERO {
         let interactions = link.paths.iter_mut().flat_map(|p| &mut p.interactions);
-        interactions.for_each(|i| i.point += map.origin);
+        interactions.for_each(|i| i.point += map.scene.origin);
     }
     Ok(())
 }
@@ -61,11 +61,18 @@ fn reflect(map: &Map<'_>, tx: &Transmitter, rx: &Receiver, paths: &mut Vec<PathR
         let gain = chain.coefficient * map.friis.gain(chain.length_m);
         PathRecord::new(from, to, chain.reflections, chain.length_m, gain)
     };
-    if tx.visibility.sees(map.local(), to) {
+    if tx.visibility.sees(map.scene.local(), to) {
         paths.push(record(Chain::direct(from, to)));
     }
     tx.images.for_each_candidate(&rx.visible_walls, |image| {
-        let chain = chain::resolve(map.local(), &map.reflectors, &tx.images, image, from, to);
+        let chain = chain::resolve(
+            map.scene.local(),
+            &map.reflectors,
+            &tx.images,
+            image,
+            from,
+            to,
+        );
         paths.extend(chain.map(record));
     });
 }

@@ -82,6 +82,7 @@ mod leg_ends;
 mod legs;
 mod limits;
 mod link;
+mod local_scene;
 mod map;
 mod material;
 mod occlusion;

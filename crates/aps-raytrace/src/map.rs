@@ -1,9 +1,6 @@
 //! The map: the work done once for all terminals.
 
 use std::borrow::Cow;
-use std::sync::atomic::{AtomicU64, Ordering};
-
-use glam::DVec2;
 
 use crate::between::Between;
 use crate::config::TraceConfig;
@@ -12,6 +9,7 @@ use crate::error::{ConfigError, TerminalError};
 use crate::friis::Friis;
 use crate::images::{ImageTree, Visibility};
 use crate::legs::{Corners, Legs};
+use crate::local_scene::LocalScene;
 use crate::material::Reflector;
 use crate::scene::Scene;
 use crate::wedge::Wedge;
@@ -19,38 +17,31 @@ use crate::wedge::Wedge;
 /// A scene prepared for one configuration.
 #[derive(Debug, Clone)]
 pub(crate) struct Map<'s> {
-    /// Number of the map in this process, by which its terminals are known.
-    pub number: u64,
-    /// The scene as it was given.
-    pub scene: Cow<'s, Scene>,
-    /// Scene in which everything is computed, where that is another: moved by `-origin` where it lies far off.
-    moved: Option<Scene>,
-    /// Position of zero in the given scene's coordinates \[m\].
-    pub origin: DVec2,
+    pub scene: LocalScene<'s>,
     pub config: TraceConfig,
     pub friis: Friis,
     /// The dynamic range as a ratio of amplitudes: 0 keeps everything.
     pub range: f64,
-    /// By wall.
+    /// Reflection coefficients, one a wall.
     pub reflectors: Vec<Reflector>,
-    /// Empty without diffraction.
+    /// Corners that diffract; none without diffraction.
     pub corners: Corners,
-    /// For each courtyard closed on all sides, whether one of the corners is there.
+    /// True for each courtyard, closed on all sides, that holds one of the corners.
     courtyards_with_corners: Vec<bool>,
-    /// None when no path has two diffractions.
+    /// Legs between corners; absent if no path has two diffractions.
     pub between: Option<Between>,
-    /// None when no link goes on beyond the limits.
+    /// Corner graph; absent without fallback.
     pub graph: Option<CornerGraph>,
 }
 
 impl<'s> Map<'s> {
     pub fn new(scene: Cow<'s, Scene>, config: TraceConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let (moved, origin) = scene.near_zero();
-        let local = moved.as_ref().unwrap_or(&scene);
+        let scene = LocalScene::new(scene);
+        let local = scene.local();
         let wavelength_m = config.wavelength_m();
         let wavenumber_per_m = std::f64::consts::TAU / wavelength_m;
-        let reflectors: Vec<Reflector> = scene
+        let reflectors: Vec<Reflector> = local
             .walls()
             .iter()
             .map(|w| {
@@ -79,13 +70,9 @@ impl<'s> Map<'s> {
             Corners::default()
         };
         let points = corners.wedges.iter().map(|wedge| wedge.point);
-        static MAPS: AtomicU64 = AtomicU64::new(0);
         let mut map = Self {
-            number: MAPS.fetch_add(1, Ordering::Relaxed),
             courtyards_with_corners: local.courtyards_with(points),
             scene,
-            moved,
-            origin,
             friis: Friis { wavelength_m },
             range: config
                 .dynamic_range_db
@@ -101,14 +88,9 @@ impl<'s> Map<'s> {
         }
         if map.config.has_fallback() {
             let limit = map.config.max_wave_bytes;
-            map.graph = Some(CornerGraph::new(map.local(), &map.corners, limit)?);
+            map.graph = Some(CornerGraph::new(map.scene.local(), &map.corners, limit)?);
         }
         Ok(map)
-    }
-
-    /// The scene in which everything is computed.
-    pub fn local(&self) -> &Scene {
-        self.moved.as_ref().unwrap_or(&self.scene)
     }
 
     fn legs_between_corners(&self) -> Result<Between, ConfigError> {
@@ -116,7 +98,7 @@ impl<'s> Map<'s> {
         let slopes = self.config.slope_diffraction.then_some(self.friis);
         let between = Between::find(&self.corners, slopes, limit, |corner| {
             let wedge = &self.corners.wedges[corner];
-            let mut visibility = Visibility::from(self.local(), wedge.point);
+            let mut visibility = Visibility::from(self.scene.local(), wedge.point);
             let images = self.images(&mut visibility);
             let images = images.map_err(ConfigError::Corner)?;
             Ok(self.legs(Some(wedge), &visibility, &images))
@@ -141,11 +123,11 @@ impl<'s> Map<'s> {
         let from = visibility.from;
         let (max_order, limit) = (self.config.reflection_limit(), self.config.max_images);
         let too_many = |order| TerminalError::TooManyImages {
-            position: from + self.origin,
+            position: from + self.scene.origin,
             order,
             limit,
         };
-        ImageTree::build(self.local(), max_order, limit, visibility).map_err(too_many)
+        ImageTree::build(self.scene.local(), max_order, limit, visibility).map_err(too_many)
     }
 
     /// Finds the legs of a point from what is seen there and its images; `own` is the corner that it is, if it is one. `None` if they take
@@ -157,7 +139,7 @@ impl<'s> Map<'s> {
         images: &ImageTree,
     ) -> Option<Legs> {
         Legs::find(
-            self.local(),
+            self.scene.local(),
             &self.reflectors,
             &self.corners,
             own,

@@ -15,7 +15,7 @@ use crate::map::Map;
 /// A transmitter, prepared: its images over the walls it lights and its waves at the corners.
 #[derive(Debug, Clone)]
 pub struct Transmitter {
-    /// Number of its map.
+    /// Identifier of the map that prepared it.
     pub(crate) map: u64,
     /// In the scene's coordinates, and in the tracer's own.
     pub(crate) position: DVec2,
@@ -34,7 +34,7 @@ pub struct Transmitter {
 /// A receiver, prepared: the walls it sees and its legs to the corners.
 #[derive(Debug, Clone)]
 pub struct Receiver {
-    /// Number of its map.
+    /// Identifier of the map that prepared it.
     pub(crate) map: u64,
     /// In the scene's coordinates, and in the tracer's own.
     position: DVec2,
@@ -55,8 +55,8 @@ impl Transmitter {
         given: DVec2,
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
-        let place = given - map.origin;
-        let mut visibility = Visibility::from(map.local(), place);
+        let place = given - map.scene.origin;
+        let mut visibility = Visibility::from(map.scene.local(), place);
         let images = map.images(&mut visibility)?;
         let legs = legs(map, given, courtyard, &visibility, &images)?;
         let of = Sources {
@@ -66,7 +66,7 @@ impl Transmitter {
         };
         let fronts = Fronts::extend(&of, &map.config.limits());
         Ok(Self {
-            map: map.number,
+            map: map.scene.id,
             position: given,
             place,
             courtyard,
@@ -110,12 +110,12 @@ impl Receiver {
         given: DVec2,
         courtyard: Option<usize>,
     ) -> Result<Self, TerminalError> {
-        let place = given - map.origin;
-        let mut visibility = Visibility::from(map.local(), place);
+        let place = given - map.scene.origin;
+        let mut visibility = Visibility::from(map.scene.local(), place);
         let visible_walls = if map.config.reflection_limit() == 0 {
             Vec::new()
         } else {
-            visibility.visible_walls(map.local())
+            visibility.visible_walls(map.scene.local())
         };
         // Legs need the receiver's own images; without corners there are no legs.
         let legs = if map.may_reach_corners(courtyard) {
@@ -131,7 +131,7 @@ impl Receiver {
             &map.config.limits(),
         );
         Ok(Self {
-            map: map.number,
+            map: map.scene.id,
             position: given,
             place,
             courtyard,

@@ -47,7 +47,7 @@ impl<'s> Tracer<'s> {
     /// The scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
-        &self.map.scene
+        &self.map.scene.given
     }
 
     /// The configuration.

@@ -5,7 +5,10 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 use super::error::PolarError;
-use super::ways::KINDS;
+
+/// Kinds of ways along a ray: straight from the transmitter; over one corner, which the transmitter lights straight, after one
+/// reflection, or after two; over several corners.
+pub const KINDS: usize = 5;
 
 /// Largest number of straight pieces of all rays.
 const MAX_PIECES: usize = 1 << 20;

@@ -3,9 +3,10 @@
 use glam::Vec2;
 
 use super::error::PolarError;
+use super::fan::KINDS;
 use super::map::PolarMap;
 use super::rays::{Passed, ReceiverRays, Segment};
-use super::ways::{KINDS, TransmitterWays, Way};
+use super::ways::{TransmitterWays, Way};
 
 /// Features of a way: see [`PolarLink`].
 pub const FEATURES: usize = 14;
@@ -61,7 +62,7 @@ impl PolarLink<'_> {
     /// [`PolarError::Foreign`].
     pub fn geodesic_m(&self) -> Result<f64, PolarError> {
         self.check()?;
-        let (tx, rx, scene) = (self.transmitter, self.receiver, self.map.scene());
+        let (tx, rx, scene) = (self.transmitter, self.receiver, self.map.scene.local());
         if tx.place == rx.place || !scene.is_blocked(tx.place, rx.place) {
             return Ok(tx.place.distance(rx.place));
         }
@@ -72,12 +73,12 @@ impl PolarLink<'_> {
     }
 
     fn check(&self) -> Result<(), PolarError> {
-        let number = self.map.number();
+        let id = self.map.scene.id;
         let terminals = [
             ("transmitter", self.transmitter.map),
             ("receiver", self.receiver.map),
         ];
-        match terminals.into_iter().find(|&(_, map)| map != number) {
+        match terminals.into_iter().find(|&(_, map)| map != id) {
             Some((terminal, _)) => Err(PolarError::Foreign { terminal }),
             None => Ok(()),
         }
@@ -142,7 +143,7 @@ impl<'a> Seen<'a> {
     /// Features of the straight way along a segment; `None` if the segment does not pass the transmitter.
     fn straight(&self, segment: usize, bounces: usize) -> Option<[f32; FEATURES]> {
         let segment = &self.link.receiver.segments[segment];
-        let (scene, place) = (self.link.map.scene(), self.link.transmitter.place);
+        let (scene, place) = (self.link.map.scene.local(), self.link.transmitter.place);
         let passed = segment.passes(scene, place, self.link.map.fan().step_rad(), &[])?;
         let [range_m, tangent] = passed.map(|x| x as f32);
         let mut features = self.along(segment, bounces, tangent);

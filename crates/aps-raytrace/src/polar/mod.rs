@@ -45,9 +45,9 @@ mod view;
 mod ways;
 
 pub use error::PolarError;
-pub use fan::Fan;
+pub use fan::{Fan, KINDS};
 pub use link::{FEATURES, PER_WAY, PolarLink};
 pub use map::PolarMap;
 pub use mirror::Mirror;
 pub use rays::ReceiverRays;
-pub use ways::{KINDS, TransmitterWays};
+pub use ways::TransmitterWays;

@@ -6,6 +6,7 @@ use glam::{DVec2, Vec2};
 use multiversion::multiversion;
 
 use super::corners::NO_CORNER;
+use super::error::PolarError;
 use super::fan::Fan;
 use super::map::PolarMap;
 use crate::scene::Scene;
@@ -122,7 +123,7 @@ impl Passed {
 /// it meets is decided in floating point: a ray through a corner takes either side.
 #[derive(Debug, Clone)]
 pub struct ReceiverRays {
-    /// Number of the map.
+    /// Identifier of the map that prepared it.
     pub(super) map: u64,
     /// In the local scene.
     pub(super) place: DVec2,
@@ -133,9 +134,19 @@ pub struct ReceiverRays {
     passed: Vec<Passed>,
 }
 
+impl PolarMap<'_> {
+    /// Follows the rays of a receiver.
+    ///
+    /// # Errors
+    /// [`PolarError::Terminal`] where none can stand.
+    pub fn receiver(&self, position: DVec2) -> Result<ReceiverRays, PolarError> {
+        Ok(ReceiverRays::new(self, self.place(position)?))
+    }
+}
+
 impl ReceiverRays {
-    pub(super) fn new(map: &PolarMap<'_>, place: DVec2) -> Self {
-        let (fan, scene, corners) = (map.fan(), map.scene(), &map.corners);
+    fn new(map: &PolarMap<'_>, place: DVec2) -> Self {
+        let (fan, scene, corners) = (map.fan(), map.scene.local(), &map.corners);
         let mut segments = vec![Segment::default(); fan.pieces()];
         // By segment: the wall that it ends at.
         let mut walls = vec![None; fan.pieces()];
@@ -194,7 +205,7 @@ impl ReceiverRays {
         }
         first.push(passed.len() as u32);
         Self {
-            map: map.number(),
+            map: map.scene.id,
             place,
             segments,
             first,

@@ -3,13 +3,10 @@
 use glam::DVec2;
 
 use super::error::PolarError;
+use super::fan::KINDS;
 use super::map::PolarMap;
 use super::view::{Piece, Scratch, View};
 use crate::scene::Scene;
-
-/// Kinds of ways along a ray: straight from the transmitter; over one corner, which the transmitter lights straight, after one
-/// reflection, or after two; over several corners.
-pub const KINDS: usize = 5;
 
 /// Kinds of ways to a corner: straight, after one reflection, after two, over other corners.
 const TO_CORNER: usize = KINDS - 1;
@@ -53,7 +50,7 @@ impl Way {
 /// The ways of one transmitter to the corners of its map, some tens of bytes each.
 #[derive(Debug, Clone)]
 pub struct TransmitterWays {
-    /// Number of the map.
+    /// Identifier of the map that prepared it.
     pub(super) map: u64,
     /// In the local scene.
     pub(super) place: DVec2,
@@ -64,9 +61,19 @@ pub struct TransmitterWays {
     list: Vec<Way>,
 }
 
+impl PolarMap<'_> {
+    /// Finds the ways of a transmitter to the corners.
+    ///
+    /// # Errors
+    /// [`PolarError::Terminal`] where none can stand, [`PolarError::TooManyWays`].
+    pub fn transmitter(&self, position: DVec2) -> Result<TransmitterWays, PolarError> {
+        TransmitterWays::new(self, self.place(position)?)
+    }
+}
+
 impl TransmitterWays {
-    pub(super) fn new(map: &PolarMap<'_>, place: DVec2) -> Result<Self, PolarError> {
-        let (scene, corners) = (map.scene(), &map.corners.corners);
+    fn new(map: &PolarMap<'_>, place: DVec2) -> Result<Self, PolarError> {
+        let (scene, corners) = (map.scene.local(), &map.corners.corners);
         let in_sight = map.corners.in_sight(scene, place);
         let strings = map.corners.strings(&in_sight, place);
         let straight = in_sight.iter().map(|&(corner, length_m)| Arrival {
@@ -118,7 +125,7 @@ impl TransmitterWays {
         }
         bent.push(list.len() as u32);
         Ok(Self {
-            map: map.number(),
+            map: map.scene.id,
             place,
             shortest_m: strings.iter().map(|string| string.length_m).collect(),
             first,
@@ -180,7 +187,7 @@ impl Images<'_, '_> {
         let Some((arrivals, further)) = out.split_first_mut() else {
             return;
         };
-        let (scene, corners): (&Scene, _) = (self.map.scene(), &self.map.corners);
+        let (scene, corners): (&Scene, _) = (self.map.scene.local(), &self.map.corners);
         let mut lit = Vec::new();
         for piece in view {
             let Some((view, image)) = View::reflected(scene, source, piece) else {
