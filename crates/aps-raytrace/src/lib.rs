@@ -115,3 +115,29 @@ pub use path::{Interaction, InteractionKind, Interactions, PathRecord};
 pub use scene::{Area, Footprint, Scene, Wall};
 pub use terminal::{Receiver, Transmitter};
 pub use tracer::Tracer;
+
+/// Threads can share all types.
+const _: fn() = || {
+    use polar::*;
+    use scene::*;
+
+    fn is_shared<T: Clone + Send + Sync + 'static>() {}
+    fn is_error<T: std::error::Error + Clone + Send + Sync + 'static>() {}
+    is_shared::<(Scene, Footprint, Area, Wall, CityConfig, Location, Repair)>();
+    is_shared::<(RepairReport, RepairKind, Tiling, Tile, LocalPlane)>();
+    is_shared::<(Material, MaterialSource, Reflector, TraceConfig)>();
+    is_shared::<(Tracer<'static>, Transmitter, Receiver, Link, Omitted)>();
+    is_shared::<(PathRecord, Interaction, InteractionKind, Interactions)>();
+    is_shared::<(Fan, Mirror, PolarLink<'static>, PolarMap<'static>)>();
+    is_shared::<(ReceiverRays, TransmitterWays)>();
+    is_error::<SceneError>();
+    is_error::<ConfigError>();
+    is_error::<TerminalError>();
+    is_error::<TraceError>();
+    is_error::<TilingError>();
+    is_error::<PolarError>();
+    #[cfg(feature = "geojson")]
+    is_shared::<(Coordinates, GeoJsonCity, GeoJsonConfig, Skipped)>();
+    #[cfg(feature = "geojson")]
+    is_error::<GeoJsonError>();
+};

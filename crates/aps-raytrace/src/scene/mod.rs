@@ -14,6 +14,7 @@ mod ring;
 mod tiles;
 mod union;
 mod wall;
+mod wgs84;
 
 use glam::DVec2;
 

@@ -8,10 +8,10 @@
 
 use glam::DVec2;
 
-/// Semi-major axis of WGS84 \[m\].
-const EQUATOR_M: f64 = 6_378_137.0;
-/// Flattening of WGS84.
-const FLATTENING: f64 = 1.0 / 298.257_223_563;
+use super::wgs84::{EQUATOR_M, INVERSE_FLATTENING};
+
+/// Flattening.
+const FLATTENING: f64 = 1.0 / INVERSE_FLATTENING;
 /// Squared eccentricity.
 const E2: f64 = FLATTENING * (2.0 - FLATTENING);
 
@@ -27,7 +27,7 @@ const E2: f64 = FLATTENING * (2.0 - FLATTENING);
 pub struct LocalPlane {
     longitude_deg: f64,
     latitude_deg: f64,
-    /// Along the meridian from the equator to the origin \[m\].
+    /// Meridian arc from the equator to the origin \[m\].
     meridian_m: f64,
 }
 
@@ -35,7 +35,7 @@ impl LocalPlane {
     /// Farthest longitude and latitude from the origin for which [`LocalPlane::project`] is meant \[deg\].
     pub const REACH_DEG: f64 = 2.0;
 
-    /// A plane about a point \[deg\].
+    /// Creates the plane about a point \[deg\].
     #[must_use]
     pub fn at(longitude_deg: f64, latitude_deg: f64) -> Self {
         Self {
@@ -51,12 +51,12 @@ impl LocalPlane {
         [self.longitude_deg, self.latitude_deg]
     }
 
-    /// A point of the Earth in the plane \[m\]; longitudes may be any number of turns away.
+    /// Projects a point of the Earth to the plane \[m\]; longitudes may be any number of turns away.
     #[must_use]
     pub fn project(&self, longitude_deg: f64, latitude_deg: f64) -> DVec2 {
         let phi = latitude_deg.to_radians();
         let turn = longitude_deg - self.longitude_deg;
-        let lambda = (turn - 360.0 * (turn / 360.0).round()).to_radians();
+        let lambda = without_turns(turn).to_radians();
         let (sin, cos) = phi.sin_cos();
         let second_e2 = E2 / (1.0 - E2);
         let n = EQUATOR_M / (1.0 - E2 * sin * sin).sqrt();
@@ -74,6 +74,11 @@ impl LocalPlane {
                     + (61.0 - 58.0 * t + t * t + 600.0 * c - 330.0 * second_e2) * a3 * a3 / 720.0);
         DVec2::new(x, y)
     }
+}
+
+/// Takes whole turns from an angle \[deg\], to within half a turn of zero.
+pub(super) fn without_turns(deg: f64) -> f64 {
+    deg - 360.0 * (deg / 360.0).round()
 }
 
 /// Distance from the equator along a meridian \[m\], Snyder's equation 3-21; latitude in radians.

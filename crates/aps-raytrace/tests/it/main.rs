@@ -2,5 +2,5 @@
 
 /// Bytes from anywhere as GeoJSON.
 mod fuzz;
-/// Traits, messages and settings of the public types.
-mod traits;
+/// Messages and settings of the public types.
+mod messages;

@@ -4,10 +4,10 @@ use glam::DVec2;
 
 use super::GeoJsonError;
 use super::geometry::Polygon;
-use crate::scene::plane::LocalPlane;
+use crate::scene::plane::{LocalPlane, without_turns};
 use crate::scene::ring;
 
-/// Coordinates are rounded to this many parts of a metre.
+/// Parts of a metre that coordinates are rounded to.
 const PARTS_PER_METRE: f64 = 1024.0;
 
 /// Largest coordinate in metres: beyond any plane of the Earth.
@@ -25,7 +25,7 @@ pub(super) enum Frame {
 }
 
 impl Frame {
-    /// For longitudes and latitudes, about an origin or their middle.
+    /// Creates the frame for longitudes and latitudes, about an origin or their middle.
     pub(super) fn of_degrees(
         polygons: &[Polygon],
         origin: Option<[f64; 2]>,
@@ -52,7 +52,7 @@ impl Frame {
         Ok(Self::Plane(LocalPlane::at(wrap(middle.x), middle.y)))
     }
 
-    /// For eastings and northings, from an origin or their middle.
+    /// Creates the frame for eastings and northings, from an origin or their middle.
     pub(super) fn of_metres(
         polygons: &[Polygon],
         origin: Option<[f64; 2]>,
@@ -140,15 +140,15 @@ fn bounds(polygons: &[Polygon], point: impl Fn([f64; 2]) -> DVec2) -> (DVec2, DV
     ring::bounds(positions.map(|&p| point(p)))
 }
 
-/// The same longitude from -180 to 180 degrees; unchanged to the bit if it is there.
+/// Brings a longitude between -180 and 180 degrees; unchanged to the bit if it is there.
 fn wrap(longitude_deg: f64) -> f64 {
     match longitude_deg {
         -180.0..=180.0 => longitude_deg,
-        _ => longitude_deg - 360.0 * (longitude_deg / 360.0).round(),
+        _ => without_turns(longitude_deg),
     }
 }
 
-/// The same longitude from 0 to 360 degrees.
+/// Brings a longitude between 0 and 360 degrees.
 fn eastward(longitude_deg: f64) -> f64 {
     longitude_deg.rem_euclid(360.0)
 }

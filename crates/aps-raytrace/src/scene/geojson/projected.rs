@@ -1,12 +1,12 @@
 //! Longitude and latitude of projected maps.
 
-/// Semi-major axis of WGS 84, and the radius of Web Mercator's sphere \[m\].
-const EQUATOR_M: f64 = 6_378_137.0;
-/// Third flattening of WGS 84, f / (2 - f) with f = 1 / 298.257223563.
-const N: f64 = 1.0 / (2.0 * 298.257_223_563 - 1.0);
+use crate::scene::wgs84::{EQUATOR_M, INVERSE_FLATTENING};
 
-/// Converts a point in EPSG:3857 \[m\] to longitude and latitude \[deg\]; `None` far beyond the edges of the map. The sphere's
-/// formulas give latitudes of the ellipsoid, by definition.
+/// Third flattening f / (2 - f).
+const N: f64 = 1.0 / (2.0 * INVERSE_FLATTENING - 1.0);
+
+/// Converts a point in EPSG:3857 \[m\] to longitude and latitude \[deg\]; `None` far beyond the edges of the map. Its sphere
+/// has the radius of the equator, and the sphere's formulas give latitudes of the ellipsoid, by definition.
 pub(super) fn from_web_mercator(x: f64, y: f64) -> Option<[f64; 2]> {
     // Half around the equator, and a hundredth more for files that run on over the date line.
     const REACH_M: f64 = 1.01 * std::f64::consts::PI * EQUATOR_M;

@@ -1,43 +1,6 @@
-//! Checks the traits of every public type, at compile time.
+//! Messages and settings of the public types.
 
-use std::fmt::Debug;
-
-use aps_raytrace::polar::{
-    Fan, Mirror, PolarError, PolarLink, PolarMap, ReceiverRays, TransmitterWays,
-};
-use aps_raytrace::scene::{
-    CityConfig, LocalPlane, Location, Repair, RepairKind, RepairReport, Tile, Tiling, TilingError,
-};
 use aps_raytrace::*;
-
-fn is_shared<T: Debug + Clone + Send + Sync + 'static>() {}
-fn is_error<T: std::error::Error + Clone + Send + Sync + 'static>() {}
-
-#[test]
-fn types_can_be_shown_copied_and_shared() {
-    is_shared::<(Scene, Footprint, Area, Wall, CityConfig, Location, Repair)>();
-    is_shared::<(RepairReport, Tiling, Tile, Material, Reflector)>();
-    is_shared::<(TraceConfig, Tracer<'static>, Transmitter, Receiver, Link)>();
-    is_shared::<(Omitted, PathRecord, Interaction, Interactions)>();
-    is_shared::<(InteractionKind, MaterialSource, RepairKind, LocalPlane)>();
-    is_shared::<(Fan, Mirror, PolarLink<'static>, PolarMap<'static>)>();
-    is_shared::<(ReceiverRays, TransmitterWays)>();
-    is_error::<PolarError>();
-    is_error::<SceneError>();
-    is_error::<ConfigError>();
-    is_error::<TerminalError>();
-    is_error::<TraceError>();
-    is_error::<TilingError>();
-}
-
-#[cfg(feature = "geojson")]
-#[test]
-fn types_of_geojson_can_be_shown_copied_and_shared() {
-    use aps_raytrace::scene::{Coordinates, GeoJsonCity, GeoJsonConfig, GeoJsonError, Skipped};
-
-    is_shared::<(Coordinates, GeoJsonCity, GeoJsonConfig, Skipped)>();
-    is_error::<GeoJsonError>();
-}
 
 /// Feature `serde` is on in the workspace: package `aps-tests` asks for it.
 #[cfg(feature = "serde")]
