@@ -353,7 +353,9 @@ proptest! {
         max_bounces in 0..4_usize,
         quarter in 1..5_usize,
     ) {
-        let Ok(scene) = Scene::new(&footprints, None) else { return Ok(()) };
+        let scene = Scene::new(&footprints, None);
+        prop_assume!(scene.is_ok());
+        let scene = scene.unwrap();
         let map = PolarMap::new(&scene, Fan { directions: 4 * quarter, max_bounces }).unwrap();
         let places = places(&scene, &anywhere, 10_f64.powi(exponent));
         // Each is a transmitter and a receiver, with itself as well.

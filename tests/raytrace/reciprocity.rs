@@ -300,7 +300,7 @@ fn terminals_at_the_corners_of_turned_houses() {
     assert!(tally.links > 50_000);
 }
 
-/// Where houses touch at corners, a wave around a corner of one side does not leave it on the other.
+/// A wave around a corner on one side does not leave on the other side where houses touch at corners.
 #[test]
 fn houses_that_touch_at_corners() {
     let mut state = 5_u32;

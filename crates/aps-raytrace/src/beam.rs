@@ -72,7 +72,7 @@ impl Beam {
         })
     }
 
-    /// (x, z) of a point.
+    /// Coordinates (x, z) of a point.
     #[inline]
     pub fn project(&self, p: DVec2) -> DVec2 {
         let r = p - self.apex;
@@ -101,7 +101,7 @@ struct Candidate {
     /// Ends in (x, z), not clipped.
     a: DVec2,
     b: DVec2,
-    /// 1 / z = slope k + offset.
+    /// Coefficients of 1 / z = slope k + offset.
     slope: f64,
     offset: f64,
     /// Visible range of k found so far.
@@ -114,7 +114,7 @@ struct Candidate {
 pub(crate) struct Sweep {
     selected: Selected,
     candidates: Vec<Candidate>,
-    /// (k, candidate, whether it ends there)
+    /// Interval ends: k, the candidate, and true where it ends there.
     events: Vec<(f64, u32, bool)>,
     active: Vec<u32>,
 }
@@ -266,7 +266,7 @@ fn clip(wall: &Wall, id: u32, beam: &Beam) -> Option<(Candidate, f64, f64)> {
 }
 
 impl Candidate {
-    /// 1 / z where the ray k meets the wall.
+    /// Inverse depth 1 / z where the ray k meets the wall.
     #[inline]
     fn inverse_depth(&self, k: f64) -> f64 {
         self.slope * k + self.offset

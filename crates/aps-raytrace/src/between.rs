@@ -18,11 +18,11 @@ use crate::ray::Ray;
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
     pub to: u32,
-    /// Its place among the blocks that arrive there.
+    /// Index among the blocks that arrive there.
     pub arrival: u32,
-    /// Among the legs that leave the first corner.
+    /// Range among the legs that leave the first corner.
     pub legs: Range<u32>,
-    /// The slot of the first of them at the second corner.
+    /// Slot of the first leg at the second corner.
     pub first_slot: u32,
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct Leaving {
     /// Ray of each leg at this corner.
     pub rays: Vec<Ray>,
     pub ends: LegEnds,
-    /// Place of each leg among the ends.
+    /// Index of each leg among the ends.
     pub places: Vec<u32>,
     /// The blocks that begin here, in the order of the corners that legs reach.
     pub blocks: Vec<Block>,
@@ -42,9 +42,9 @@ pub(crate) struct Leaving {
 /// Legs between all corners.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Between {
-    /// By the corner they leave.
+    /// Legs, indexed by start corner.
     leaving: Vec<Leaving>,
-    /// By the corner they reach.
+    /// Ends of the legs, indexed by end corner.
     arriving: Vec<LegEnds>,
 }
 
@@ -63,7 +63,7 @@ const BYTES: usize = 2 * (Directions::BYTES + size_of::<f64>() + 2 * size_of::<u
     + size_of::<u32>();
 
 impl Between {
-    /// Finds them, with `slopes` those of their waves too; `legs_from` finds those of one corner. `Ok(None)` if they take more than
+    /// Finds the legs, with `slopes` those of their waves too; `legs_from` finds the legs from one corner. `Ok(None)` if they take more than
     /// `max_bytes`.
     pub fn find<E: Send>(
         corners: &Corners,

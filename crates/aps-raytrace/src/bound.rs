@@ -35,7 +35,7 @@ use num_complex::Complex64;
 
 use crate::ray::Ray;
 
-/// A product counts as far from its boundary from this x on: both bounds of it are about equal here.
+/// Least x of a product that counts as far from its boundary: both bounds of it are about equal here.
 const FAR: f64 = 0.7;
 
 /// Error bound of the sines and cosines of the angles between rays: twice their largest rounding error.
@@ -44,7 +44,7 @@ const ANGLE_ERROR: f64 = 4e-15;
 /// Error of the transition function as it is computed, relative; [`crate::transition`] promises half of it.
 const TRANSITION_ERROR: f64 = 2e-9;
 
-/// Sines below this are taken for it, so that products of two are numbers.
+/// Least sine, for which smaller ones are taken, so that products of two are numbers.
 const SMALLEST: f64 = 1e-150;
 
 /// Factor for the errors of slopes as they are computed; [`crate::transition`] promises a tenth of it.
@@ -93,9 +93,9 @@ direction! {
     im_n,
     norm_0,
     norm_n,
-    /// |mu|; 0 for a ray that takes no slope along.
+    /// Magnitude |mu|; 0 for a ray that takes no slope along.
     slope,
-    /// 0 for a ray of which only the slope goes on, else 1.
+    /// Factor of the value: 0 for a ray of which only the slope goes on, else 1.
     value,
     /// Magnitudes of the slopes of the reflection coefficients, of a ray along the face.
     slope_0,
@@ -106,7 +106,7 @@ direction! {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Directions {
     columns: [Vec<f64>; COLUMNS],
-    /// Any of them takes a slope along: a leg of length 0 among others takes none.
+    /// True when any of them takes a slope along: a leg of length 0 among others takes none.
     is_sloped: bool,
 }
 
@@ -135,7 +135,7 @@ pub(crate) struct WedgeBound {
     steepest: f64,
     /// Bound of |g''|.
     curvature: f64,
-    /// With S = alpha + (n - alpha) |c|, for |c| in 0..=1, no less than the largest (1 + |c|) / S, (1 + |c|) / S^2, 1 / S and |c| / S^3.
+    /// Bounds of the largest (1 + |c|) / S, (1 + |c|) / S^2, 1 / S and |c| / S^3 for |c| in 0..=1, where S = alpha + (n - alpha) |c|.
     most: [f64; 4],
     /// 2 k \[1/m\].
     twice_wavenumber: f64,
@@ -172,7 +172,7 @@ impl WedgeBound {
         }
     }
 
-    /// A ray at this wedge; `slopes` are the magnitudes of the slopes of the faces' reflection coefficients for it.
+    /// Makes the numbers of a ray at this wedge; `slopes` are the magnitudes of the slopes of the faces' reflection coefficients for it.
     pub fn direction(&self, ray: &Ray, [slope_0, slope_n]: [f64; 2]) -> Direction {
         let (sin, cos) = (ray.from_0 / (2.0 * self.n)).sin_cos();
         Direction {

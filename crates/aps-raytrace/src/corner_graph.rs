@@ -16,7 +16,7 @@ pub(crate) struct Edge {
     pub to: u32,
     /// The edge back.
     pub reverse: u32,
-    /// At the near corner, towards the far one.
+    /// Ray at the near corner, towards the far one.
     pub ray: Ray,
 }
 
@@ -27,8 +27,7 @@ pub(crate) struct CornerGraph {
     pub edges: Vec<Edge>,
     /// First edge of each corner, and the end.
     first: Vec<u32>,
-    /// For each corner, every pair of its edges, row by row: |D| over the square root of the second
-    /// one's length.
+    /// Factors of the turns between every two edges of a corner, row by row: |D| over the square root of the second edge's length.
     turns: Vec<f64>,
     /// First turn of each corner.
     first_turn: Vec<usize>,

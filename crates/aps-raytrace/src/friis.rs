@@ -11,12 +11,12 @@ pub(crate) struct Friis {
 }
 
 impl Friis {
-    /// lambda / (4 pi L).
+    /// Amplitude lambda / (4 pi L).
     pub fn amplitude(self, length_m: f64) -> f64 {
         self.wavelength_m / (4.0 * PI * length_m)
     }
 
-    /// The same with the phase e^{-j k L}.
+    /// Amplitude with the phase e^{-j k L}.
     pub fn gain(self, length_m: f64) -> Complex64 {
         let cycles = length_m / self.wavelength_m;
         let phase = -TAU * cycles.fract();

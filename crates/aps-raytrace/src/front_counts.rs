@@ -4,7 +4,7 @@
 #[derive(Debug, Clone)]
 pub(crate) struct Counts {
     most_reflections: usize,
-    /// By corner, then by number of reflections: of so many, and once all are counted, of at most so many.
+    /// Number of fronts for each corner and number of reflections; cumulative after `sum_up`.
     fronts: Vec<usize>,
 }
 
@@ -17,11 +17,13 @@ impl Counts {
         }
     }
 
+    /// Numbers of fronts at a corner, by reflections.
     pub fn at(&mut self, corner: u32) -> &mut [usize] {
         let count = self.most_reflections + 1;
         &mut self.fronts[corner as usize * count..][..count]
     }
 
+    /// Makes the numbers cumulative, once all are counted.
     pub fn sum_up(&mut self) {
         for at_corner in self.fronts.chunks_mut(self.most_reflections + 1) {
             for i in 1..at_corner.len() {
@@ -36,7 +38,7 @@ impl Counts {
         at_corners.map(|at| at[at.len() - 1]).sum()
     }
 
-    /// Number of fronts at a corner with at most so many reflections.
+    /// Number of fronts at a corner with at most this many reflections.
     #[inline]
     pub fn with_at_most(&self, corner: u32, reflections: u32) -> usize {
         let reflections = self.most_reflections.min(reflections as usize);

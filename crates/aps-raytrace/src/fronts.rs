@@ -23,7 +23,7 @@ use crate::strength::{Bound, CornerStrengths, RowSum, Rows, Strength, Table};
 
 pub(crate) use blocks::{BlockFronts, Blocks};
 
-/// Instead of a wave: none, as a leg of the transmitter continues none.
+/// Marker of a front that continues no wave: a leg of the transmitter.
 const NO_WAVE: u32 = u32::MAX;
 
 /// A front: the wave that it continues, and the leg.
@@ -34,12 +34,12 @@ pub(crate) struct FrontId {
 }
 
 impl FrontId {
-    /// A leg of the transmitter.
+    /// The front of a leg of the transmitter.
     pub fn own(leg: u32) -> Self {
         Self { wave: NO_WAVE, leg }
     }
 
-    /// A leg that leaves the corner of a wave.
+    /// The front along a leg that leaves the corner of a wave.
     pub fn after(wave: u32, leg: u32) -> Self {
         Self { wave, leg }
     }
@@ -58,14 +58,14 @@ pub(crate) struct Amplitude {
 pub(crate) struct Wave {
     pub corner: u32,
     front: FrontId,
-    /// Upper bound of the magnitude of its amplitude.
+    /// Upper bound of the amplitude's magnitude.
     strength: f64,
     /// Length from the transmitter \[m\].
     pub length_m: f64,
     pub reflections: u32,
-    /// Corners before this one.
+    /// Number of corners before this one.
     pub diffractions: u32,
-    /// Its first amplitude.
+    /// Index of the first amplitude of its fronts.
     first_front: usize,
 }
 
@@ -74,24 +74,24 @@ pub(crate) struct Wave {
 pub(crate) struct Group {
     corner: u32,
     waves: Range<u32>,
-    /// By leg that leaves the corner, by wave: upper bounds of the fronts' strengths; 0 beyond the limits.
+    /// Bounds of fronts' strengths, one row a leg, one column a wave; 0 beyond the limits.
     rows: Rows,
 }
 
 /// Fronts of one transmitter at all corners, with bounds of their strengths.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
-    /// The transmitter's own legs as seen at their corners.
+    /// Directions of the transmitter's own legs at their corners.
     own: Vec<Direction>,
     /// Waves that go on to further corners.
     waves: Vec<Wave>,
-    /// By number of diffractions, then by corner.
+    /// Waves by number of diffractions and corner.
     groups: Vec<Group>,
     table: Table,
-    /// By wave and place.
+    /// Amplitudes by wave and place, computed when first used.
     amplitudes: Vec<OnceLock<Amplitude>>,
     blocks: Blocks,
-    /// By number of diffractions before the corner where they arrive.
+    /// Numbers of fronts by number of diffractions before the corner where they arrive.
     counts: Vec<Counts>,
 }
 
@@ -99,7 +99,7 @@ pub(crate) struct Fronts {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sources<'t> {
     pub corners: &'t Corners,
-    /// None where no path has two diffractions.
+    /// Legs between corners; absent if no path has two diffractions.
     pub between: Option<&'t Between>,
     /// Legs of the transmitter.
     pub legs: &'t Legs,
@@ -115,7 +115,7 @@ impl<'t> Sources<'t> {
         self.between().leaving(wave.corner)
     }
 
-    /// A leg that leaves the corner of a group, in short.
+    /// Summary of a leg that leaves the corner of a group.
     pub fn leg_after(&self, group: &Group, leg: u32) -> &'t LegSummary {
         &self
             .between()
@@ -129,9 +129,9 @@ impl<'t> Sources<'t> {
 #[derive(Debug, Default)]
 struct Memory {
     corner_strengths: CornerStrengths,
-    /// By block that begins at a corner.
+    /// Strengths of the blocks that begin at a corner.
     strengths: Vec<Strength>,
-    /// With the corner where each ends.
+    /// Blocks and the corners where they end.
     blocks: Vec<(u32, BlockFronts)>,
 }
 
@@ -277,7 +277,7 @@ impl Fronts {
         Some(())
     }
 
-    /// The waves that the fronts of the last group become at further corners.
+    /// Adds the waves that the fronts of the last group become at further corners.
     fn go_on(&self, of: &Sources<'_>, limits: &Limits, out: &mut Vec<Wave>) -> Option<()> {
         let group = self.groups.last()?;
         let leaving = of.between().leaving(group.corner);
@@ -314,7 +314,7 @@ impl Fronts {
         (legs, &legs.all()[front.leg as usize])
     }
 
-    /// At a front's corner, back along its last leg.
+    /// Ray at a front's corner, back along its last leg.
     pub fn ray<'t>(&self, of: &Sources<'t>, front: FrontId) -> &'t Ray {
         &self.last_leg(of, front).1.ray
     }
@@ -324,7 +324,7 @@ impl Fronts {
         self.counts.iter().map(Counts::total).sum()
     }
 
-    /// Number of fronts at a corner that make a path within the limits with a last leg of so many reflections.
+    /// Number of fronts at a corner that make a path within the limits with a last leg of this many reflections.
     #[inline]
     pub fn paths(&self, corner: u32, reflections: u32, limits: &Limits) -> usize {
         let fronts = (1..).zip(&self.counts).map(|(diffractions, counts)| {
@@ -344,7 +344,7 @@ impl Fronts {
         &self.blocks
     }
 
-    /// A group by its number.
+    /// Returns a group by its number.
     #[inline]
     pub fn group(&self, number: u32) -> &Group {
         &self.groups[number as usize]
@@ -356,7 +356,7 @@ impl Fronts {
         group.waves.clone().zip(&self.waves[range])
     }
 
-    /// Largest and sum of squares of the fronts along each of the legs of a block; all 0 beyond the limits.
+    /// Maximum and sum of squares of the fronts along each of the legs of a block; all 0 beyond the limits.
     #[inline]
     pub fn sums(&self, block: &BlockFronts) -> &[RowSum] {
         let rows = self.group(block.group).rows;
@@ -370,7 +370,7 @@ impl Fronts {
         self.table.row(group.rows, leg)
     }
 
-    /// Reflection and diffraction coefficients so far, over the square root of the product of all leg lengths.
+    /// Product of the reflection and diffraction coefficients so far, over the square root of the product of all leg lengths.
     pub fn amplitude(&self, of: &Sources<'_>, front: FrontId) -> Amplitude {
         let (_, leg) = self.last_leg(of, front);
         let Some(wave) = self.waves.get(front.wave as usize) else {

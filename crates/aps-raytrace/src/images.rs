@@ -117,15 +117,15 @@ impl VisibleWall {
     }
 }
 
-/// Marks a node of order 1.
+/// Marker of a node of order 1.
 pub(crate) const NO_PARENT: u32 = u32::MAX;
 
-/// One image.
+/// An image of a terminal over a sequence of walls.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Image {
     /// Position \[m\].
     pub point: DVec2,
-    /// Last wall of its sequence.
+    /// Last wall of the sequence.
     pub wall: u32,
     /// The image before that wall, or [`NO_PARENT`].
     pub parent: u32,
@@ -165,6 +165,7 @@ impl ImageTree {
         let limit = max_images.min(NO_PARENT as usize);
         tree.add(scene, visibility.from, NO_PARENT, &level, limit)
             .ok_or(1_usize)?;
+        let sweep = &mut visibility.sweep;
         let mut begin = 0;
         for order in 2..=max_order {
             next_level.clear();
@@ -172,13 +173,7 @@ impl ImageTree {
                 let Image { point, wall, .. } = tree.images[image];
                 let lit = next_level.len();
                 if let Some(beam) = Beam::through(point, &scene.walls()[wall as usize], window) {
-                    visible_walls(
-                        scene,
-                        &beam,
-                        &mut visibility.sweep,
-                        &mut next_level,
-                        |_, _| {},
-                    );
+                    visible_walls(scene, &beam, sweep, &mut next_level, |_, _| {});
                 }
                 tree.empty_beams += usize::from(next_level.len() == lit);
                 tree.add(scene, point, image as u32, &next_level[lit..], limit)
@@ -225,10 +220,9 @@ impl ImageTree {
     /// windows of its last wall, on both sides: the candidates for a path.
     #[inline]
     pub fn for_each_candidate(&self, visible_walls: &[VisibleWall], mut visit: impl FnMut(u32)) {
-        for visible in visible_walls {
-            for (row, image) in self.rows(visible.wall as usize) {
-                let [along, outward, lo, hi] =
-                    [visible.along, visible.outward, visible.lo, visible.hi];
+        for seen in visible_walls {
+            for (row, image) in self.rows(seen.wall as usize) {
+                let [along, outward, lo, hi] = [seen.along, seen.outward, seen.lo, seen.hi];
                 if row.is_candidate(along, outward, lo, hi) {
                     visit(*image);
                 }

@@ -16,23 +16,23 @@ use crate::strength::{Bound, CornerStrengths, RowSum, Rows, Strength, Table};
 pub(crate) struct CornerSteps {
     pub corner: u32,
     pub strength: Strength,
-    /// Place in `blocks` of the first one that arrives.
+    /// Index in `blocks` of the first one that arrives.
     first_block: u32,
     /// The receiver's own legs to it.
     pub legs: Range<u32>,
-    /// By slot of the legs that arrive there, by own leg: |D| times the strength of the own leg, or more; 0 beyond the limits.
+    /// Bounds of last steps, one row a slot: |D| times the strength of the own leg, or more, one column an own leg; 0 beyond the limits.
     rows: Rows,
 }
 
 /// Last steps of one receiver, over all corners it sees.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LastSteps {
-    /// The receiver's own legs as seen at their corners.
+    /// Directions of the receiver's own legs at their corners.
     own: Vec<Direction>,
     table: Table,
     corners: Vec<CornerSteps>,
-    /// By corner and by block that arrives there: largest and sum of squares.
-    blocks: Vec<[Bound; 2]>,
+    /// Maximum and sum of squares of each arriving block, corner by corner.
+    blocks: Vec<RowSum>,
 }
 
 impl LastSteps {
@@ -117,8 +117,8 @@ impl LastSteps {
 
     /// Largest and sum of squares of the steps at a corner along the legs of a block that arrives there.
     #[inline]
-    pub fn block(&self, at: &CornerSteps, arrival: u32) -> [f64; 2] {
-        self.blocks[(at.first_block + arrival) as usize].map(Bound::get)
+    pub fn block(&self, at: &CornerSteps, arrival: u32) -> RowSum {
+        self.blocks[(at.first_block + arrival) as usize]
     }
 
     /// Largest and sum of squares of the steps that begin with each of the legs in some slots of a corner; all 0 beyond the limits.

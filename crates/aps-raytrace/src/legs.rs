@@ -20,7 +20,7 @@ use crate::wedge::Wedge;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Corners {
     pub wedges: Vec<Wedge>,
-    visible_walls: VisibleWallColumns,
+    visible: VisibleWallColumns,
 }
 
 impl Corners {
@@ -35,7 +35,7 @@ impl Corners {
     ) -> Option<Self> {
         let wedges = scene.wedges(reflectors, wavenumber_per_m);
         let bytes = AtomicUsize::new(0);
-        let visible_walls: Vec<Vec<VisibleWall>> = wedges
+        let seen: Vec<Vec<VisibleWall>> = wedges
             .par_iter()
             .map_init(Visibility::default, |visibility, wedge| {
                 // Once there are too many, none are of use: which are found depends on the threads, that there are too many does not.
@@ -50,43 +50,37 @@ impl Corners {
                         .iter()
                         .all(|&s| wedge.is_inside(wall.a + wall.along() * s))
                 });
-                let visible_walls = visibility.visible_walls(scene);
-                bytes.fetch_add(
-                    visible_walls.len() * VisibleWallColumns::BYTES,
-                    Ordering::Relaxed,
-                );
-                visible_walls
+                let seen = visibility.visible_walls(scene);
+                bytes.fetch_add(seen.len() * VisibleWallColumns::BYTES, Ordering::Relaxed);
+                seen
             })
             .collect();
         if bytes.into_inner() > max_bytes {
             return None;
         }
-        let visible_walls = VisibleWallColumns::new(&visible_walls, scene.walls().len());
-        Some(Self {
-            wedges,
-            visible_walls,
-        })
+        let visible = VisibleWallColumns::new(&seen, scene.walls().len());
+        Some(Self { wedges, visible })
     }
 }
 
-/// One way from a point to a corner, by reflections or straight.
+/// A way from a point to a corner, by reflections or straight.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leg {
     /// Index into [`Corners::wedges`].
     pub corner: u32,
-    /// At the corner, back towards the point.
+    /// Ray at the corner, towards the point.
     pub ray: Ray,
     /// The corner as seen from the point \[m\].
     pub corner_image: DVec2,
     /// Product of the reflection coefficients.
     pub coefficient: Complex64,
-    /// Its magnitude over the square root of the length: for bounds.
+    /// Magnitude of `coefficient` over the square root of the length: for bounds.
     pub strength: f64,
     first_reflection: u32,
     pub reflections: u32,
 }
 
-/// A leg in short: what a search asks of many.
+/// Summary of a leg for the search.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LegSummary {
     pub length_m: f64,
@@ -102,7 +96,7 @@ pub(crate) struct AtCorner {
     pub strength: Strength,
 }
 
-/// Number of legs to one corner with so many reflections.
+/// Number of legs to one corner by reflections.
 #[derive(Debug, Clone)]
 pub(crate) struct LegCount {
     pub corner: u32,
@@ -110,8 +104,7 @@ pub(crate) struct LegCount {
     pub legs: usize,
 }
 
-/// Nearer to each other than this \[m\] two points are one: squares of distances, and powers over
-/// them, must stay numbers.
+/// Distance \[m\] below which two points are one: squares of distances, and powers over them, must stay numbers.
 pub(crate) const NEAREST_M: f64 = 1e-100;
 
 /// Legs of one point, sorted by corner, then by reflections.
@@ -126,7 +119,7 @@ pub(crate) struct Legs {
 }
 
 impl Legs {
-    /// Finds them: `tree` holds the images of the point where `visibility` was taken, `own` is the corner that it is, if it is one.
+    /// Finds the legs: `tree` holds the images of the point that `visibility` is of, `own` is the corner that it is, if it is one.
     /// `None` if they take more than `max_bytes`.
     pub fn find(
         scene: &Scene,
@@ -139,7 +132,7 @@ impl Legs {
     ) -> Option<Self> {
         let mut found = Self::default();
         let from = visibility.from;
-        let candidates = tree.candidates(&corners.visible_walls, max_bytes)?;
+        let candidates = tree.candidates(&corners.visible, max_bytes)?;
         let mut candidates = candidates.into_iter().peekable();
         let leaves = |chain: &Chain| own.is_none_or(|wedge| !wedge.is_inside(chain.far_image));
         for (c, wedge) in (0..).zip(&corners.wedges) {
@@ -227,12 +220,12 @@ impl Legs {
         &self.legs
     }
 
-    /// The same, to change.
+    /// The legs to all corners, to change.
     pub fn all_mut(&mut self) -> &mut [Leg] {
         &mut self.legs
     }
 
-    /// The same in short.
+    /// Summaries of the legs.
     pub fn summaries(&self, legs: Range<u32>) -> &[LegSummary] {
         &self.summaries[legs.start as usize..legs.end as usize]
     }
@@ -253,7 +246,7 @@ impl Legs {
         &self.counts
     }
 
-    /// Legs to one corner.
+    /// Returns the legs to one corner.
     pub fn to(&self, corner: u32) -> &[Leg] {
         match self.at.binary_search_by_key(&corner, |at| at.corner) {
             Ok(at) => {

@@ -11,9 +11,9 @@ use glam::DVec2;
 /// A straight leg of a path.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LegSegment {
-    /// Its two ends. Reflection points among them are rounded.
+    /// Both ends. Reflection points among them are rounded.
     pub ends: [DVec2; 2],
-    /// Two points on its line, at its ends or beyond: a terminal, a corner or their images. They
+    /// Two points on the line, at the ends or beyond: a terminal, a corner or their images. They
     /// decide on which side of the line a corner lies.
     pub line: [DVec2; 2],
     /// The walls on whose fronts the ends lie, where they are reflection points.
@@ -32,7 +32,7 @@ impl LegSegment {
 
     /// Returns true when the leg enters the building at this wall, whatever the others.
     pub fn is_blocked_by(&self, walls: &[Wall], wall: u32) -> bool {
-        meets_building(walls, wall, self, &mut TouchedCorners::default())
+        meets_building(walls, wall, self, &mut Touched::default())
     }
 
     /// Returns true when the leg meets the inside of a building: see [`crate::Scene::is_blocked`].
@@ -52,7 +52,7 @@ impl LegSegment {
         .map(|(axis, limit)| HalfPlane { axis, limit });
         let mut near = Selected::new();
         index.select(&region, &mut near);
-        let mut touched = TouchedCorners::default();
+        let mut touched = Touched::default();
         near.into_iter().any(|id| {
             let is_skipped = |&s: &u32| is_at_or_behind(walls, id, s);
             !self.skip.iter().flatten().any(is_skipped)
@@ -78,15 +78,15 @@ pub(crate) fn is_convex(walls: &[Wall], id: u32) -> bool {
     orient(walls[wall.previous as usize].a, wall.a, wall.b) > 0.0
 }
 
-/// On which sides of a leg corners were touched so far.
+/// Sides of a leg on which corners were touched so far.
 #[derive(Default)]
-struct TouchedCorners {
+struct Touched {
     left: bool,
     right: bool,
 }
 
 /// Returns true when a leg enters the building at wall `id` or at one of the wall's ends.
-fn meets_building(walls: &[Wall], id: u32, leg: &LegSegment, touched: &mut TouchedCorners) -> bool {
+fn meets_building(walls: &[Wall], id: u32, leg: &LegSegment, touched: &mut Touched) -> bool {
     let Wall { a, b, .. } = walls[id as usize];
     let [from, to] = leg.line;
     let (side_a, side_b) = (orient(from, to, a), orient(from, to, b));
@@ -110,12 +110,7 @@ fn meets_building(walls: &[Wall], id: u32, leg: &LegSegment, touched: &mut Touch
 
 /// Returns true when a leg whose line holds corner `id` (the start of wall `id`) passes it, or
 /// begins or ends there, and is inside the building just before or after.
-fn enters_at_corner(
-    walls: &[Wall],
-    id: u32,
-    leg: &LegSegment,
-    touched: &mut TouchedCorners,
-) -> bool {
+fn enters_at_corner(walls: &[Wall], id: u32, leg: &LegSegment, touched: &mut Touched) -> bool {
     let wall = &walls[id as usize];
     let (c, next) = (wall.a, wall.b);
     let [p, q] = leg.ends;

@@ -74,7 +74,7 @@ impl PathRecord {
         Self::with_azimuths(azimuths_rad, interactions, length_m, gain)
     }
 
-    /// The same where the azimuths of departure and arrival are known.
+    /// Assembles a record whose azimuths of departure and arrival are known.
     pub(crate) fn with_azimuths(
         [departure_azimuth_rad, arrival_azimuth_rad]: [f64; 2],
         interactions: Interactions,

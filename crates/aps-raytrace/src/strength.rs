@@ -8,9 +8,9 @@ use crate::leg_ends::LegEnds;
 /// The strength of some waves together.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Strength {
-    /// Upper bound of the largest.
+    /// Upper bound of the largest strength.
     pub max: f32,
-    /// Upper bound of the sum of squares.
+    /// Upper bound of the sum of the strengths' squares.
     pub power: f32,
 }
 
@@ -23,9 +23,10 @@ impl Strength {
         }
     }
 
-    /// The two in 16 bits each.
-    pub fn rounded(&self) -> [Bound; 2] {
-        [self.max, self.power].map(|bound| Bound::up(bound.into()))
+    /// Maximum and power in 16 bits each.
+    pub fn rounded(&self) -> RowSum {
+        let [max, power] = [self.max, self.power].map(|bound| Bound::up(bound.into()));
+        RowSum { max, power }
     }
 
     /// Adds other waves.
@@ -59,9 +60,9 @@ impl Bound {
 /// The sums of rows lie side by side: of most rows a search reads nothing else.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Table {
-    /// By row.
+    /// Sums of rows.
     sums: Vec<RowSum>,
-    /// By row, then by kind.
+    /// Bounds of rows, kind by kind.
     bounds: Vec<Bound>,
 }
 
@@ -98,12 +99,12 @@ impl Table {
         size_of::<RowSum>() + kinds * size_of::<Bound>()
     }
 
-    /// Memory that it takes.
+    /// Memory that the table takes.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.sums) + size_of_val(&*self.bounds)
     }
 
-    /// Makes room for rows of so many bounds in all, and no more.
+    /// Makes room for some rows with this many bounds in all, and no more.
     pub fn reserve_exact(&mut self, rows: usize, bounds: usize) {
         self.sums.reserve_exact(rows);
         self.bounds.reserve_exact(bounds);
@@ -135,18 +136,18 @@ impl Table {
     }
 }
 
-/// Strengths at one corner, kind by kind, a place for each leg end, and what they come to together.
+/// Strengths of leg ends at one corner, with maxima and powers.
 #[derive(Debug, Default)]
 pub(crate) struct CornerStrengths {
     bounds: Vec<f64>,
     max: Vec<f64>,
     power: Vec<f64>,
-    /// CornerStrengths that any kind reached.
+    /// Number of leg ends that any kind reached.
     count: usize,
 }
 
 impl CornerStrengths {
-    /// Starts at another corner, with so many places.
+    /// Starts at another corner, with a place for each leg end.
     pub fn clear(&mut self, places: usize) {
         for column in [&mut self.max, &mut self.power] {
             column.clear();
@@ -188,8 +189,7 @@ impl CornerStrengths {
                 power: rounded_up(self.power[place]),
             };
             visit(place, strength);
-            let [max, power] = strength.rounded();
-            table.sums[rows.first + ends.slots[place] as usize] = RowSum { max, power };
+            table.sums[rows.first + ends.slots[place] as usize] = strength.rounded();
         }
     }
 }

@@ -17,8 +17,9 @@ use crate::map::Map;
 pub struct Transmitter {
     /// Identifier of the map that prepared it.
     pub(crate) map: u64,
-    /// In the scene's coordinates, and in the tracer's own.
+    /// Position in the scene's coordinates \[m\].
     pub(crate) position: DVec2,
+    /// Position in the local scene \[m\].
     pub(crate) place: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) visibility: Visibility,
@@ -27,7 +28,7 @@ pub struct Transmitter {
     /// Direction in which each leg leaves \[rad\].
     pub(crate) azimuths_rad: Vec<f64>,
     pub(crate) fronts: Fronts,
-    /// Made when the first link without a path asks.
+    /// Chains from the first corners, made when the first link without a path asks.
     pub(crate) chains: OnceLock<Chains>,
 }
 
@@ -36,8 +37,9 @@ pub struct Transmitter {
 pub struct Receiver {
     /// Identifier of the map that prepared it.
     pub(crate) map: u64,
-    /// In the scene's coordinates, and in the tracer's own.
+    /// Position in the scene's coordinates \[m\].
     position: DVec2,
+    /// Position in the local scene \[m\].
     pub(crate) place: DVec2,
     pub(crate) courtyard: Option<usize>,
     pub(crate) visible_walls: Vec<VisibleWall>,
@@ -45,7 +47,7 @@ pub struct Receiver {
     /// Direction in which each leg leaves \[rad\].
     pub(crate) azimuths_rad: Vec<f64>,
     pub(crate) steps: LastSteps,
-    /// Made when the first link without a path asks.
+    /// Edges into the last corners, made when the first link without a path asks.
     pub(crate) arrivals: OnceLock<Arrivals>,
 }
 
@@ -85,7 +87,7 @@ impl Transmitter {
         self.position
     }
 
-    /// Number of its images, over all orders.
+    /// Number of images, over all orders.
     #[must_use]
     pub fn image_count(&self) -> usize {
         self.images.images.len()

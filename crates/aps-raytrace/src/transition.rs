@@ -15,7 +15,7 @@
 
 use num_complex::Complex64;
 
-/// Below this w a Chebyshev series, above it the asymptotic one.
+/// Argument w from which on the asymptotic series is taken, below it the Chebyshev series.
 const SPLIT: f64 = 6.0;
 
 /// Chebyshev coefficients of K(3 (1 + t)), t in -1..=1: real and imaginary parts. Made by
@@ -106,10 +106,10 @@ pub(crate) fn each_with_slopes<const N: usize>(w: &[f64; N]) -> [[[f64; N]; 2]; 
 /// Terms of the series for large w: what they leave from w = 6 on is below 1e-9 of K and of its derivatives.
 const TERMS: usize = 14;
 
-/// a_m = (2 m + 1)!!, those of even m with the sign of (j)^m, those of odd m with that of (j)^m / j.
+/// Coefficients a_m = (2 m + 1)!! of q, those of even m with the sign of j^m, those of odd m with that of j^m / j.
 const SERIES: [[f64; TERMS / 2]; 2] = double_factorials(false);
 
-/// The same times 2 m + 2.
+/// Coefficients (2 m + 2) a_m of the series of K'', with the signs of [`SERIES`].
 const SLOPE_SERIES: [[f64; TERMS / 2]; 2] = double_factorials(true);
 
 const fn double_factorials(of_slope: bool) -> [[f64; TERMS / 2]; 2] {

@@ -98,15 +98,15 @@ pub(crate) fn factor(n: f64, wavenumber_per_m: f64) -> Complex64 {
 /// \[rad\], each in [-n pi, n pi]. The sign tells the side, and is never lost: no value is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Boundaries {
-    /// Beyond the shadow boundary: the difference of the angles less pi. Negative: the rays see
+    /// Angle beyond the shadow boundary: the difference of the angles less pi. Negative: the rays see
     /// each other.
     pub shadow: f64,
-    /// Beyond the shadow boundary of the other face, in the same sense. Only a wedge with n = 1 has this boundary, at grazing.
+    /// Angle beyond the shadow boundary past the other face, likewise. Only a wedge with n = 1 has this boundary, at grazing.
     pub shadow_far: f64,
-    /// Beyond the reflection on the 0-face: the sum of the angles less pi. Negative: there is
+    /// Angle beyond the reflection on the 0-face: the sum of the angles less pi. Negative: there is
     /// one.
     pub reflection_0: f64,
-    /// Past the first reflection on the n-face: the sum less (2 n - 1) pi. Positive: there is
+    /// Angle past the first reflection on the n-face: the sum less (2 n - 1) pi. Positive: there is
     /// one.
     pub reflection_n: f64,
 }

@@ -19,20 +19,20 @@ use crate::scene::{Scene, Wall};
 use crate::slope::{DiffractionMatrix, GammaSlopes};
 use crate::utd::{self, Boundaries};
 
-/// Nearer to a boundary than this \[rad\], the side is taken from an exact sign.
+/// Angle from a boundary \[rad\] below which the side is taken from an exact sign.
 const BOUNDARY_RAD: f64 = 1e-9;
 
 /// A convex corner at one carrier.
 #[derive(Debug, Clone)]
 pub(crate) struct Wedge {
-    /// Its corner id: the wall that starts here.
+    /// Id of the corner: the wall that starts here.
     pub id: u32,
     pub point: DVec2,
     /// The far ends of both faces.
     ends: [DVec2; 2],
-    /// Along the 0-face and outward from it, not normalised.
+    /// Directions along and out of the 0-face, not normalised.
     face_0: (DVec2, DVec2),
-    /// Along the n-face, away from the corner, and outward from it, not normalised.
+    /// Directions along the n-face, away from the corner, and out of it, not normalised.
     face_n: (DVec2, DVec2),
     /// Exterior angle over pi, in (1, 2).
     n: f64,
@@ -130,7 +130,7 @@ impl Wedge {
         terms * self.factor
     }
 
-    /// A ray as bounds take it.
+    /// Makes the numbers of a ray that bounds take.
     pub fn direction(&self, ray: &Ray) -> Direction {
         let [of_0, of_n] = self.gamma_slopes(ray, ray);
         self.bound.direction(ray, [of_0[0].norm(), of_n[0].norm()])

@@ -15,9 +15,10 @@ pub(crate) struct BlockFronts {
     pub strength: Strength,
     /// Upper bound of the sum of squares of these and all weaker ones at the corner.
     pub rest_power: f32,
-    /// First of the legs, its slot at the corner where it arrives, and their number.
     pub first_leg: u32,
+    /// Slot of the first leg at the corner where it arrives.
     pub first_slot: u32,
+    /// Number of legs.
     pub legs: u32,
 }
 

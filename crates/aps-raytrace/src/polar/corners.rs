@@ -18,7 +18,7 @@ use crate::scene::Scene;
 /// Largest memory for the pairs of a map's corners.
 const MAX_BYTES: usize = 1 << 30;
 
-/// Marks an end of a wall without a corner.
+/// Marker of an end of a wall without a corner.
 pub(super) const NO_CORNER: u32 = u32::MAX;
 
 /// A corner that ways bend around: more than half of the plane around it is street.
@@ -47,16 +47,16 @@ impl Corner {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Corners {
     pub corners: Vec<Corner>,
-    /// Their coordinates, x and y \[m\], so that one instruction takes several of them.
+    /// Coordinates of the corners, x and y \[m\], so that one instruction takes several of them.
     columns: [Vec<f64>; 2],
-    /// By wall: the corners at its start and its end, or [`NO_CORNER`].
+    /// Corners at the start and the end of each wall, or [`NO_CORNER`].
     pub at_ends: Vec<[u32; 2]>,
     /// Corners that a tight string may go on to from each corner, with their distance \[m\].
     next: Vec<Vec<(u32, f64)>>,
 }
 
 impl Corners {
-    /// Finds them, spread over the threads.
+    /// Finds the corners, spread over the threads.
     pub fn new(scene: &Scene) -> Result<Self, PolarError> {
         let corners = corners(scene);
         let mut at_ends = vec![[NO_CORNER; 2]; scene.walls().len()];
@@ -150,7 +150,7 @@ impl Corners {
 /// The shortest way from a place to a corner around the buildings.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TightString {
-    /// Infinite where there is none \[m\].
+    /// Length \[m\]; infinite where there is none.
     pub length_m: f64,
     /// The corner before, or where it begins.
     pub before: DVec2,
@@ -169,7 +169,7 @@ impl TightString {
     };
 }
 
-/// The corners of a kind in sight of the place where `visibility` was taken, with their distance \[m\].
+/// The corners of a kind in sight of the place that `visibility` is of, with their distance \[m\].
 fn in_sight(
     scene: &Scene,
     corners: &[Corner],
@@ -182,7 +182,7 @@ fn in_sight(
     seen.map(move |(c, corner)| (c, visibility.from.distance(corner.point)))
 }
 
-/// The corners that diffract: ways bend around the same.
+/// Finds the corners that diffract: ways bend around the same.
 fn corners(scene: &Scene) -> Vec<Corner> {
     let walls = scene.walls();
     let corner = |id: u32| {

@@ -14,7 +14,7 @@ pub const FEATURES: usize = 14;
 /// Numbers that [`PolarLink::ways`] writes of a way: its features, the number of its ray, and that of its kind and bounces.
 pub const PER_WAY: usize = FEATURES + 2;
 
-/// Added to a chord in the rank of a way: without it a way that goes straight on would come first, however long.
+/// Summand of a chord in the rank of a way: without it a way that goes straight on would come first, however long.
 const LEAST_TURN: f32 = 0.05;
 
 /// Least length in a logarithm \[m\].

@@ -11,10 +11,10 @@ use super::fan::Fan;
 use super::map::PolarMap;
 use crate::scene::Scene;
 
-/// A wall is met though the ray begins this far behind it \[m\]: points of reflection are rounded.
+/// Distance behind a wall \[m\] from which a ray still meets it: points of reflection are rounded.
 const BEHIND_M: f64 = 1e-9;
 
-/// By this part of itself a stretch of a ray is shortened where it may end on a wall: far above rounding.
+/// Relative shortening of a ray before a wall, far above rounding.
 const SHORTER: f64 = 1e-9;
 
 /// A straight piece of a ray.
@@ -125,11 +125,11 @@ impl Passed {
 pub struct ReceiverRays {
     /// Identifier of the map that prepared it.
     pub(super) map: u64,
-    /// In the local scene.
+    /// Position in the local scene \[m\].
     pub(super) place: DVec2,
-    /// In the order of bounces, then directions.
+    /// Segments in the order of bounces, then directions.
     pub(super) segments: Vec<Segment>,
-    /// By segment: the first of its corners in `passed`, and the end.
+    /// First and end index in `passed` of each segment's corners.
     first: Vec<u32>,
     passed: Vec<Passed>,
 }
@@ -219,7 +219,7 @@ impl ReceiverRays {
         &self.passed[self.first[segment] as usize..self.first[segment + 1] as usize]
     }
 
-    /// Memory they take.
+    /// Memory that the rays take \[bytes\].
     #[must_use]
     pub fn bytes(&self) -> usize {
         let lists = size_of_val(&*self.segments) + size_of_val(&*self.first);
@@ -236,7 +236,7 @@ fn are_near(segment: &Segment, [x, y]: [&[f64]; 2], beam_rad: f64, out: &mut [bo
     }
 }
 
-/// A segment, and those of the neighbouring directions after as many bounces.
+/// Indices of a segment and of those in the neighbouring directions after as many bounces.
 fn neighbours(segment: usize, fan: Fan) -> [usize; 3] {
     let n = fan.directions;
     let (start, direction) = (segment / n * n, segment % n);

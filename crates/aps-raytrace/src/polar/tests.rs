@@ -57,7 +57,7 @@ fn overlap(scene: &Scene, p: DVec2, q: DVec2, is_end: impl Fn(usize) -> bool) ->
     walls.map(of_wall).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The same for a leg to a corner, or the depth at which it arrives there from inside of the building.
+/// Length by which a wall is in the way of a leg to a corner, or the depth at which it arrives there from inside of the building.
 fn overlap_to(scene: &Scene, from: DVec2, corner: DVec2, before: Option<usize>) -> f64 {
     let is_face = |wall: &Wall| wall.a == corner || wall.b == corner;
     let faces = scene.walls().iter().filter(|wall| is_face(wall));

@@ -7,10 +7,10 @@ use glam::DVec2;
 use crate::beam::{Beam, Sweep, Window, visible_walls};
 use crate::scene::{Scene, Wall};
 
-/// Rays nearer to each other than this, in k / (1 + |k|), are one: far above rounding.
+/// Distance in k / (1 + |k|) below which two rays are one: far above rounding.
 const ONE_RAY: f64 = 1e-12;
 
-/// Nearer to the end of a wall than this, in parts of its length, a ray meets the end.
+/// Distance from the end of a wall, in parts of its length, below which a ray meets the end.
 const AT_END: f64 = 1e-9;
 
 /// The part of a view between two neighbouring rays, up to the wall that both meet.

@@ -30,7 +30,7 @@ pub(super) struct Way {
     pub turned_rad: f32,
     /// Number of corners, this one included.
     pub corners: f32,
-    /// Factor of its rank: e^(2 turned_rad + cos_sum).
+    /// Factor of the rank: e^(2 turned_rad + cos_sum).
     pub weight: f32,
 }
 
@@ -52,11 +52,11 @@ impl Way {
 pub struct TransmitterWays {
     /// Identifier of the map that prepared it.
     pub(super) map: u64,
-    /// In the local scene.
+    /// Position in the local scene \[m\].
     pub(super) place: DVec2,
     /// Length of the shortest way around the buildings that bends at each corner \[m\]; infinite without one.
     pub(super) shortest_m: Vec<f64>,
-    /// By kind: for each corner the first of its ways in `list`, and the end.
+    /// First and end index in `list` of the ways to each corner, by kind.
     first: [Vec<u32>; TO_CORNER],
     list: Vec<Way>,
 }
@@ -140,7 +140,7 @@ impl TransmitterWays {
         &self.list[first[0] as usize..first[1] as usize]
     }
 
-    /// Memory they take.
+    /// Memory that the ways take \[bytes\].
     #[must_use]
     pub fn bytes(&self) -> usize {
         let first: usize = self.first.iter().map(|first| size_of_val(&**first)).sum();

@@ -145,7 +145,7 @@ fn rectangle(x: i32, y: i32, w: i32, h: i32) -> Footprint {
     polygon([(x, y), (x + w, y), (x + w, y + h), (x, y + h)])
 }
 
-/// Around a courtyard, closed or with a gateway.
+/// Lays out a block around a courtyard, closed or with a gateway.
 fn perimeter(Block { x, y, w, h }: Block, rng: &mut ChaCha8Rng, out: &mut Vec<Footprint>) {
     let depth = (w.min(h) / 4).max(5);
     let (l, b, r, t) = (x + depth, y + depth, x + w - depth, y + h - depth);

@@ -104,7 +104,7 @@ impl Scene {
         steps.sum::<i32>() != 0
     }
 
-    /// For each courtyard, whether any of `points` lies in it or on its walls. Where none does, nothing in that courtyard
+    /// Tells for each courtyard if any of `points` lies in it or on its walls. Where none does, nothing in that courtyard
     /// meets any of them.
     pub(crate) fn courtyards_with(&self, points: impl Iterator<Item = DVec2> + Clone) -> Vec<bool> {
         let holds = |ring: &[u32], p: DVec2| {

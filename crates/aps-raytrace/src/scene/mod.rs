@@ -35,7 +35,7 @@ use crate::wall_index::WallIndex;
 
 /// Buildings below this area \[m^2\] are dropped as slivers.
 const MIN_BUILDING_AREA_M2: f64 = 1e-3;
-/// Or below this part of the scene's squared extent, where that is less: a model city in
+/// Part of the scene's squared extent below which buildings are dropped, where that is less: a model city in
 /// millimetres has buildings too.
 const MIN_BUILDING_SHARE: f64 = 1e-7;
 
@@ -263,7 +263,7 @@ impl Scene {
         wall.is_some_and(|wall| leg.is_blocked_by(&self.walls, wall))
     }
 
-    /// The same for a leg whose ends may be rounded.
+    /// Returns true when a leg, whose ends may be rounded, meets the inside of a building.
     #[inline]
     pub(crate) fn is_obstructed(&self, leg: &LegSegment) -> bool {
         leg.is_blocked(&self.walls, &self.index)
@@ -291,7 +291,7 @@ impl Scene {
         DVec2::new(axis(min.x, max.x), axis(min.y, max.y))
     }
 
-    /// The same walls counted from their origin, where that is not zero, and the origin \[m\].
+    /// Returns the scene with its walls counted from their origin, where that is not zero, and the origin \[m\].
     pub(crate) fn near_zero(&self) -> (Option<Self>, DVec2) {
         let origin = self.origin();
         if origin == DVec2::ZERO {

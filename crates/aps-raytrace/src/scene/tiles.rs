@@ -70,13 +70,13 @@ struct Contents {
 /// One square map of a city; see [`Tiling`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tile {
-    /// Its number, row by row from the south-west.
+    /// Number of the tile, row by row from the south-west.
     pub id: u32,
-    /// Its place: column from the west, row from the south.
+    /// Place of the tile: column from the west, row from the south.
     pub cell: [u32; 2],
-    /// Its south-west corner in the coordinates of the city \[m\].
+    /// South-west corner in the coordinates of the city \[m\].
     pub origin_m: DVec2,
-    /// Its buildings \[m\], x to the east and y to the north from that corner.
+    /// Buildings that reach into the tile \[m\], x to the east and y to the north from that corner.
     pub footprints: Vec<Footprint>,
     /// The square that terminals are confined to: from 0 to the side both ways.
     pub area: Area,
@@ -219,7 +219,7 @@ impl Tiling {
         })
     }
 
-    /// One tile; `None` when there is no such tile or no building in it.
+    /// Returns a tile; `None` when there is no such tile or no building in it.
     #[must_use]
     pub fn tile(&self, id: u32) -> Option<Tile> {
         let cell = [id % self.columns, id / self.columns];

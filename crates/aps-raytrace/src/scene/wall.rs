@@ -23,14 +23,14 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// From `a` to `b` \[m\], not normalised: exact for integer coordinates.
+    /// Vector from `a` to `b` \[m\], not normalised: exact for integer coordinates.
     #[inline]
     #[must_use]
     pub fn along(&self) -> DVec2 {
         self.b - self.a
     }
 
-    /// Towards the street, as long as the wall \[m\].
+    /// Vector towards the street, as long as the wall \[m\].
     #[inline]
     #[must_use]
     pub fn outward(&self) -> DVec2 {

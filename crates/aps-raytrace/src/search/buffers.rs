@@ -63,14 +63,16 @@ pub(crate) struct Buffers {
     pub(super) crossings: Vec<Crossing>,
     pub(super) parts: Vec<Part>,
     pub(super) found: Vec<Found>,
+    /// Reflected paths while they are merged with the diffracted ones.
     pub(super) reflected: Vec<PathRecord>,
+    /// Interactions of the path in the making.
     pub(super) path: Interactions,
     /// Empty lists with room for many interactions, of former paths.
     pub(super) spare: Vec<Interactions>,
 }
 
 impl Buffers {
-    /// Takes back what the former link's paths were made of, and lets go of what was left of those before.
+    /// Recycles the interactions of the previous link's paths, and lets go of what was left of those before.
     pub fn take_back(&mut self, paths: &mut Vec<PathRecord>) {
         self.spare.clear();
         let former = paths.drain(..).map(|path| path.interactions);

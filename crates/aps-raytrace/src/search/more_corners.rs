@@ -36,10 +36,10 @@ impl Search<'_> {
                     omit(fronts.rest_power, leaving.power.into());
                     break;
                 }
-                let [max, power] = steps.block(at, fronts.arrival);
-                if most * max < floor {
-                    omit(fronts.strength.power, power);
-                } else if max > 0.0 {
+                let steps = steps.block(at, fronts.arrival);
+                if most * steps.max() < floor {
+                    omit(fronts.strength.power, steps.power());
+                } else if steps.max() > 0.0 {
                     selected.push((i, *fronts));
                 }
             }
@@ -53,8 +53,8 @@ impl Search<'_> {
         let all = (0..).zip(steps.corners()).flat_map(|(i, at)| {
             let blocks = fronts.at(at.corner).iter();
             blocks.map(move |f| {
-                let [max, _] = steps.block(at, f.arrival);
-                (f64::from(f.strength.max) * max, i, *f)
+                let steps = steps.block(at, f.arrival);
+                (f64::from(f.strength.max) * steps.max(), i, *f)
             })
         });
         let Some((_, at, best)) = all.max_by(|p, q| p.0.total_cmp(&q.0)) else {

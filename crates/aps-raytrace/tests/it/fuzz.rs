@@ -17,7 +17,7 @@ const CITY: &str = r#"{"type":"FeatureCollection","features":[
 {"type":"Feature","properties":{"building":7},"geometry":{"type":"GeometryCollection","geometries":[
 {"type":"MultiPolygon","coordinates":[[[[24.947,60.168,3],[24.9475,60.168],[24.947,60.169]]]]}]}}]}"#;
 
-/// The same in Web Mercator, one feature a line, with records marked as RFC 8142 has it.
+/// A city in Web Mercator, one feature a line, with records marked as RFC 8142 has it.
 const LINES: &str = "\u{feff}\u{1e}{\"type\":\"Feature\",\"crs\":{\"type\":\"name\",\"properties\":{\"name\":\"EPSG:3857\"}},\
     \"properties\":{\"tags\":{\"building\":\"yes\"}},\"geometry\":{\"type\":\"MultiPolygon\",\"coordinates\":\
     [[],[[[2776865,8439135],[2776976,8439135],[2776976,8439247]],[]]]}}\n\

@@ -25,7 +25,7 @@ pub(super) enum Crs {
 }
 
 impl Crs {
-    /// The one that RFC 7946 has.
+    /// The system that RFC 7946 has.
     pub(super) const CRS84: Self = Self::Degrees("OGC:CRS84");
 
     /// Reads the `crs` member of an object; `None` without one.
@@ -52,7 +52,7 @@ impl Crs {
         }
     }
 
-    /// By a name like `EPSG:3857`, a URN or a URL.
+    /// Finds a system by a name like `EPSG:3857`, a URN or a URL.
     fn named(name: &str) -> Option<Self> {
         let parts = name.split([':', '/', '#']).map(str::trim);
         let parts: Vec<String> = parts.map(str::to_ascii_uppercase).collect();

@@ -53,7 +53,7 @@ pub enum GeoJsonError {
     MixedCrs {
         /// Index of the first feature that differs.
         feature: usize,
-        /// Its reference system.
+        /// Reference system of the building.
         crs: String,
         /// Reference system of the features before it.
         first: String,

@@ -33,7 +33,7 @@ use self::geometry::Polygon;
 use super::footprint::Footprint;
 use super::ring;
 
-/// No city has all its buildings below this size \[m\].
+/// Least size of a city's largest building \[m\].
 const MIN_SIZE_M: f64 = 1.0;
 
 /// Unit of the numbers of a file.

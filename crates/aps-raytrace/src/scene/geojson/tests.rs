@@ -47,7 +47,7 @@ fn collection(features: &[String]) -> String {
     )
 }
 
-/// The same collection with a reference system.
+/// Adds a reference system to a collection.
 fn with_crs(collection: &str, name: &str) -> String {
     let member = format!(r#"{{"crs":{{"type":"name","properties":{{"name":"{name}"}}}},"#);
     collection.replacen('{', &member, 1)
