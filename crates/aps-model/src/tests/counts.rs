@@ -3,7 +3,7 @@
 use candle_core::DType;
 use candle_nn::VarMap;
 
-use super::{builder, shape_of};
+use super::{blank, shape_of};
 use crate::{ModelKind, Preset, trainable};
 
 /// Compares the trainable parameters of each model and of its regularizer, without buffers.
@@ -16,7 +16,7 @@ fn assert_counts(preset: Preset, expected: [(&str, usize); 10]) {
     let mut counts = Vec::new();
     for kind in ModelKind::ALL {
         let (own, critic) = (VarMap::new(), VarMap::new());
-        let builder = |parameters| builder(parameters, DType::F32, 1);
+        let builder = |parameters| blank(parameters, DType::F32);
         kind.build(preset, shape_of(kind), builder(&own)).unwrap();
         counts.push((kind.to_string(), count(&own)));
         let regularizer = kind.build_regularizer(preset, builder(&critic)).unwrap();

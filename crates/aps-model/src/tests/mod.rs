@@ -13,8 +13,9 @@ mod parity;
 mod stability;
 mod train;
 
-use candle_core::{DType, Device, Tensor};
-use candle_nn::{VarBuilder, VarMap};
+use candle_core::{DType, Device, Shape, Tensor};
+use candle_nn::var_builder::SimpleBackend;
+use candle_nn::{Init, VarBuilder, VarMap};
 
 use crate::condition::{
     ConditionConfig, ConditionImages, InputKind, InputShape, PolarShape, Rasters,
@@ -74,6 +75,43 @@ fn conditions(
 /// Returns a builder of tensors on the CPU.
 fn builder(parameters: &VarMap, dtype: DType, seed: u64) -> VarBuilder<'static> {
     seeded(parameters, seed, dtype, &Device::Cpu)
+}
+
+/// Returns a builder of tensors on the CPU that are zero where weights would be drawn, which takes most of the time of a large model.
+fn blank(parameters: &VarMap, dtype: DType) -> VarBuilder<'static> {
+    VarBuilder::from_backend(Box::new(Blank(parameters.clone())), dtype, Device::Cpu)
+}
+
+struct Blank(VarMap);
+
+impl SimpleBackend for Blank {
+    fn get(
+        &self,
+        shape: Shape,
+        name: &str,
+        init: Init,
+        dtype: DType,
+        device: &Device,
+    ) -> candle_core::Result<Tensor> {
+        let init = match init {
+            Init::Const(_) => init,
+            _ => Init::Const(0.0),
+        };
+        self.0.get(shape, name, init, dtype, device)
+    }
+
+    fn get_unchecked(
+        &self,
+        name: &str,
+        dtype: DType,
+        device: &Device,
+    ) -> candle_core::Result<Tensor> {
+        SimpleBackend::get_unchecked(&self.0, name, dtype, device)
+    }
+
+    fn contains_tensor(&self, name: &str) -> bool {
+        self.0.contains_tensor(name)
+    }
 }
 
 /// Returns all values in double precision.

@@ -3,7 +3,7 @@
 use candle_core::{DType, Result, Tensor};
 use candle_nn::VarMap;
 
-use super::super::builder;
+use super::super::blank;
 use super::golden::Golden;
 use super::optimizer::{Adam, gradients};
 use super::rule::{images, set_weights, targets};
@@ -19,9 +19,9 @@ fn cross_entropy(logits: &Tensor, target: f64) -> Result<Tensor> {
 
 fn training_is_pytorch_s(dtype: DType, kind: ModelKind) -> Result<()> {
     let (parameters, critic_parameters) = (VarMap::new(), VarMap::new());
-    let vb = builder(&parameters, dtype, 0);
+    let vb = blank(&parameters, dtype);
     let model = kind.build(Preset::Paper, InputShape::Images, vb)?;
-    let vb = builder(&critic_parameters, dtype, 0);
+    let vb = blank(&critic_parameters, dtype);
     let critic = kind.build_regularizer(Preset::Paper, vb)?;
     let critic = critic.expect("it is adversarial");
     let score = |images: &Tensor, spectra: &Tensor| {

@@ -3,7 +3,7 @@
 use candle_core::DType;
 use candle_nn::VarMap;
 
-use super::super::builder;
+use super::super::blank;
 use super::golden::Golden;
 use super::rule::{images, set_weights, targets};
 use crate::condition::{InputKind, InputShape};
@@ -13,7 +13,7 @@ fn outputs_are_pytorch_s(size: usize) {
     let of_images = |kind: &ModelKind| kind.input() == InputKind::Images;
     for kind in ModelKind::ALL.into_iter().filter(of_images) {
         let parameters = VarMap::new();
-        let vb = builder(&parameters, DType::F32, 0);
+        let vb = blank(&parameters, DType::F32);
         let model = kind.build(Preset::Paper, InputShape::Images, vb).unwrap();
         set_weights(&parameters);
         let found = model.forward_t(&images(size), false).unwrap();
@@ -35,7 +35,7 @@ fn outputs_at_256_px() {
 #[test]
 fn scores_of_the_regularizer() {
     let parameters = VarMap::new();
-    let vb = builder(&parameters, DType::F32, 0);
+    let vb = blank(&parameters, DType::F32);
     let built = ModelKind::MsAreg.build_regularizer(Preset::Paper, vb);
     let regularizer = built.unwrap().unwrap();
     set_weights(&parameters);

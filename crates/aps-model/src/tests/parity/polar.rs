@@ -3,7 +3,7 @@
 use candle_core::{DType, Device, ModuleT, Result, Tensor};
 use candle_nn::VarMap;
 
-use super::super::{WAYS, builder};
+use super::super::{WAYS, blank};
 use super::golden::Golden;
 use super::optimizer::{Adam, gradients};
 use super::rule::{BATCH, set_weights, values};
@@ -45,7 +45,7 @@ fn facts(elements: f64) -> LabelFacts {
 
 fn model(dtype: DType) -> (PolarReg, VarMap) {
     let parameters = VarMap::new();
-    let model = PolarReg::new(WAYS, builder(&parameters, dtype, 0)).unwrap();
+    let model = PolarReg::new(WAYS, blank(&parameters, dtype)).unwrap();
     set_weights(&parameters);
     facts(16.0).set(&parameters).unwrap();
     (model, parameters)

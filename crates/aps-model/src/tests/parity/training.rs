@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use candle_core::{DType, ModuleT, Result, Tensor};
 use candle_nn::{VarBuilder, VarMap};
 
-use super::super::{builder, flat};
+use super::super::{blank, flat};
 use super::golden::{Golden, Row};
 use super::optimizer::{Adam, gradients};
 use super::rule::{images, set_weights, targets};
@@ -134,7 +134,7 @@ type Build = fn(VarBuilder<'_>) -> Result<Box<dyn ModuleT>>;
 
 fn training_is_pytorch_s(dtype: DType, name: &str, build: Build) -> Result<()> {
     let parameters = VarMap::new();
-    let model = build(builder(&parameters, dtype, 0))?;
+    let model = build(blank(&parameters, dtype))?;
     set_weights(&parameters);
     let (golden, tolerances) = (Golden::of(name), Tolerances::of(dtype));
     let (images, targets) = (images(64).to_dtype(dtype)?, targets().to_dtype(dtype)?);
