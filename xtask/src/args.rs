@@ -393,10 +393,10 @@ impl ArrayArgs {
 /// Delay axis of labels; what is not given stays as it is.
 #[derive(Debug, Clone, Args)]
 pub struct DelayArgs {
-    /// Points of the delay axis [default: those of the data set, or 401 paper, 128 released].
+    /// Points of the delay axis [default: those of the data set, if there is one, else 401 paper, 128 released].
     #[arg(long)]
     delay_points: Option<usize>,
-    /// Last delay of the axis [s; default: that of the data set, or 1e-6].
+    /// Last delay of the axis [s; default: that of the data set, if there is one, else 1e-6].
     #[arg(long)]
     last_delay_s: Option<f64>,
 }

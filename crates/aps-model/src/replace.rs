@@ -1,23 +1,19 @@
 //! Files that are always whole.
 
-use std::collections::hash_map::RandomState;
 use std::fs::{self, File};
-use std::hash::{BuildHasher, Hasher};
 use std::io;
 use std::path::Path;
-use std::sync::LazyLock;
-
-/// Random number of this process, since processes that write the same file must not meet. In containers process numbers may be equal.
-static WRITER: LazyLock<u64> = LazyLock::new(|| RandomState::new().build_hasher().finish());
 
 /// Writes a file such that at any moment the old or the new one is there, whole.
+///
+/// The partial file has one name, so that the next write takes the place of what a killed one left; writers of one file hold a lock.
 pub(crate) fn replace(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let partial = folder.join(format!(".{name}.partial-{:016x}", *WRITER));
+    let partial = folder.join(format!(".{name}.partial"));
     let written = write(&partial)
         .and_then(|()| File::options().write(true).open(&partial)?.sync_all())
         .and_then(|()| fs::rename(&partial, path));
