@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// Writes a file such that at any moment the old or the new one is there, whole.
 ///
-/// The partial file has one name, so that the next write takes the place of what a killed one left; writers of one file hold a lock.
+/// The partial file has one name, so that the next write takes the place of what a killed one left. Writers of one file must exclude each other.
 pub(crate) fn replace(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
     let folder = path
         .parent()
