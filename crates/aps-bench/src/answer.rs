@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use aps_data::npy;
-use aps_metrics::Shape;
+use aps_metrics::{Protocol, Shape};
 use aps_model::{ANGLE_BINS, ModelKind};
 use aps_report::benchmark::{Entry, EntryKind, Latency, Training};
 use map2aps::ArrayFile;
 
 use crate::error::{Error, Result};
 use crate::files::{read_json, write_json};
-use crate::test_set::{PROTOCOLS, TestSet};
+use crate::test_set::TestSet;
 
 /// Predictions of all test links.
 #[derive(Debug, Default)]
@@ -47,7 +47,7 @@ pub fn keep(
     npy::write(place.join(PREDICTIONS), &shape, &answer.predictions)
         .map_err(Error::file("cannot write into", &place))?;
     write_json(&place.join(SUBSTITUTED), &answer.substituted)?;
-    let score = |protocol: aps_metrics::Protocol| {
+    let score = |protocol: Protocol| {
         let file: PathBuf = folder.join(format!("{}.npy", protocol.name()));
         let table = test.score(&answer.predictions, protocol)?;
         Ok(table.write(root, &file, protocol.name())?)
@@ -59,7 +59,10 @@ pub fn keep(
         parameters: answer.parameters,
         training: answer.training,
         latency: answer.latency,
-        scores: PROTOCOLS.into_iter().map(score).collect::<Result<_>>()?,
+        scores: Protocol::ALL
+            .into_iter()
+            .map(score)
+            .collect::<Result<_>>()?,
         substituted_links: answer.substituted.len() as u64,
     };
     write_json(&place.join(ENTRY), &entry)?;

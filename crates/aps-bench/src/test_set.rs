@@ -11,9 +11,6 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 
-/// Both definitions of the metrics.
-pub const PROTOCOLS: [aps_metrics::Protocol; 2] = aps_metrics::Protocol::ALL;
-
 /// Labelled links of the test maps, or of the maps of another part.
 #[derive(Debug)]
 pub struct TestSet {

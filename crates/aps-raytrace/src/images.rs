@@ -27,7 +27,7 @@ pub(crate) struct VisibleWall {
     pub hi: f64,
 }
 
-/// All that is seen from a point.
+/// View from a point: the parts of walls that are seen, and the nearest wall in each direction.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Visibility {
     /// The point \[m\].

@@ -134,7 +134,7 @@ impl Boundaries {
         (far + at_n * gamma_n) - (near + at_0 * gamma_0)
     }
 
-    /// All four angles, in the order of [`products`].
+    /// The four angles in the order of [`products`].
     pub fn deltas(&self) -> [f64; 4] {
         [
             self.shadow,

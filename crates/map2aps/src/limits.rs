@@ -19,7 +19,7 @@ pub enum Limits {
 }
 
 impl Limits {
-    /// All limits, the default first.
+    /// Every set of limits, the default first.
     pub const ALL: [Self; 2] = [Self::Converged, Self::R2d1];
 
     /// `converged` or `r2d1`.

@@ -78,7 +78,7 @@ impl fmt::Display for Receivers {
 }
 
 impl Receivers {
-    /// All choices, the default first.
+    /// Both choices, the default first.
     pub const ALL: [Self; 2] = [Self::Reached, Self::Outdoor];
 
     /// `reached` or `outdoor`.

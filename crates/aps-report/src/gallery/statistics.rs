@@ -100,7 +100,7 @@ impl Statistics {
         table
     }
 
-    /// All links, those with a label, and why others have none; most first.
+    /// Table of the states of links: labelled, or the reason why not, the most frequent first.
     fn states(&self) -> Table {
         let (maps, links) = (self.totals.maps, self.totals.links);
         let caption = format!(
@@ -108,7 +108,8 @@ impl Statistics {
             self.protocol
         );
         let all = "all".to_owned();
-        let mut states: Vec<_> = self.totals.status.iter().chain([(&all, &links)]).collect();
+        let mut states = vec![(&all, &links)];
+        states.extend(&self.totals.status);
         states.sort_by(|p, q| q.1.cmp(p.1));
         let share = |n: u64| format!("{:.1}", 100.0 * n as f64 / links.max(1) as f64);
         let row =

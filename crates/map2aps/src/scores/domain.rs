@@ -11,7 +11,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// All forms, the default first.
+    /// Both forms, the default first.
     pub const ALL: [Self; 2] = [Self::Normalised, Self::Linear];
 
     /// `normalised` or `linear`.

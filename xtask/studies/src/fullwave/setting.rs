@@ -29,7 +29,7 @@ impl Setting {
         }
     }
 
-    /// All settings, those first that tables name.
+    /// Makes the settings, those first that tables name.
     pub fn all() -> Vec<Self> {
         let mut all = vec![
             Self::new(2, 1, 60.0, false),
